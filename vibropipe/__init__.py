@@ -1,0 +1,39 @@
+"""vibropipe: motions of a vibration exciter that strikes one or both of two rigid supports."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+# Names of the public face and where they live; imported on first use, so that `import vibropipe` is free.
+_FACE = {
+    "Exciter": "vibropipe.physics.exciter",
+    "ParameterError": "vibropipe.physics.exciter",
+    "simulate": "vibropipe.batch.motion",
+    "steady_state": "vibropipe.batch.steady",
+    "sweep": "vibropipe.batch.sweep",
+    "backbone": "vibropipe.batch.conservative",
+    "amplitude_frequency": "vibropipe.batch.conservative",
+    "open_study": "vibropipe.store",
+}
+__all__ = sorted(_FACE)
+
+if TYPE_CHECKING:
+    from vibropipe.batch.conservative import amplitude_frequency, backbone
+    from vibropipe.batch.motion import simulate
+    from vibropipe.batch.steady import steady_state
+    from vibropipe.batch.sweep import sweep
+    from vibropipe.physics.exciter import Exciter, ParameterError
+    from vibropipe.store import open_study
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FACE:
+        raise AttributeError(f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(importlib.import_module(_FACE[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

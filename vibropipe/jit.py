@@ -1,0 +1,79 @@
+"""The compiler: one decorator, its flags, and the on-disk cache that can never serve stale physics.
+
+numba's cache looks only at the source file of the outermost function, so an edit of a function it calls
+would go unseen. Here every compiled function is cached in a folder named by a hash of all the sources that
+numbers depend on: another source, another folder.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+PACKAGE = Path(__file__).parent
+# Whatever can change a stored number; figures, reports and the store are left out on purpose.
+HASHED = ("jit.py", "status.py", "physics", "kernels", "batch")
+
+
+@functools.cache
+def kernel_hash() -> str:
+    """Hash (16 hex digits) of all sources that stored numbers depend on; needs no compiler."""
+    digest = hashlib.sha256()
+    for entry in HASHED:
+        path = PACKAGE / entry
+        for source in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(source.relative_to(PACKAGE).as_posix().encode() + b"\0")
+            digest.update(source.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """Folder of compiled kernels: `VIBROPIPE_CACHE_DIR`, else the user's cache; a temporary one if neither
+    can be written (then every process compiles anew, which is said once on stderr)."""
+    base = os.environ.get("VIBROPIPE_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    chosen = Path(base) if base else Path.home() / ".cache"
+    folder = chosen / "vibropipe" / kernel_hash()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        print(
+            f"vibropipe: the kernel cache {folder} cannot be written ({error.strerror}); kernels are compiled "
+            "for this process only. Set VIBROPIPE_CACHE_DIR to a folder that can be written.",
+            file=sys.stderr,
+        )
+        return Path(tempfile.mkdtemp(prefix="vibropipe-kernels-"))
+
+
+def _compile(function: F, **flags: Any) -> F:
+    import numba
+
+    # The cache folder is read when the decorator runs; it is put back for other users of numba.
+    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
+    try:
+        # numpy's error model: 1/0 gives inf, no branch per division. No fastmath: it deletes isnan.
+        compiled: F = numba.njit(error_model="numpy", cache=True, **flags)(function)
+        return compiled
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+
+def jit(function: F) -> F:
+    """Compile a scalar kernel (one row, one motion); cached on disk."""
+    return _compile(function)
+
+
+def jit_parallel(function: F) -> F:
+    """Compile a driver whose `prange` runs rows on all threads, without the interpreter's lock."""
+    return _compile(function, parallel=True, nogil=True)

@@ -1,0 +1,205 @@
+"""What the tests compare with: closed forms, patient marches, and how sharp a comparison can be."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mpmath
+import numpy as np
+from oracles import Motion, Parameters, Twin, digits
+
+REFERENCE = Path(__file__).parent / "reference"
+ULP = 2.0**-52
+SMALL = 1e-30  # relative nudge that shows how far roundings of the input move a motion
+
+
+def reference(name: str) -> dict[str, dict[str, Any]]:
+    """Entries of reference/<name>.json by their names; numbers are text of 20 digits."""
+    entries = json.loads((REFERENCE / f"{name}.json").read_text())
+    return {entry["name"]: entry for entry in entries}
+
+
+def parameters_of(entry: dict[str, Any]) -> Parameters:
+    return Parameters(**{name: float(entry[name]) for name in Parameters._fields})
+
+
+# -- closed forms ------------------------------------------------------------------------------
+
+
+def linear_amplitude(p: Parameters) -> float:
+    """Amplitude of the linear steady state, |f| / |1 - nu^2 + i h nu|."""
+    return abs(p.f) / abs(complex((1 - p.nu) * (1 + p.nu), p.h * p.nu))
+
+
+def determinant(p: Parameters, periods: float, struck: tuple[int, int]) -> float:
+    """Determinant of the return map over `periods` forcing periods: exp(-h T) prod R_i^2."""
+    duration = 2 * math.pi * periods / p.nu
+    return math.exp(-p.h * duration) * p.R1 ** (2 * struck[0]) * p.R2 ** (2 * struck[1])
+
+
+def energy(x: Any, v: Any) -> Any:
+    """Energy of the spring and the mass."""
+    return (x * x + v * v) / 2
+
+
+def backbone_velocity(delta_over_l: float, tau_bar: float) -> float:
+    """Equation (10): velocity at support 1 over l when the period is tau_bar."""
+    cos, sin = math.cos(tau_bar / 2), math.sin(tau_bar / 2)
+    return (1 - delta_over_l + (1 + delta_over_l) * cos) / sin
+
+
+# -- how far roundings move a motion -----------------------------------------------------------
+
+
+class Judged(NamedTuple):
+    """A motion of the twin with what one ulp in every input does to it (inf: other events)."""
+
+    motion: Motion
+    wobble_end: tuple[float, float]
+    wobble_tau: list[float]  # per impact
+    wobble_velocity: list[float]
+    wobble_rest: list[tuple[float, float]]  # start, end
+
+
+def judge(
+    p: Parameters, tau_end: float, x0: float = 0.0, v0: float = 0.0, tau_start: float = 0.0
+) -> Judged:
+    """March the twin, and march it again with inputs nudged in two directions."""
+    motion = Twin(p).run(tau_end, x0, v0, tau_start)
+    context = digits(p, 120)
+    base = Twin(p, context).run(tau_end, x0, v0, tau_start)
+    n, rests = len(base.impacts), len(base.rests)
+    end, tau, velocity = [0.0, 0.0], [0.0] * n, [0.0] * n
+    rest = [(0.0, 0.0)] * rests
+    for signs in ((1, -1, 1, 1, 1, -1, 1), (1, 1, -1, 1, -1, 1, -1)):
+        small = context.mpf(SMALL)
+        # a mass that starts on a support stays on it
+        start = x0 * (1 - small) if p.lower < x0 < p.upper else x0
+        nudge = [sign * small for sign in signs]
+        if start == x0:
+            nudge[3] = nudge[4] = 0
+        other = Twin(p, context, nudge).run(tau_end, start, v0 * (1 + small), tau_start)
+        if len(other.impacts) != n or len(other.rests) != rests:
+            return Judged(motion, (math.inf,) * 2, tau, velocity, rest)
+        end[0] = max(end[0], ulps(other.displacement_end - base.displacement_end))
+        end[1] = max(end[1], ulps(other.velocity_end - base.velocity_end))
+        for i, (one, two) in enumerate(zip(base.impacts, other.impacts, strict=True)):
+            tau[i] = max(tau[i], ulps(one.tau - two.tau))
+            velocity[i] = max(velocity[i], ulps(one.before - two.before))
+        for i, (one, two) in enumerate(zip(base.rests, other.rests, strict=True)):
+            later = 0.0 if math.isinf(one.end) else ulps(one.end - two.end)
+            rest[i] = max(rest[i][0], ulps(one.start - two.start)), max(rest[i][1], later)
+    return Judged(motion, (end[0], end[1]), tau, velocity, rest)
+
+
+def ulps(difference: Any) -> float:
+    """From the effect of a nudge by SMALL to that of one ulp."""
+    return float(abs(difference) / mpmath.mpf(SMALL)) * ULP
+
+
+# -- motions in datasets -----------------------------------------------------------------------
+
+
+def impacts_of(ds: Any) -> list[tuple[float, int, float, float]]:
+    """Impacts of a dataset as (tau, support, before, after)."""
+    columns = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
+    return list(zip(*(ds[name].values.tolist() for name in columns), strict=True))
+
+
+def rests_of(ds: Any) -> list[tuple[float, float, int]]:
+    """Rests of a dataset as (start, end, support), those released at once left out."""
+    columns = ("rest_start", "rest_end", "rest_support")
+    rests = zip(*(ds[name].values.tolist() for name in columns), strict=True)
+    return [rest for rest in rests if rest[1] > rest[0]]
+
+
+def cut_off(motion: Motion, least: float = 1e-6) -> float:
+    """A speed with no impact near it, `least` of the fastest impact or a little more."""
+    speeds = [abs(float(impact.before)) for impact in motion.impacts]
+    speed = least * max([*speeds, 1e-300])
+    while any(abs(s / speed - 1) < 1e-3 for s in speeds):
+        speed *= 1.01
+    return speed
+
+
+def disagreements(
+    ds: Any, judged: Judged, tau_end: float, share: float = 1e-12, ulp: float = 100.0
+) -> list[str]:
+    """Where a dataset of `vp.simulate` leaves the twin's motion, in words; empty when nowhere.
+
+    Allowed: `share` of the size of the quantity, plus `ulp` times what one ulp of the input does.
+    """
+    motion, found = judged.motion, []
+    sizes = [abs(float(motion.displacement_end)), abs(float(motion.velocity_end))]
+    sizes[1] = max([sizes[1], *(abs(float(i.before)) for i in motion.impacts)])
+    sizes[0] = max([sizes[0], *(abs(float(motion.state(i.tau)[0])) for i in motion.impacts)])
+
+    def compare(what: str, got: float, want: Any, size: float, wobble: float) -> None:
+        allowed = share * size + ulp * wobble
+        miss = abs(float(got - want)) if math.isfinite(got) else math.inf
+        if not miss <= allowed:
+            text = mpmath.nstr(want, 18)
+            found.append(f"{what}: {got!r}, twin {text}, off by {miss:.2e} > {allowed:.2e}")
+
+    least = cut_off(motion)
+    seen = [i for i in impacts_of(ds) if abs(i[2]) > least]
+    known = [(k, i) for k, i in enumerate(motion.impacts) if abs(i.before) > least]
+    if [i[1] for i in seen] != [i.support for _, i in known]:
+        found.append(f"impacts: {len(seen)} above {least:.1e}, twin {len(known)}")
+    for (tau, _, before, _), (k, impact) in zip(seen, known, strict=False):
+        compare(f"impact {k} tau", tau, impact.tau, tau_end, judged.wobble_tau[k])
+        compare(f"impact {k} velocity", before, impact.before, sizes[1], judged.wobble_velocity[k])
+    still = rests_of(ds)
+    if [r[2] for r in still] != [r.support for r in motion.rests]:
+        found.append(f"rests: {still}, twin {[tuple(map(float, r)) for r in motion.rests]}")
+    for k, (got, rest) in enumerate(zip(still, motion.rests, strict=False)):
+        wobble = judged.wobble_rest[k]
+        compare(f"rest {k} start", got[0], rest.start, tau_end, wobble[0])
+        if rest.end <= tau_end:
+            compare(f"rest {k} end", got[1], rest.end, tau_end, wobble[1])
+        elif not got[1] >= tau_end:
+            found.append(f"rest {k} ends at {got[1]}, twin {float(rest.end)}")
+    x, v = float(ds.displacement_end), float(ds.velocity_end)
+    compare("displacement_end", x, motion.displacement_end, sizes[0], judged.wobble_end[0])
+    compare("velocity_end", v, motion.velocity_end, sizes[1], judged.wobble_end[1])
+    return found
+
+
+# -- patient marches ---------------------------------------------------------------------------
+
+
+class Orbit(NamedTuple):
+    """What a patient march ends on; period_multiple is 0 when nothing repeats."""
+
+    period_multiple: int
+    struck: tuple[float, float]  # impacts per orbit (per period when nothing repeats)
+    strobe: tuple[float, float]
+
+
+def brute_force_orbit(
+    p: Parameters, x0: float = 0.0, v0: float = 0.0, patience: int = 3000, most: int = 64
+) -> Orbit:
+    """March `patience` periods in doubles, then see what repeats over 2 * `most` more.
+
+    Every period starts at phase zero again, so that tau stays small and exact.
+    """
+    twin, period = Twin(p, mpmath.fp), 2 * math.pi / p.nu
+    x, v = x0, v0
+    strobes, counts = [], []
+    for n in range(patience + 2 * most):
+        motion = twin.run(period, x, v)
+        x, v = motion.displacement_end, motion.velocity_end
+        x = min(max(x, p.lower), p.upper)
+        if n >= patience:
+            strobes.append((x, v))
+            counts.append([sum(i.support == k for i in motion.impacts) for k in (1, 2)])
+    states, struck = np.array(strobes), np.array(counts, dtype=float)
+    for m in range(1, most + 1):
+        if np.abs(states[m:] - states[:-m]).max() < 1e-7:
+            total = struck[-m:].sum(axis=0)
+            return Orbit(m, (total[0], total[1]), strobes[-1])
+    mean = struck.mean(axis=0)
+    return Orbit(0, (mean[0], mean[1]), strobes[-1])

@@ -1,0 +1,308 @@
+"""The slow, obvious judge: textbook solutions, one event after the other, in any precision.
+
+Nothing here is fast and nothing is shared with the package. Between events the motion is the
+textbook solution of x'' + h x' + x = f sin(nu tau), evaluated afresh for every instant. The first
+contact is approached from the left by steps too short to reach a support, whatever the mass does:
+inside the supports |x| <= X, so d|v|/dtau <= -h |v| + X + |f|, so |v| never exceeds
+max(|v now|, (X + |f|)/h), so |x''| never exceeds X + |f| + max(h |v now|, X + |f|).
+
+The arithmetic is an mpmath context: `digits(p)` for many digits (the default), `mpmath.fp` for
+plain doubles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import mpmath
+
+MOST_EVENTS = 200_000
+GRAZING_DEPTH = 1e-13  # of the size of the room between the supports
+
+
+class Parameters(NamedTuple):
+    """An exciter as doubles; the supports lie where doubles put l + delta and -(l - delta)."""
+
+    nu: float = 1.0
+    f: float = 0.0
+    h: float = 0.0
+    l: float = 1.0  # noqa: E741 - the name in the equations
+    delta: float = 0.0
+    R1: float = 1.0
+    R2: float = 1.0
+
+    @property
+    def upper(self) -> float:
+        return self.l + self.delta
+
+    @property
+    def lower(self) -> float:
+        return -(self.l - self.delta)
+
+
+class Impact(NamedTuple):
+    tau: Any
+    support: int
+    before: Any
+    after: Any
+
+
+class Rest(NamedTuple):
+    start: Any
+    end: Any  # of the rest itself, even beyond tau_end; inf when never released
+    support: int
+
+
+class Grazing(NamedTuple):
+    tau: Any
+    support: int
+
+
+@dataclass
+class Motion:
+    """A whole motion: its events, its end state, and its pieces for looking anywhere inside."""
+
+    impacts: list[Impact] = field(default_factory=list)
+    rests: list[Rest] = field(default_factory=list)
+    grazings: list[Grazing] = field(default_factory=list)
+    pieces: list[tuple[Any, Any]] = field(default_factory=list)  # (from tau, tau -> (x, v))
+    displacement_end: Any = None
+    velocity_end: Any = None
+
+    def state(self, tau: Any) -> tuple[Any, Any]:
+        """Displacement and velocity at tau, after whatever happens at tau."""
+        piece = self.pieces[0][1]
+        for start, later in self.pieces:
+            if start > tau:
+                break
+            piece = later
+        x, v = piece(tau)
+        return x, v
+
+
+def digits(p: Parameters, wanted: int = 60) -> Any:
+    """A context of `wanted` digits, and as many more as near-resonant amplitudes eat."""
+    context = mpmath.MPContext()
+    context.dps = 800
+    nu, h = context.mpf(p.nu), context.mpf(p.h)
+    denominator = (1 - nu**2) ** 2 + (h * nu) ** 2
+    eaten = 0 if denominator == 0 else max(0, -int(context.log10(denominator)))
+    context.dps = wanted + eaten
+    return context
+
+
+def side_of(support: int) -> int:
+    """+1 for support 1, -1 for support 2, 0 for none."""
+    return (0, 1, -1)[support]
+
+
+class Flight:
+    """x'' + h x' + x = f sin(nu tau) from (tau0, x0, v0): particular part plus transient."""
+
+    def __init__(self, c: Any, nu: Any, f: Any, h: Any, start: tuple[Any, Any, Any]) -> None:
+        self.c, self.nu, self.f, self.h = c, nu, f, h
+        self.tau0, x0, v0 = start
+        xp, vp = self.particular(self.tau0)
+        self.y0, self.w0 = x0 - xp, v0 - vp
+
+    def particular(self, tau: Any) -> tuple[Any, Any]:
+        c, nu, f, h = self.c, self.nu, self.f, self.h
+        sin, cos = c.sin(nu * tau), c.cos(nu * tau)
+        if h == 0 and nu == 1:  # resonance: -(f/2) tau cos(tau)
+            return -f / 2 * tau * cos, -f / 2 * (cos - tau * sin)
+        denominator = (1 - nu**2) ** 2 + (h * nu) ** 2
+        of_sin, of_cos = f * (1 - nu**2) / denominator, -f * h * nu / denominator
+        return of_sin * sin + of_cos * cos, nu * (of_sin * cos - of_cos * sin)
+
+    def transient(self, s: Any) -> tuple[Any, Any]:
+        c, h, y, w = self.c, self.h, self.y0, self.w0
+        if h < 2:
+            rate = c.sqrt(1 - h**2 / 4)
+            decay, cos, sin = c.exp(-h * s / 2), c.cos(rate * s), c.sin(rate * s)
+            b = (w + h / 2 * y) / rate
+            x = decay * (y * cos + b * sin)
+            return x, decay * rate * (b * cos - y * sin) - h / 2 * x
+        if h == 2:
+            decay, b = c.exp(-s), w + y
+            return decay * (y + b * s), decay * (b - y - b * s)
+        fast = -h / 2 - c.sqrt(h**2 / 4 - 1)
+        slow = 1 / fast
+        of_fast = (w - slow * y) / (fast - slow)
+        one, two = of_fast * c.exp(fast * s), (y - of_fast) * c.exp(slow * s)
+        return one + two, fast * one + slow * two
+
+    def __call__(self, tau: Any) -> tuple[Any, Any]:
+        xp, vp = self.particular(tau)
+        y, w = self.transient(tau - self.tau0)
+        return xp + y, vp + w
+
+
+class Twin:
+    """One exciter marched event by event. `run` is the only thing to call.
+
+    `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts.
+    """
+
+    def __init__(self, p: Parameters, context: Any = None, nudge: Sequence[Any] = (0,) * 7) -> None:
+        self.c = c = digits(p) if context is None else context
+        values = (p.nu, p.f, p.h, p.upper, p.lower, p.R1, p.R2)
+        self.nu, self.f, self.h, upper, lower, R1, R2 = (
+            c.mpf(value) * (1 + c.mpf(by)) for value, by in zip(values, nudge, strict=True)
+        )
+        self.bound, self.restitution = {1: upper, 2: lower}, {1: R1, 2: R2}
+        self.room, self.most_force = max(abs(upper), abs(lower)), abs(self.f)
+        # A chatter is followed down to flights this high (in rooms), then summed up.
+        is_double = c is mpmath.fp
+        self.last_height = c.mpf("1e-13" if is_double else "1e-33")
+        self.shortest = c.mpf(1e-15) if is_double else c.mpf(10) ** (8 - c.dps)
+
+    def run(self, tau_end: Any, x0: Any = 0.0, v0: Any = 0.0, tau_start: Any = 0.0) -> Motion:
+        """The motion from (x0, v0) at tau_start; events at tau <= tau_end count."""
+        c = self.c
+        self.motion, self.tau_end = Motion(), c.mpf(tau_end)
+        tau, x, v = c.mpf(tau_start), c.mpf(x0), c.mpf(v0)
+        on = 1 if x == self.bound[1] else 2 if x == self.bound[2] else 0
+        released = False
+        for _ in range(MOST_EVENTS):
+            if on and side_of(on) * v > 0:
+                v = self.reset(on, tau, v)
+            still_from = self.still_from(on, tau, v) if on and not released else None
+            if still_from is not None:
+                tau, x, v = self.lie(on, still_from)
+                if tau > self.tau_end:
+                    break
+                released = True
+                continue
+            contact = self.fly(tau, x, v, on, released)
+            if contact is None:
+                break
+            tau, on, x, v = contact
+            released = False
+        else:
+            raise RuntimeError(f"more than {MOST_EVENTS} events")
+        self.motion.displacement_end, self.motion.velocity_end = self.motion.state(self.tau_end)
+        return self.motion
+
+    def reset(self, on: int, tau: Any, v: Any) -> Any:
+        after = -self.restitution[on] * v
+        self.motion.impacts.append(Impact(tau, on, v, after))
+        return after
+
+    def push(self, on: int, tau: Any) -> Any:
+        """Force that presses the resting mass into the support (negative: pulls it off)."""
+        return side_of(on) * (self.f * self.c.sin(self.nu * tau) - self.bound[on])
+
+    def still_from(self, on: int, tau: Any, v: Any) -> Any:
+        """The instant from which the mass lies still on its support, None if it flies on."""
+        push, side, R = self.push(on, tau), side_of(on), self.restitution[on]
+        if v == 0:
+            if push == 0:  # balanced: what comes next decides
+                slope = side * self.f * self.nu * self.c.cos(self.nu * tau)
+                return tau if slope > 0 or (slope == 0 and side * self.bound[on] <= 0) else None
+            return tau if push > 0 else None
+        if push <= 0 or R == 1:
+            return None
+        # The series of hops under a steady push a: flights of 2 w/a, each R times the one before.
+        left = 2 * abs(v) / (push * (1 - R))
+        small = v**2 / (2 * push) <= self.last_height * self.room
+        steady = left * (self.most_force * self.nu + self.h * push) <= push / 1000
+        return tau + left if small and steady else None
+
+    def lie(self, on: int, start: Any) -> tuple[Any, Any, Any]:
+        """Rest from `start` to the release; returns the state at the release."""
+        end, x, v = self.release(on, start), self.bound[on], self.c.mpf(0)
+        if start <= self.tau_end:
+            self.motion.rests.append(Rest(start, end, on))
+            self.motion.pieces.append((start, lambda tau: (x, v)))
+        return end, x, v
+
+    def release(self, on: int, start: Any) -> Any:
+        """First instant at or after start at which the push falls below zero."""
+        c, side = self.c, side_of(on)
+        if self.nu == 0 or abs(self.bound[on]) >= self.most_force:
+            return c.inf  # the force can never overcome the spring (a tie keeps it)
+        # side f sin(phase) falls through side * bound once in a period
+        falls_at = c.pi - c.asin(side * self.bound[on] / self.most_force)
+        if side * self.f < 0:
+            falls_at -= c.pi
+        turns = c.ceil((self.nu * start - falls_at) / (2 * c.pi))
+        return (falls_at + 2 * c.pi * turns) / self.nu
+
+    def fly(self, tau: Any, x: Any, v: Any, on: int, released: bool) -> Any:
+        """Next contact (tau, support, x, v) at or before tau_end, None if there is none."""
+        flight = Flight(self.c, self.nu, self.f, self.h, (tau, x, v))
+        self.motion.pieces.append((tau, flight))
+        if on:
+            tau += self.first_step(on, tau, v, released)
+        before = None  # the nearest support, the speed towards it and tau, one step ago
+        while tau <= self.tau_end:
+            x, v = flight(tau)
+            near = 1 if self.safe_step(1, x, v) < self.safe_step(2, x, v) else 2
+            closing, step = side_of(near) * v, self.safe_step(near, x, v)
+            if before is not None and before[0] == near and before[1] > 0 >= closing:
+                self.passed(flight, near, before[2], tau)
+            before = near, closing, tau
+            if step > self.shortest * max(1, abs(tau)):
+                tau += step
+                continue
+            turn = self.grazes(near, tau, v)
+            if turn is None:
+                return tau, near, self.bound[near], v
+            tau, before = turn + self.first_step(near, turn, self.c.mpf(0), False), None
+        return None
+
+    def most_acceleration(self, v: Any) -> Any:
+        pull = self.room + self.most_force
+        return pull + max(self.h * abs(v), pull)
+
+    def gap(self, support: int, x: Any) -> Any:
+        return side_of(support) * (self.bound[support] - x)
+
+    def safe_step(self, support: int, x: Any, v: Any) -> Any:
+        """Positive root of gap - closing s - A s^2/2: the support is not reached sooner."""
+        gap, closing, most = self.gap(support, x), side_of(support) * v, self.most_acceleration(v)
+        if gap <= 0:
+            return self.c.mpf(0)
+        root = self.c.sqrt(closing**2 + 2 * most * gap)
+        return 2 * gap / (closing + root) if closing > 0 else (root - closing) / most
+
+    def first_step(self, on: int, tau: Any, v: Any, released: bool) -> Any:
+        """A step off the support after which its gap is certainly open and the other not reached.
+
+        The lowest derivative of the gap that is not zero, divided by a bound on the next one.
+        """
+        a_most = self.most_acceleration(v)
+        v_most = abs(v) + 2 * (self.room + self.most_force)  # over the next unit of time
+        j_most = self.h * a_most + v_most + self.most_force * self.nu
+        if v != 0:
+            step = abs(v) / a_most
+        elif not released and self.push(on, tau) != 0:
+            step = abs(self.push(on, tau)) / j_most
+        else:
+            slope = abs(self.f * self.nu * self.c.cos(self.nu * tau))
+            next_most = self.h * j_most + a_most + self.most_force * self.nu**2
+            step = slope / next_most if slope else self.c.sqrt(self.shortest)
+        away = -side_of(on) * abs(v)
+        return min(1, step, self.safe_step(3 - on, self.bound[on], away) / 2)
+
+    def grazes(self, near: int, tau: Any, v: Any) -> Any:
+        """Turning time if the mass turns back by itself within the grazing depth, else None."""
+        away = self.h * v * side_of(near) - self.push(near, tau)
+        if away <= 0 or v**2 / (2 * away) > GRAZING_DEPTH * self.room:
+            return None
+        turn = tau + abs(v) / away
+        self.motion.grazings.append(Grazing(turn, near))
+        return turn
+
+    def passed(self, flight: Flight, near: int, left: Any, right: Any) -> None:
+        """Name a touch without penetration: turned back just short of the support."""
+        for _ in range(60):
+            middle = (left + right) / 2
+            if side_of(near) * flight(middle)[1] > 0:
+                left = middle
+            else:
+                right = middle
+        if self.gap(near, flight(left)[0]) <= GRAZING_DEPTH * self.room:
+            self.motion.grazings.append(Grazing(left, near))

@@ -1,0 +1,91 @@
+"""The grid of steps in a forcing period, and the one-step map of either method on it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.jit import jit
+from vibropipe.physics.flow import ORDER, exact_map, steps_for_exact
+from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.newmark import newmark_map
+
+
+class Grid(NamedTuple):
+    """One method on one row: `exact` is 1 or None (Newmark), a type, so each compiles to its own code.
+
+    Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
+    y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
+    margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
+    """
+
+    exact: int | None
+    steps: int
+    degree: int
+    dt: float
+    a11: float
+    a12: float
+    b1: float
+    a21: float
+    a22: float
+    b2: float
+    margin0: float
+    margin1: float
+
+
+@jit
+def _margins(h, nu, f, dt):
+    """Bounds of the fourth derivative over a step, times dt^4/384 (the error of cubic Hermite interpolation).
+
+    From z'' + h z' + z = f sin: |z|, |z'| grow by at most |f| dt in a step; each further derivative by eq. (5).
+    """
+    size = abs(f)
+    second0, second1 = size + (1.0 + h) * size * dt, 1.0 + h
+    third0, third1 = nu * size + h * second0 + size * dt, h * second1 + 1.0
+    fourth0, fourth1 = nu * nu * size + h * third0 + second0, h * third1 + second1
+    share = 1.01 * dt**4 / 384.0
+    return share * fourth0, share * fourth1
+
+
+@jit
+def exact_grid(e, p):
+    """Grid of the exact method and the tables p, q of the force's part of each step, shape (steps,)."""
+    steps = steps_for_exact(p.nu, p.h)
+    dt = TWO_PI / p.nu / steps
+    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(p.h, p.nu, dt)
+    table_p, table_q = np.zeros(steps), np.zeros(steps)
+    if e.forcing is not None:
+        for j in range(steps):
+            s, c = sincos_turns(j / steps)
+            table_p[j] = p.f * (p1 * s + p2 * c)
+            table_q[j] = p.f * (q1 * s + q2 * c)
+    margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
+    grid = Grid(1, steps, ORDER, dt, a11, a12, b1, a21, a22, b2, margin0, margin1)
+    return grid, table_p, table_q
+
+
+@jit
+def newmark_grid(e, p, steps):
+    """Grid of Newmark's method with `steps` steps per forcing period, and its tables."""
+    dt = TWO_PI / p.nu / steps
+    a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
+    table_p, table_q = np.zeros(steps), np.zeros(steps)
+    if e.forcing is not None:
+        for j in range(steps):
+            mean = 0.5 * p.f * (sincos_turns(j / steps)[0] + sincos_turns((j + 1) / steps)[0])
+            table_p[j] = b1 * mean
+            table_q[j] = b2 * mean
+    return Grid(None, steps, 2, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0), table_p, table_q
+
+
+@jit
+def locate(turns, steps):
+    """(period, step, theta) of a time given in forcing periods."""
+    period = math.floor(turns)
+    at = (turns - period) * steps
+    step = int(at)
+    if step >= steps:
+        return int(period) + 1, 0, 0.0
+    return int(period), step, at - step

@@ -1,0 +1,127 @@
+"""The first instant at which a polynomial gap closes, certified: no earlier one exists.
+
+A gap is g(theta) = offset + sign * sum_{n >= p} c[n] theta^(n-p) on [0, span]; dividing by theta^p takes out
+the known start on the support, so that no nudge off it is needed. The search marches from the left. Each
+stride is as long as a parabola that lies below g stays positive, so it can not jump over a closing, and
+near one it converges like Newton's method.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.jit import jit
+
+NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3
+MAX_STRIDES = 400
+MAX_POLISH = 12
+# A gap within this share of the lengths at hand is touching: rounding can not tell the two sides apart.
+TOUCH = 2.0**-44
+
+
+@jit
+def gap(c, p, degree, sign, offset, theta):
+    """Value, slope and curvature of the gap at theta."""
+    value, slope, half_curvature = c[degree], 0.0, 0.0
+    for n in range(degree - 1, p - 1, -1):
+        half_curvature = half_curvature * theta + slope
+        slope = slope * theta + value
+        value = value * theta + c[n]
+    return offset + sign * value, sign * slope, 2.0 * sign * half_curvature
+
+
+@jit
+def stays_open(c, p, degree, sign, offset, span) -> bool:
+    """Quick certificate: even with every opening term left out the gap does not close on [0, span]."""
+    power, least = 1.0, offset + sign * c[p]
+    for n in range(p + 1, degree + 1):
+        power *= span
+        least += min(0.0, sign * c[n] * power)
+    return least > 0.0
+
+
+@jit
+def _third_derivative_bound(c, p, degree, span):
+    bound = 0.0
+    for n in range(degree, p + 2, -1):
+        k = n - p
+        bound = bound * span + k * (k - 1) * (k - 2) * abs(c[n])
+    return bound
+
+
+@jit
+def _first_zero(a, b, curvature):
+    """Smallest positive zero of a + b s + curvature s^2/2 with a > 0; inf if there is none."""
+    square = b * b - 2.0 * a * curvature
+    if square < 0.0 or (b >= 0.0 and curvature >= 0.0):
+        return math.inf
+    root = math.sqrt(square)
+    if b >= 0.0:
+        return (b + root) / -curvature
+    return 2.0 * a / (root - b)
+
+
+@jit
+def _stride(value, slope, curvature, third, room):
+    """How far the gap surely stays positive: the zero of a parabola below it, taken twice, the second time
+    with the curvature's bound over that shorter way only."""
+    first = _first_zero(value, slope, curvature - third * room)
+    if first >= room:
+        return room
+    near = min(room, 2.0 * first)
+    return max(first, min(near, _first_zero(value, slope, curvature - third * near)))
+
+
+@jit
+def _polish(c, p, degree, sign, offset, theta, span):
+    """Newton's method on the gap from just before its simple zero."""
+    for _ in range(MAX_POLISH):
+        value, slope, _curvature = gap(c, p, degree, sign, offset, theta)
+        if slope >= 0.0:
+            break
+        change = -value / slope
+        theta += change
+        if abs(change) <= 2.0**-53 * theta:
+            break
+    return min(max(theta, 0.0), 2.0 * span)
+
+
+@jit
+def first_root(c, p, degree, sign, offset, load, span, counts):
+    """(theta, kind) of the first closing of the gap on (0, span]: NONE, CROSSING, GRAZING (touched with zero
+    velocity, within rounding) or BOUND (MAX_STRIDES reached). Adds the evaluations made to counts[6]."""
+    if stays_open(c, p, degree, sign, offset, span):
+        return span, NONE
+    scale = abs(offset) + abs(load)
+    for n in range(p, degree + 1):
+        scale += abs(c[n])
+    touch = TOUCH * scale
+    third = _third_derivative_bound(c, p, degree, span)
+    theta, shift = 0.0, 0.0
+    for stride_number in range(MAX_STRIDES):
+        value, slope, curvature = gap(c, p, degree, sign, offset, theta)
+        counts[6] += 1
+        if stride_number == 0:
+            # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
+            shift = min(touch, 0.5 * value)
+        room = span - theta
+        if value - shift > 0.0:
+            stride = _stride(value - shift, slope, curvature, third, room)
+            if stride >= room:
+                return span, NONE
+            theta += stride
+            if stride > 2.0**-50 * theta:
+                continue
+        if curvature > 0.0:
+            least = theta - slope / curvature
+            depth = value - 0.5 * slope * slope / curvature
+            if depth * max(least, 0.0) ** p >= -touch:
+                if least > span:
+                    return span, NONE
+                if least >= theta or p == 0:
+                    return max(least, 0.0), GRAZING
+        theta = _polish(c, p, degree, sign, offset, theta, span)
+        if theta > span:
+            return span, NONE
+        return theta, CROSSING
+    return theta, BOUND

@@ -1,0 +1,122 @@
+"""The exact motion between impacts, eq. (5), as a Taylor polynomial about any instant.
+
+Everything follows from one recurrence, which has no special case: resonance at h = 0, critical and
+over-critical damping, f = 0 are ordinary inputs. Motions are written as y = sigma (x - x_ref), the distance
+from a reference position: a support just left (then y is the gap) or the equilibrium. With load =
+-sigma x_ref eq. (5) reads y'' + h y' + y = load + sigma f sin(nu tau).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.jit import jit
+
+ORDER = 18
+# With every rate times the step at most this, the first neglected term is below 1e-18 of the motion.
+REACH = 0.9
+_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(ORDER - 1))
+
+
+@jit
+def fastest_rate(nu: float, h: float) -> float:
+    """The largest rate in eq. (5): the frequency of the force, or the root of s^2 = h s + 1."""
+    return max(nu, 0.5 * (h + math.sqrt(h * h + 4.0)))
+
+
+@jit
+def steps_for_exact(nu: float, h: float) -> int:
+    """Steps per forcing period so that one polynomial of degree ORDER covers a step to rounding; at least 8."""
+    return max(8, math.ceil(2.0 * math.pi / nu * fastest_rate(nu, h) / REACH))
+
+
+@jit
+def taylor(c, y, w, s, s_rate, load, h, nu, dt) -> None:
+    """Fill c[0..ORDER] so that y(t0 + theta dt) = sum c[n] theta^n for 0 <= theta <= 1, eq. (5).
+
+    y, w: displacement and velocity at t0; s, s_rate: force sigma f sin and sigma f cos of the phase at t0;
+    load: constant part of the force; dt: the step.
+    """
+    q2 = (nu * dt) * (nu * dt)
+    d2 = dt * dt
+    hd = h * dt
+    force = s
+    force_next = s_rate * (nu * dt)
+    c[0] = y
+    c[1] = w * dt
+    c[2] = 0.5 * d2 * ((s + load) - h * w - y)
+    for n in range(1, ORDER - 1):
+        c[n + 2] = (d2 * (force_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
+        force, force_next = force_next, -q2 * force * _FACTORS[n - 1]
+
+
+@jit
+def displacement(c, degree: int, theta: float) -> float:
+    """sum c[n] theta^n."""
+    y = c[degree]
+    for n in range(degree - 1, -1, -1):
+        y = y * theta + c[n]
+    return y
+
+
+@jit
+def velocity(c, degree: int, theta: float, dt: float) -> float:
+    """d/dtau of the polynomial at theta."""
+    w = degree * c[degree]
+    for n in range(degree - 1, 0, -1):
+        w = w * theta + n * c[n]
+    return w / dt
+
+
+@jit
+def exact_map(h: float, nu: float, dt: float):
+    """The exact one-step map: y' = a11 y + a12 w + b1 load + p1 s + p2 c, w' = a21 y + ... + q2 c.
+
+    Returned as (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2); the load's column is the response to a
+    constant force, kept apart from 1 - a11, which would cancel for short steps.
+    """
+    c = np.empty(ORDER + 1)
+    a = np.empty((2, 5))
+    for column in range(5):
+        taylor(
+            c,
+            1.0 if column == 0 else 0.0,
+            1.0 if column == 1 else 0.0,
+            1.0 if column == 3 else 0.0,
+            1.0 if column == 4 else 0.0,
+            1.0 if column == 2 else 0.0,
+            h,
+            nu,
+            dt,
+        )
+        a[0, column] = displacement(c, ORDER, 1.0)
+        a[1, column] = velocity(c, ORDER, 1.0, dt)
+    return (a[0, 0], a[0, 1], a[0, 2], a[0, 3], a[0, 4], a[1, 0], a[1, 1], a[1, 2], a[1, 3], a[1, 4])
+
+
+@jit
+def free_flow(h: float, t: float):
+    """Matrix (e11, e12, e21, e22) of the free motion y'' + h y' + y = 0 over any time t >= 0, in closed form.
+
+    The derivative of the flow between impacts; det = exp(-h t). Near critical damping the sine (or
+    hyperbolic sine) over its argument is taken from its series.
+    """
+    b = 0.5 * h
+    g = (b - 1.0) * (b + 1.0)
+    z = g * t * t
+    if z < -1e-3:
+        root = math.sqrt(-g)
+        decay = math.exp(-b * t)
+        even, odd = decay * math.cos(root * t), decay * math.sin(root * t) / root
+    elif z <= 1e-3:
+        decay = math.exp(-b * t)
+        even = decay * (1.0 + z * (0.5 + z * (1.0 / 24.0 + z * (1.0 / 720.0 + z / 40320.0))))
+        odd = decay * t * (1.0 + z * (1.0 / 6.0 + z * (1.0 / 120.0 + z * (1.0 / 5040.0 + z / 362880.0))))
+    else:
+        root = math.sqrt(g)
+        # The slow rate b - root cancels for strong damping; the product of both rates is 1.
+        slow, fast = math.exp(-t / (b + root)), math.exp(-(b + root) * t)
+        even, odd = 0.5 * (slow + fast), 0.5 * (slow - fast) / root
+    return even + b * odd, odd, -odd, even - b * odd

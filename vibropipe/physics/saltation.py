@@ -1,0 +1,27 @@
+"""The jump of the linearised motion at an impact."""
+
+from __future__ import annotations
+
+from vibropipe.jit import jit
+
+
+@jit
+def saltation_matrix(restitution, velocity_before, acceleration_before, acceleration_after):
+    """Matrix (s11, s12, s21, s22) that carries a small deviation (dx, dx') through an impact, eq. (6).
+
+    The deviating motion arrives dt = -dx/x'- later; following it back through the reset gives
+    [[-R, 0], [-(a+ + R a-)/x'-, -R]], with determinant R^2.
+    """
+    shear = -(acceleration_after + restitution * acceleration_before) / velocity_before
+    return -restitution, 0.0, shear, -restitution
+
+
+@jit
+def product(a11, a12, a21, a22, b11, b12, b21, b22):
+    """The matrix product A B of two 2 x 2 matrices given by rows."""
+    return (
+        a11 * b11 + a12 * b21,
+        a11 * b12 + a12 * b22,
+        a21 * b11 + a22 * b21,
+        a21 * b12 + a22 * b22,
+    )

@@ -27,7 +27,7 @@ from vibropipe.physics.contact import (
     reset,
 )
 from vibropipe.physics.flow import displacement, taylor, velocity
-from vibropipe.physics.newmark import quadratic
+from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
@@ -174,14 +174,52 @@ def first_contact(grid, state, load, near, far, c, span, counts):
 
 
 @jit
-def contact(e, p, grid, state, kind, at_near, c, theta, log):
-    """State after an impact or a graze at `theta` past the state."""
+def step_by(e, p, grid, state, sigma, load, theta):
+    """(y, w) by one Newmark step over `theta` of the grid's step."""
+    start, end = 0.0, 0.0
+    if e.forcing is not None:
+        turn = (state.step + state.theta) / grid.steps
+        start, _rate = force_at(p, sigma, turn)
+        end, _rate = force_at(p, sigma, turn + theta / grid.steps)
+    return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)
+
+
+@jit
+def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
+    """(theta, rate) at the support by a Newmark step that ends on it, from the quadratic's theta.
+
+    Linear interpolation of the velocity errs by the square of the step, differently at every impact; a
+    step of the method down to the contact keeps that error smooth in the step. The quadratic's own contact
+    stays where the search leaves the step (a graze, nearly).
+    """
+    found, rate = theta, 0.0
+    for _ in range(8):
+        y, rate = step_by(e, p, grid, state, sigma, load, found)
+        if rate == 0.0 or not 0.0 < found <= room:
+            return theta, 0.0
+        change = (target - y) / (rate * grid.dt)
+        found += change
+        if abs(change) <= 2.0**-51 * found:
+            break
+    return (found, rate) if 0.0 < found <= room else (theta, 0.0)
+
+
+@jit
+def contact(e, p, grid, state, kind, at_near, c, theta, room, log):
+    """State after an impact or a graze at `theta` past the state; `room` is left in the step."""
     home = state.home
     if home == 0:
         side = 2 if at_near else 1
     else:
         side = home if at_near else 3 - home
+    sigma, load, near, far = frame(p, home)
     rate = velocity(c, grid.degree, theta, grid.dt)
+    if grid.exact is None and kind != GRAZING:
+        target = near if at_near else far
+        refined, at_rate = step_to_contact(e, p, grid, state, sigma, load, target, theta, room)
+        # A step's end that moves away from the support is not a contact.
+        if (at_rate < 0.0) if at_near else (at_rate > 0.0):
+            theta, rate = refined, at_rate
     at = state.theta + theta
     position = state.period + (state.step + at) / grid.steps
     sign = 1.0 if side == 1 else -1.0
@@ -279,7 +317,9 @@ def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, lo
         samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
     )
     if kind != NONE:
-        after = contact(e, p, grid, state, kind, at_near, c, theta, log)
+        after = contact(
+            e, p, grid, state, kind, at_near, c, theta, limit - state.theta, log
+        )
         if kind == GRAZING:
             return after, OK
         return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
@@ -297,6 +337,9 @@ def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, lo
         return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
     y = displacement(c, grid.degree, theta)
     w = velocity(c, grid.degree, theta, grid.dt)
+    if grid.exact is None and limit < 1.0:
+        # As at a contact: the method's own shorter step, not its linear velocity.
+        y, w = step_by(e, p, grid, state, sigma, load, theta)
     return State(period, step, at, state.home, y, w, FLIGHT, 0.0), OK
 
 

@@ -37,3 +37,10 @@ def quadratic(c, y, w, force_start, force_end, h, span, dt) -> None:
     c[0] = y
     c[1] = w * dt
     c[2] = 0.5 * dt * dt * mean
+
+
+@jit
+def step(y, w, force_start, force_end, h, dt):
+    """(y, w) after one step of length dt."""
+    mean = mean_acceleration(y, w, 0.5 * (force_start + force_end), h, dt)
+    return y + dt * (w + 0.5 * dt * mean), w + dt * mean

@@ -1,0 +1,188 @@
+"""One motion as a labelled dataset: the face `simulate`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
+from vibropipe.kernels.march import REST, begin, march
+from vibropipe.kernels.record import COUNTS, GRAZINGS, IMPACTS, RESTS, Samples, new_log
+from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.exciter import Exciter, ParameterError, number
+from vibropipe.physics.flow import ORDER
+from vibropipe.status import Status
+from vibropipe.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+METHODS = ("exact", "newmark")
+LOG_ROOM = 1024
+MAX_SAMPLES = 200_000_000
+
+
+def simulate(
+    exciter: Exciter,
+    tau_end: float = 60.0,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    method: str = "exact",
+    steps_per_period: int | None = None,
+    samples_per_period: int = 256,
+    *,
+    tau_start: float = 0.0,
+    max_impacts: int = 10_000_000,
+) -> xr.Dataset:
+    """The motion of eqs. (5), (6) from (x0, v0) at tau_start to tau_end.
+
+    method: "exact" (first impacts certified, errors of rounding only) or "newmark" (constant average
+    acceleration with `steps_per_period` steps, impacts located inside the step).
+    samples_per_period: samples of the motion per forcing period 2 pi / nu; 0 records none.
+
+    Returns a dataset (all non-dimensional): `displacement, velocity, force` over `tau` (from tau_start, the
+    last sample exactly tau_end); `impact_tau, impact_support, impact_velocity` (before, signed),
+    `impact_velocity_after` over `impact`; `rest_start, rest_end` (inf if not released before tau_end),
+    `rest_support` over `rest`; `grazing_tau, grazing_support` over `grazing`; `displacement_end, velocity_end`
+    (after an impact at tau_end itself); `status`: `max_impacts` when more contacts happen than allowed, then
+    the motion is nan from there on. Raises ParameterError for a value outside what is allowed.
+    """
+    x, v = exciter.check_start(x0, v0)
+    turns = _turns(exciter, tau_start, tau_end)
+    grid, table_p, table_q = _grid(exciter, method, steps_per_period)
+    samples = _samples(grid, turns, samples_per_period)
+    p = exciter.parameters()
+    state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
+    state, status, log = _run(p, grid, table_p, table_q, state, turns[1], samples, max_impacts)
+    finished = status == Status.OK
+    end = (
+        to_displacement(p, state.home, state.y) if finished else math.nan,
+        to_velocity(state.home, state.w) if finished else math.nan,
+    )
+    return _dataset(exciter, tau_start, tau_end, turns, samples, samples_per_period, end, status, log)
+
+
+def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
+    start = number("tau_start", tau_start, "a finite number >= 0")
+    end = number("tau_end", tau_end, "a finite number >= tau_start")
+    if not (math.isfinite(start) and start >= 0):
+        raise ParameterError(f"tau_start = {start!r}: allowed is a finite number >= 0")
+    if not (math.isfinite(end) and end >= start):
+        raise ParameterError(f"tau_end = {end!r}: allowed is a finite number >= {start!r}")
+    turns = (start * exciter.nu / (2 * math.pi), end * exciter.nu / (2 * math.pi))
+    if turns[1] > 2**52:
+        raise ParameterError(f"tau_end = {end!r}: allowed are at most 2**52 forcing periods")
+    return turns
+
+
+def _grid(
+    exciter: Exciter, method: str, steps_per_period: int | None
+) -> tuple[Grid, np.ndarray, np.ndarray]:
+    if method not in METHODS:
+        raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
+    if method == "exact":
+        if steps_per_period is not None:
+            raise ParameterError(
+                f"steps_per_period = {steps_per_period!r}: allowed with method 'newmark' only; "
+                "the exact method has no step to choose"
+            )
+        return exact_grid(ALL_EFFECTS, exciter.parameters())
+    return newmark_grid(ALL_EFFECTS, exciter.parameters(), check_steps(steps_per_period))
+
+
+def check_steps(steps_per_period: Any) -> int:
+    """A number of Newmark steps per forcing period, or a ParameterError."""
+    whole = isinstance(steps_per_period, (int, np.integer)) and not isinstance(steps_per_period, bool)
+    if not whole or not 1 <= steps_per_period <= 10**8:
+        raise ParameterError(
+            f"steps_per_period = {steps_per_period!r}: allowed is a whole number from 1 to 10**8 "
+            "(method 'newmark' needs it)"
+        )
+    return int(steps_per_period)
+
+
+def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples | None:
+    whole = isinstance(per_period, (int, np.integer)) and not isinstance(per_period, bool)
+    if not whole or per_period < 0:
+        raise ParameterError(f"samples_per_period = {per_period!r}: allowed is a whole number >= 0")
+    if per_period == 0:
+        return None
+    # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
+    count = max(0, math.ceil((turns[1] - turns[0]) * per_period - 1e-6))
+    if count > MAX_SAMPLES:
+        raise ParameterError(
+            f"samples_per_period = {per_period!r}: {count} samples up to tau_end; allowed are {MAX_SAMPLES}"
+        )
+    period, step, theta = locate(turns[0], grid.steps)
+    empty = np.full(count, np.nan), np.full(count, np.nan)
+    return Samples(*empty, int(per_period), period * grid.steps + step, theta)
+
+
+def _run(p, grid, table_p, table_q, state, turns_end, samples, max_impacts):
+    """March to the end, emptying the log whenever it is full; returns (state, Status, log columns)."""
+    log = new_log(LOG_ROOM, LOG_ROOM)
+    work = np.empty(ORDER + 1)
+    end = locate(turns_end, grid.steps)
+    pieces: list[dict[str, np.ndarray]] = []
+    events = 0
+    while True:
+        state, status = march(
+            ALL_EFFECTS, p, grid, table_p, table_q, state, *end, log, samples, work, max_impacts - events
+        )
+        pieces.append(_take(log))
+        events += len(pieces[-1]["position"]) + len(pieces[-1]["rest_start"])
+        if events > max_impacts:
+            status = Status.MAX_IMPACTS
+        if status != Status.LOG_FULL:
+            break
+    if state.order == REST:
+        ended = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
+        pieces.append({name: np.array([value]) for name, value in ended.items()})
+    names = pieces[0].keys()
+    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in names}
+    columns["counts"] = log.counts[:COUNTS].copy()
+    return state, Status(status), columns
+
+
+def _take(log) -> dict[str, np.ndarray]:
+    """Copy the entries of a log and empty it."""
+    n, rests, grazings = (int(log.counts[k]) for k in (IMPACTS, RESTS, GRAZINGS))
+    taken = {name: getattr(log, name)[:n].copy() for name in ("position", "velocity", "impulse", "support")}
+    taken |= {name: getattr(log, name)[:rests].copy() for name in ("rest_start", "rest_end", "rest_support")}
+    taken |= {name: getattr(log, name)[:grazings].copy() for name in ("grazing", "grazing_support")}
+    log.counts[[IMPACTS, RESTS, GRAZINGS]] = 0
+    return taken
+
+
+def _dataset(exciter, tau_start, tau_end, turns, samples, per_period, end, status, log) -> xr.Dataset:
+    import xarray as xr
+
+    period = exciter.period
+    struck = log["support"] > 0
+    before = log["velocity"][struck]
+    variables: dict[str, Any] = {
+        "impact_tau": ("impact", log["position"][struck] * period),
+        "impact_support": ("impact", log["support"][struck].astype(np.int8)),
+        "impact_velocity": ("impact", before),
+        "impact_velocity_after": ("impact", before + log["impulse"][struck]),
+        "rest_start": ("rest", log["rest_start"] * period),
+        "rest_end": ("rest", log["rest_end"] * period),
+        "rest_support": ("rest", log["rest_support"].astype(np.int8)),
+        "grazing_tau": ("grazing", log["grazing"] * period),
+        "grazing_support": ("grazing", log["grazing_support"].astype(np.int8)),
+        "displacement_end": ((), end[0]),
+        "velocity_end": ((), end[1]),
+        "status": ((), np.int8(status)),
+    }
+    coords: dict[str, Any] = {name: ((), value) for name, value in exciter.parameters()._asdict().items()}
+    if samples is not None:
+        offsets = np.arange(samples.displacement.size) / per_period
+        coords["tau"] = ("tau", np.append(tau_start + offsets * period, tau_end))
+        phase = np.append((turns[0] % 1.0 + offsets) % 1.0, turns[1] % 1.0)
+        variables["displacement"] = ("tau", np.append(samples.displacement, end[0]))
+        variables["velocity"] = ("tau", np.append(samples.velocity, end[1]))
+        variables["force"] = ("tau", exciter.f * np.sin(2 * math.pi * phase))
+    return describe(xr.Dataset(variables, coords))

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from vibropipe.status import Status
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -204,14 +206,12 @@ def label(name: str) -> str:
 def flags(name: str) -> Mapping[str, int] | None:
     """Return the names of the integer values of ``name``, or None if its values are numbers."""
     if name == "status":
-        from vibropipe.status import Status
-
         return {member.name.lower(): int(member) for member in Status}
     return quantity(name).flags
 
 
 def attributes(name: str) -> dict[str, Any]:
-    """Return the CF attributes of ``name``: units, long_name, symbol, and its flags if it has any."""
+    """Return the CF attributes of ``name``: units, long_name, symbol, and flags if it has any."""
     entry = quantity(name)
     attrs: dict[str, Any] = {
         "units": entry.units,
@@ -234,6 +234,8 @@ def describe(dataset: Described) -> Described:
     for name, variable in dataset.variables.items():
         attrs = attributes(str(name))
         if "flag_values" in attrs:
-            attrs["flag_values"] = attrs["flag_values"].astype(variable.dtype)
+            # truth values lie on disk as int8
+            dtype = variable.dtype if variable.dtype.kind in "iu" else np.int8
+            attrs["flag_values"] = attrs["flag_values"].astype(dtype)
         dataset[name].attrs.update(attrs)
     return dataset

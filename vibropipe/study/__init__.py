@@ -1,0 +1,48 @@
+"""The study file: YAML -> checked models. The only place of the project that knows YAML.
+
+`load_study` reads and checks a study, `load_config` the list of studies, `load_studies` all of it;
+every fault is told at once in a `StudyError`. `fingerprint` names what a scene's data depend on.
+"""
+
+from vibropipe.study.identity import canonical_text, data_keys, fingerprint
+from vibropipe.study.loading import (
+    Config,
+    load_config,
+    load_studies,
+    load_study,
+    parse_config,
+    parse_study,
+)
+from vibropipe.study.models import (
+    BackboneScene,
+    BaseScene,
+    MotionScene,
+    Study,
+    SweepScene,
+)
+from vibropipe.study.parts import Solver, Start
+from vibropipe.study.problems import Problem, StudyError
+from vibropipe.study.schema import json_schema, table_of_keys
+
+__all__ = [
+    "BackboneScene",
+    "BaseScene",
+    "Config",
+    "MotionScene",
+    "Problem",
+    "Solver",
+    "Start",
+    "Study",
+    "StudyError",
+    "SweepScene",
+    "canonical_text",
+    "data_keys",
+    "fingerprint",
+    "json_schema",
+    "load_config",
+    "load_studies",
+    "load_study",
+    "parse_config",
+    "parse_study",
+    "table_of_keys",
+]

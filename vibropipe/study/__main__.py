@@ -1,0 +1,9 @@
+"""`python -m vibropipe.study [config]`: renew the schema and the table of keys in that folder."""
+
+import sys
+from pathlib import Path
+
+from vibropipe.study.schema import write
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1] if len(sys.argv) > 1 else "config"))

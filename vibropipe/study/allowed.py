@@ -1,0 +1,76 @@
+"""What a key takes, in words, read off the models: for messages and for the table of keys."""
+
+from __future__ import annotations
+
+import types
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.study.models import KINDS, Scene, Study
+from vibropipe.study.values import Rule
+
+TAGS: dict[str, type[BaseModel]] = {
+    **{f"<{kind}>": model for kind, model in KINDS.items()},
+    **{"<values>": ValueGrid, "<list>": ValueGrid, "<range>": RangeGrid},
+}
+
+
+def takes(field: FieldInfo) -> str:
+    """Return what a key takes, such as `a finite number > 0`."""
+    for entry in field.metadata:
+        if isinstance(entry, Rule):
+            return entry.allowed
+    return _takes(field.annotation)
+
+
+def _takes(annotation: Any) -> str:
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        rules = [entry.allowed for entry in arguments[1:] if isinstance(entry, Rule)]
+        return rules[0] if rules else _takes(arguments[0])
+    if origin is Literal:
+        return " or ".join(str(choice) for choice in arguments)
+    if origin in (Union, types.UnionType):
+        inner = [argument for argument in arguments if argument is not type(None)]
+        return A_GRID if len(inner) > 1 else _takes(inner[0])
+    if origin is list:
+        words = _takes(arguments[0])
+        return (
+            "a list of numbers" if "number" in words else f"a list of {words.replace(' or ', ', ')}"
+        )
+    if origin is dict:
+        what = "scenes by name" if arguments[1] is Scene else "grids by parameter"
+        return f"a mapping of {what}, at least one"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return f"a mapping with {', '.join(annotation.model_fields)}"
+    raise TypeError(f"no words for {annotation!r}")
+
+
+def model_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> type[BaseModel] | None:
+    """Return the model that the `loc` of a pydantic error points at, None where there is none."""
+    here: type[BaseModel] | None = root
+    for step in loc:
+        if step in TAGS:
+            here = TAGS[str(step)]
+        else:
+            field = here.model_fields.get(str(step)) if here else None
+            here = _nested(field.annotation) if field else None
+    return here
+
+
+def field_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> FieldInfo | None:
+    """Return the field that a pydantic error's `loc` names, None where it names none."""
+    owner = model_at(loc[:-1], root) if loc else None
+    return owner.model_fields.get(str(loc[-1])) if owner else None
+
+
+def _nested(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type):
+        return annotation if issubclass(annotation, BaseModel) else None
+    if get_origin(annotation) in (Union, types.UnionType):
+        inner = [argument for argument in get_args(annotation) if argument is not type(None)]
+        return _nested(inner[0]) if len(inner) == 1 else None
+    return None

@@ -1,0 +1,196 @@
+"""Files -> checked studies. Every fault of a study is told at once, in one StudyError."""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path as File
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
+
+from vibropipe.study.checks import check_study
+from vibropipe.study.grids import Keys
+from vibropipe.study.models import Study
+from vibropipe.study.problems import (
+    Path,
+    Problem,
+    StudyError,
+    describe,
+    distinct,
+    repeated,
+)
+from vibropipe.study.reading import read_file
+from vibropipe.study.translation import plain_path, problem_of
+from vibropipe.study.values import NAME, Name, NameRule, Words, refuse
+from vibropipe.study.words import latin
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def _separate(value: Any) -> Any:
+    # `snakemake --config studies=paper,regimes` hands over one text.
+    return (
+        [name for name in re.split(r"[,\s]+", value) if name] if isinstance(value, str) else value
+    )
+
+
+def _names_once(names: list[str]) -> list[str]:
+    if len(set(names)) < len(names):
+        refuse("each study once", ", ".join(names))
+    return names
+
+
+class Config(Keys):
+    """`config/config.yaml`: the studies of the default run and where results go."""
+
+    studies: Annotated[
+        list[Name],
+        Field(min_length=1),
+        BeforeValidator(_separate),
+        AfterValidator(_names_once),
+    ] = Field(description="Names of the studies of the default run; each is `config/<name>.yaml`.")
+    results: Annotated[str, Words(1000)] = Field(
+        default="results", description="Folder of all results."
+    )
+    _folder: File = PrivateAttr(default_factory=File)
+
+    def study_file(self, name: str) -> File:
+        """Return the file of a study: it lies beside the configuration."""
+        return self._folder / f"{name}.yaml"
+
+
+def load_config(path: str | File) -> Config:
+    """Read and check the list of studies. Raises StudyError with every fault of the file."""
+    file = File(path)
+    tree, problems = read_file(file)
+    return parse_config(tree, file.parent, source=str(file), problems=problems)
+
+
+def parse_config(
+    tree: Any, folder: File, source: str = "config", problems: list[Problem] | None = None
+) -> Config:
+    """Check a list of studies that was read already; the studies lie in `folder`."""
+    config, more = _validated(Config, _mapping(tree, source, Config))
+    told = distinct([*(problems or []), *more])
+    if told or config is None:
+        raise StudyError(source, told)
+    config._folder = folder
+    return config
+
+
+def load_studies(config: Config) -> dict[str, Study]:
+    """Read all studies of the list, by name. Raises one StudyError with the faults of all files."""
+    studies: dict[str, Study] = {}
+    errors: list[StudyError] = []
+    for name in config.studies:
+        try:
+            studies[name] = load_study(config.study_file(name))
+        except StudyError as error:
+            errors.append(error)
+    if errors:
+        raise StudyError.of_all(errors)
+    return studies
+
+
+def load_study(path: str | File) -> Study:
+    """Read and check a study. Raises StudyError with every fault of the file."""
+    file = File(path)
+    tree, problems = read_file(file)
+    if not NAME.fullmatch(file.stem):
+        problems.append(Problem((), f"the file name {describe(file.name)}", NameRule().allowed))
+    return parse_study(tree, name=file.stem, source=str(file), problems=problems)
+
+
+def parse_study(
+    tree: Any, name: str = "study", source: str = "study", problems: list[Problem] | None = None
+) -> Study:
+    """Check a study that was read already; `problems` are the faults the reading found."""
+    tree = _mapping(tree, source, Study)
+    tree, spelled = spell_out(tree)
+    told = [*(problems or []), *spelled]
+    study, found = _validated(Study, tree)
+    broken = frozenset(problem.path for problem in (*told, *found) if problem.covers)
+    sound, dropped = (study, frozenset[Path]()) if study else _salvage(tree)
+    told = [*told, *found]
+    if sound is not None:
+        told += check_study(sound, broken | dropped)
+    if told or study is None:
+        raise StudyError(source, distinct(told))
+    study._name, study._source = name, source
+    return study
+
+
+def _mapping(tree: Any, source: str, model: type[BaseModel]) -> dict[str, Any]:
+    if isinstance(tree, dict):
+        return tree
+    allowed = f"a mapping with {', '.join(model.model_fields)}"
+    raise StudyError(source, [Problem((), describe(tree), allowed)])
+
+
+def spell_out(tree: Any, path: Path = ()) -> tuple[Any, list[Problem]]:
+    """Return the tree with Greek keys in Latin letters; names of scenes stay as they are."""
+    if isinstance(tree, list):
+        pairs = [spell_out(entry, (*path, place)) for place, entry in enumerate(tree)]
+        return [entry for entry, _ in pairs], [problem for _, more in pairs for problem in more]
+    if not isinstance(tree, dict):
+        return tree, []
+    spelled: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for key, value in tree.items():
+        if not isinstance(key, str):
+            problems.append(Problem((*path, str(key)), f"the key {describe(key)}", "text as key"))
+            continue
+        word = key if path == ("scenes",) else latin(key)
+        inner, more = spell_out(value, (*path, word))
+        problems += more
+        if word in spelled:
+            problems.append(repeated((*path, word), key))
+        else:
+            spelled[word] = inner
+    return spelled, problems
+
+
+def _validated(model: type[Model], tree: dict[str, Any]) -> tuple[Model | None, list[Problem]]:
+    try:
+        return model.model_validate(tree), []
+    except ValidationError as error:
+        return None, [problem_of(entry, model) for entry in error.errors(include_url=False)]
+
+
+def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[Path]]:
+    """Return what can be understood of a faulty study, and the paths that were left out for it.
+
+    The checks that tie keys together run on it, so that their faults are told in the same message.
+    """
+    tree = copy.deepcopy(tree)
+    dropped: set[Path] = set()
+    while isinstance(tree.get("scenes"), dict) and tree["scenes"]:
+        try:
+            return Study.model_validate(tree), frozenset(dropped)
+        except ValidationError as error:
+            paths = {plain_path(entry["loc"]) for entry in error.errors(include_url=False)}
+        dropped |= {_drop(tree, path) for path in paths}
+    return None, frozenset(dropped)
+
+
+def _drop(tree: dict[str, Any], path: Path) -> Path:
+    """Delete the key that holds the fault, or the scene that lacks a key; return its path."""
+    depth = 1
+    if path[0] == "scenes":
+        depth = 4 if path[2:3] in (("exciter",), ("over",), ("start",)) else 3
+    elif path[0] == "exciter":
+        depth = 2
+    path = path[:depth]
+    if path == ("title",):
+        tree["title"] = "untitled"
+        return path
+    owner: Any = tree
+    for step in path[:-1]:
+        owner = owner.get(step, {}) if isinstance(owner, dict) else {}
+    if path[-1] in owner:
+        del owner[path[-1]]
+    elif path[0] == "scenes":
+        path = path[:2] if len(path) > 1 else path
+        tree["scenes"].pop(path[-1], None) if len(path) > 1 else tree.pop("scenes")
+    return path

@@ -1,0 +1,239 @@
+"""The models of a study: what each kind of scene may say, key by key.
+
+Every key has a description: the JSON schema and the table of keys in `config/README.md` are made
+from these classes. Rules that tie several keys together stand in `checks.py`. A new kind of scene
+is a class here, an entry in `Scene` and `KINDS`, and its rules there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag
+
+from vibropipe.study.grids import Grid, Keys, RangeGrid, ValueGrid
+from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, ParameterName, Solver, Start
+from vibropipe.study.problems import Problem, StudyError, did_you_mean
+from vibropipe.study.values import Name, Within, Words, Written, refuse
+
+Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
+Title = Annotated[str, Words(200)]
+Prose = Annotated[str, Words(4000, one_line=False)]
+Harmonics = Annotated[int, Within(1, 1000, whole=True)]
+
+DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
+
+
+def _each_once(outputs: list[Output]) -> list[Output]:
+    if len(set(outputs)) < len(outputs):
+        refuse("each output once", ", ".join(outputs))
+    return outputs
+
+
+Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(_each_once)]
+
+
+class BaseScene(Keys):
+    """What scenes of every kind have; `name` is the scene's key in the study."""
+
+    title: Title = Field(default="", description="Title of the scene.")
+    caption: Prose = Field(default="", description="What to see in the figure.")
+    exciter: ExciterKeys = Field(
+        default_factory=ExciterKeys, description="Parameters that differ from the study's."
+    )
+    figure: FigureOptions = Field(
+        default_factory=FigureOptions,
+        description="Options of the picture; no data depends on them.",
+    )
+    _name: str = PrivateAttr("")
+    _shared: dict[str, float] = PrivateAttr(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The scene's name in its study."""
+        return self._name
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows that are solved."""
+        return math.prod(grid.size for grid in self.grids().values())
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:
+        """Return the grids the scene runs over, in the order of its dimensions."""
+        return {}
+
+    def over_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return the same grids as arrays, each of shape (size of its dimension,)."""
+        return {name: grid.array() for name, grid in self.grids().items()}
+
+    def resolved_exciter(self) -> dict[str, float]:
+        """Return all seven parameters: the scene's own, else the study's, else "effect absent".
+
+        A swept parameter stands with the first value of its grid.
+        """
+        return {**DEFAULTS, **self._shared, **self.exciter.given()}
+
+
+class MotionScene(BaseScene):
+    """One motion from a given start."""
+
+    kind: Literal["motion"] = Field(description="One motion from a given start.")
+    tau_end: Annotated[float, Within(0, 1e9, above=True)] = Field(
+        default=60.0, description="How long the recorded motion is, after the settling."
+    )
+    settle_periods: Annotated[int, Within(0, 10**9, whole=True)] = Field(
+        default=0, description="Forcing periods run before the record begins; tau is counted on."
+    )
+    start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
+    solver: Solver = Field(default_factory=Solver, description="How it is computed.")
+    samples_per_period: Annotated[int, Within(0, 10**6, whole=True)] = Field(
+        default=256, description="Recorded samples in a forcing period; 0 records no motion."
+    )
+    harmonics: Harmonics = Field(
+        default=6, description="How many harmonics, where they are asked for."
+    )
+    outputs: Outputs = Field(
+        default=["motion", "impacts"], description="What is computed and stored, nothing else."
+    )
+
+    def tau_span(self) -> tuple[float, float]:
+        """Return tau at the beginning and at the end of the record."""
+        begin = self.settle_periods * (2 * math.pi / self.resolved_exciter()["nu"])
+        return begin, begin + self.tau_end
+
+
+class SweepScene(BaseScene):
+    """Steady states over every combination of some parameters."""
+
+    kind: Literal["sweep"] = Field(description="Steady states over some parameters.")
+    over: Annotated[dict[ParameterName, Grid], Field(min_length=1)] = Field(
+        description="Grid of each swept parameter; their order is the order of the dimensions."
+    )
+    start: Start = Field(
+        default_factory=Start, description="Start of every row; or else `follow`, never both."
+    )
+    follow: Annotated[Follow | None, Written] = Field(
+        default=None, description="Start each row from its neighbour."
+    )
+    harmonics: Harmonics = Field(default=3, description="How many harmonics.")
+    outputs: Outputs = Field(
+        default=["harmonics", "impacts", "stability"],
+        description="What is computed and stored, nothing else.",
+    )
+    solver: Solver = Field(
+        default_factory=Solver, description="Exact, or an accuracy, which exact meets."
+    )
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
+        return {str(name): grid for name, grid in self.over.items()}
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {
+            **super().resolved_exciter(),
+            **{name: grid.low for name, grid in self.over.items()},
+        }
+
+    def follow_pair(self) -> tuple[str, str] | None:
+        """Return `follow` as `vibropipe.sweep` takes it: ("nu", "up"), or None."""
+        return (self.follow.along, self.follow.direction) if self.follow else None
+
+
+class BackboneScene(BaseScene):
+    """Free motion without loss: eq. (10) over the period, or eigenfrequency over amplitude."""
+
+    GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
+
+    kind: Literal["backbone"] = Field(description="Free motion without force and loss.")
+    delta_over_l: Annotated[Grid | None, Written] = Field(
+        default=None, description="Offsets of the curves of eq. (10), within (-1, 1)."
+    )
+    tau_bar: Annotated[Grid | None, Written] = Field(
+        default=None, description="Periods of the curves, above 0; with `delta_over_l`."
+    )
+    check_points: Annotated[int, Within(0, 1000, whole=True)] = Field(
+        default=6, description="Simulated motions set on each curve."
+    )
+    amplitude: Annotated[Grid | None, Written] = Field(
+        default=None,
+        description="Amplitudes of the free motion, above 0; instead of the two above.",
+    )
+    harmonics: Harmonics = Field(default=3, description="How many harmonics over `amplitude`.")
+
+    @property
+    def over_amplitude(self) -> bool:
+        """Whether the scene runs over `amplitude` rather than along eq. (10)."""
+        return "amplitude" in self.model_fields_set
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
+        return {name: getattr(self, name) for name in self.GRIDS if name in self.model_fields_set}
+
+    def resolved_exciter(self) -> dict[str, float]:
+        """Return the parameters of the free motion; along eq. (10) lengths are in units of l."""
+        if not self.over_amplitude:
+            return {**DEFAULTS, "l": 1.0}
+        given = super().resolved_exciter()
+        return {**DEFAULTS, "l": given["l"], "delta": given["delta"]}
+
+
+KINDS: dict[str, type[BaseScene]] = {
+    "motion": MotionScene,
+    "sweep": SweepScene,
+    "backbone": BackboneScene,
+}
+
+
+def _kind(value: Any) -> str | None:
+    kind = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
+    return f"<{kind}>" if isinstance(kind, str) else None
+
+
+Scene = Annotated[
+    Annotated[MotionScene, Tag("<motion>")]
+    | Annotated[SweepScene, Tag("<sweep>")]
+    | Annotated[BackboneScene, Tag("<backbone>")],
+    Discriminator(_kind),
+]
+
+
+class Study(Keys):
+    """A study: shared parameters and named scenes. `name` is the file's, without its ending."""
+
+    title: Title = Field(description="Title of the study and of its report.")
+    description: Prose = Field(default="", description="What the study is about; opens the report.")
+    exciter: ExciterKeys = Field(
+        default_factory=ExciterKeys, description="Parameters shared by all scenes."
+    )
+    scenes: Annotated[dict[Name, Scene], Field(min_length=1, max_length=1000)] = Field(
+        description="The scenes by name; the name becomes the name of files."
+    )
+    _name: str = PrivateAttr("")
+    _source: str = PrivateAttr("")
+
+    def model_post_init(self, context: Any) -> None:
+        """Tell each scene its name and the shared parameters."""
+        for name, scene in self.scenes.items():
+            scene._name = name
+            scene._shared = self.exciter.given()
+
+    @property
+    def name(self) -> str:
+        """The study's name: its results lie in `results/<name>`."""
+        return self._name
+
+    @property
+    def source(self) -> str:
+        """The file the study was read from, as messages name it."""
+        return self._source
+
+    def scene(self, name: str) -> MotionScene | SweepScene | BackboneScene:
+        """Return a scene by name; StudyError names the nearest one when there is none such."""
+        if name not in self.scenes:
+            known = ", ".join(self.scenes)
+            problem = Problem(
+                ("scenes",), f"no scene {name!r}", known, did_you_mean(name, self.scenes)
+            )
+            raise StudyError(self._source or "study", [problem])
+        return self.scenes[name]

@@ -1,0 +1,210 @@
+"""YAML text -> plain mappings, lists, text, numbers and booleans; nothing else comes out.
+
+The tree is built here from the parser's events, so that no tag can make an object, no alias can
+grow without bound and no key is silently lost. Plain scalars that YAML 1.1 and 1.2 read
+differently (`on`, `12:30`, `010`) are refused rather than guessed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path as File
+from typing import Any, NamedTuple
+
+import yaml
+
+from vibropipe.study.problems import Path, Problem, StudyError, describe, repeated
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 12
+MAX_NODES = 200_000
+
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_TWO_READINGS = re.compile(
+    r"(?i:on|off|yes|no)|[-+]?0[\d_]+|[-+]?0[ob][0-7_]+|[-+]?\d[\d_]*_[\d_]*(\.[\d_]*)?"
+    r"|[-+]?\d[\d_]*(:[0-5]?\d)+(\.[\d_]*)?|\d{4}-\d\d?-\d\d?([Tt ].*)?",
+    re.ASCII,
+)
+_CONSTANTS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
+_CONSTANTS |= {
+    "true": True,
+    "True": True,
+    "TRUE": True,
+    "false": False,
+    "False": False,
+    "FALSE": False,
+}
+# The C parser is some ten times faster; both give the same events.
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class _Built(NamedTuple):
+    """A finished node: its value, its nodes with every alias written out, and its depth."""
+
+    value: Any
+    nodes: int = 1
+    depth: int = 1
+
+
+class _StopError(Exception):
+    """The text cannot be read on; `args[0]` is the problem."""
+
+
+def read_file(file: File) -> tuple[Any, list[Problem]]:
+    """Read a YAML file into a tree, with the problems that did not stop the reading.
+
+    Raises StudyError when there is no readable UTF-8 YAML of bounded size at all.
+    """
+    try:
+        with file.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+        if len(raw) > MAX_BYTES:
+            raise _StopError(
+                Problem((), f"more than {MAX_BYTES} bytes", f"at most {MAX_BYTES} bytes")
+            )
+        return read_text(raw.decode("utf-8-sig"), str(file))
+    except OSError as error:
+        found = (error.strerror or type(error).__name__).lower()
+        raise StudyError(str(file), [Problem((), found, "a readable YAML file")]) from None
+    except UnicodeDecodeError as error:
+        found = f"a byte that is not UTF-8 at place {error.start}"
+        raise StudyError(str(file), [Problem((), found, "text in UTF-8")]) from None
+    except _StopError as stop:
+        raise StudyError(str(file), [stop.args[0]]) from None
+
+
+def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
+    """Read YAML text into a tree; `source` names it in messages. Raises as `read_file`."""
+    builder = _Builder(text)
+    try:
+        return builder.document(), builder.problems
+    except _StopError as stop:
+        raise StudyError(source, [*builder.problems, stop.args[0]]) from None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        at = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        found = f"broken YAML{at} ({error.problem or error.context})"
+        raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
+    except yaml.YAMLError as error:
+        found = f"broken YAML ({str(error).splitlines()[0]})"
+        raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
+
+
+class _Builder:
+    """One pass over the parser's events."""
+
+    def __init__(self, text: str) -> None:
+        self.events: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
+        self.anchors: dict[str, _Built] = {}
+        self.problems: list[Problem] = []
+
+    def document(self) -> Any:
+        """Return the value of the only document, None for an empty text."""
+        next(self.events)  # the stream's start
+        if isinstance(next(self.events), yaml.StreamEndEvent):
+            return None
+        value = self.node(next(self.events), ()).value
+        next(self.events)  # the document's end
+        if not isinstance(next(self.events), yaml.StreamEndEvent):
+            raise _StopError(
+                Problem((), "a second YAML document (`---`)", "one document in a file")
+            )
+        return value
+
+    def node(self, event: Any, path: Path) -> _Built:
+        if isinstance(event, yaml.AliasEvent):
+            return self.alias(event, path)
+        if event.tag is not None:
+            tag = describe(event.tag)
+            self.problems.append(Problem(path, f"the YAML tag {tag}", "values without tags"))
+        if isinstance(event, yaml.ScalarEvent):
+            built = _Built(self.scalar(event, path))
+        elif len(path) >= MAX_DEPTH:
+            raise _StopError(_too_deep(path))
+        elif isinstance(event, yaml.MappingStartEvent):
+            built = self.mapping(path)
+        else:
+            built = self.sequence(path)
+        if built.nodes > MAX_NODES:
+            raise _StopError(Problem(path, f"more than {MAX_NODES} values", f"at most {MAX_NODES}"))
+        if event.anchor is not None:
+            self.anchors[event.anchor] = built
+        return built
+
+    def alias(self, event: Any, path: Path) -> _Built:
+        built = self.anchors.get(event.anchor)
+        if built is None:
+            found = f"the alias {describe('*' + event.anchor)}"
+            raise _StopError(
+                Problem(path, found, "aliases of an anchor that is complete before them")
+            )
+        if len(path) + built.depth > MAX_DEPTH + 1:
+            raise _StopError(_too_deep(path))
+        return built
+
+    def mapping(self, path: Path) -> _Built:
+        value: dict[str, Any] = {}
+        nodes, depth = 1, 0
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            key = self.key(event, path)
+            child = self.node(next(self.events), (*path, key))
+            if key in value:
+                self.problems.append(repeated((*path, key)))
+            else:
+                value[key] = child.value
+            nodes, depth = nodes + 1 + child.nodes, max(depth, child.depth)
+        return _Built(value, nodes, depth + 1)
+
+    def sequence(self, path: Path) -> _Built:
+        value: list[Any] = []
+        nodes, depth = 1, 0
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            child = self.node(event, (*path, len(value)))
+            value.append(child.value)
+            nodes, depth = nodes + child.nodes, max(depth, child.depth)
+        return _Built(value, nodes, depth + 1)
+
+    def key(self, event: Any, path: Path) -> str:
+        """Return a key as text; what stands there must be text to every reader of YAML."""
+        if not isinstance(event, yaml.ScalarEvent):
+            raise _StopError(Problem(path, "a key that is not plain text", "text as key"))
+        key: str = event.value
+        if event.tag is not None or (key == "<<" and event.style in (None, "")):
+            found = "the merge key `<<`" if event.tag is None else "a YAML tag on a key"
+            raise _StopError(Problem(path, found, "every key written out"))
+        if event.style in (None, "") and (key in _CONSTANTS or _TWO_READINGS.fullmatch(key)):
+            self.problems.append(_two_readings((*path, key), key))
+        if event.anchor is not None:
+            self.anchors[event.anchor] = _Built(key)
+        return key
+
+    def scalar(self, event: Any, path: Path) -> Any:
+        text: str = event.value
+        if event.style not in (None, ""):
+            return text
+        if text in _CONSTANTS:
+            return _CONSTANTS[text]
+        if _TWO_READINGS.fullmatch(text):
+            self.problems.append(_two_readings(path, text))
+            return text
+        if _NOT_FINITE.fullmatch(text):
+            return float(text.replace(".", "", 1))
+        # Text that overflows a float stays text, so that the message shows what was written.
+        if NUMBER.fullmatch(text) and math.isfinite(number := float(text)):
+            whole = text.lstrip("+-").isdigit() and len(text) < 300
+            return int(text) if whole else number
+        return text
+
+
+def _too_deep(path: Path) -> Problem:
+    return Problem(
+        path[:3], f"more than {MAX_DEPTH} levels", f"at most {MAX_DEPTH} levels of nesting"
+    )
+
+
+def _two_readings(path: Path, text: str) -> Problem:
+    hint = "YAML 1.1 and 1.2 read it differently"
+    return Problem(path, f"{describe(text)} unquoted", "a plain number, or text in quotes", hint)

@@ -1,0 +1,129 @@
+"""The study's JSON schema and table of keys, made from the models.
+
+`python -m vibropipe.study` writes both into `config/`; a test fails when they have drifted.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path as File
+from typing import Any
+
+from pydantic import BaseModel
+
+from vibropipe.study.allowed import takes
+from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.study.loading import Config
+from vibropipe.study.models import KINDS, BaseScene, Study
+from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, Solver, Start
+from vibropipe.study.problems import Problem, StudyError
+from vibropipe.study.words import greek
+
+BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
+END = "<!-- table of keys: end -->"
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema (draft 2020-12) of a study, for editors."""
+    schema: dict[str, Any] = _tidy(Study.model_json_schema())
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _tidy(node: Any) -> Any:
+    """Allow Greek spellings, forbid empty values, and leave out pydantic's titles."""
+    if isinstance(node, list):
+        return [_tidy(entry) for entry in node]
+    if not isinstance(node, dict):
+        return node
+    choices = node.get("anyOf", [])
+    if {"type": "null"} in choices:
+        rest = [choice for choice in choices if choice != {"type": "null"}]
+        node = {key: value for key, value in node.items() if key != "anyOf"}
+        node = {**node, **rest[0]} if len(rest) == 1 else {**node, "anyOf": rest}
+    tidy = {key: _tidy(value) for key, value in node.items() if not _noise(key, value)}
+    if isinstance(tidy.get("properties"), dict):
+        properties = tidy["properties"]
+        properties |= {greek(key): value for key, value in properties.items()}
+    if "propertyNames" in tidy and "enum" in tidy["propertyNames"]:
+        names = tidy["propertyNames"]["enum"]
+        tidy["propertyNames"]["enum"] = list(dict.fromkeys([*names, *map(greek, names)]))
+    return tidy
+
+
+def _noise(key: str, value: Any) -> bool:
+    return (key == "title" and isinstance(value, str)) or (key == "default" and value in (None, ""))
+
+
+def table_of_keys() -> str:
+    """Return the tables of all keys in Markdown, one per mapping of a study."""
+    common = tuple(BaseScene.model_fields)
+    parts = [
+        _table("`config.yaml`", Config),
+        _table("A study, `<study>.yaml`", Study),
+        _table("Every scene", BaseScene, note="Beside `kind` and the keys of that kind."),
+        *(_table(f"`kind: {kind}`", model, without=common) for kind, model in KINDS.items()),
+        _table(
+            "`exciter`",
+            ExciterKeys,
+            note="Also spelled `ν`, `δ`, `R₁`, `R₂`. In brackets: if given nowhere.",
+        ),
+        _table("`start`", Start),
+        _table("`follow`", Follow),
+        _table("`solver`", Solver),
+        _table("`figure`", FigureOptions),
+        _table("A grid as a range", RangeGrid, note=f"A grid is {A_GRID}."),
+        _table("A grid by its values", ValueGrid, note="A plain list says the same."),
+    ]
+    return "\n\n".join(parts)
+
+
+def _table(
+    title: str, model: type[BaseModel], note: str = "", without: tuple[str, ...] = ()
+) -> str:
+    lines = [f"### {title}", ""]
+    if note:
+        lines += [note, ""]
+    lines += ["| key | takes | default | meaning |", "|---|---|---|---|"]
+    for name, field in model.model_fields.items():
+        if name in without:
+            continue
+        default = (
+            "required"
+            if field.is_required()
+            else _default(field.get_default(call_default_factory=True))
+        )
+        nested = isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+        words = f"see `{name}`" if nested else takes(field).replace("|", "\\|")
+        lines.append(f"| `{name}` | {words} | {default} | {field.description} |")
+    return "\n".join(lines)
+
+
+def _default(value: Any) -> str:
+    if value is None or value == "" or isinstance(value, BaseModel):
+        return ""
+    if isinstance(value, list):
+        return f"`[{', '.join(value)}]`"
+    return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+
+
+def schema_text() -> str:
+    """Return the text of `config/study.schema.json`."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def readme_text(old: str) -> str:
+    """Return the text of `config/README.md` with its table of keys renewed."""
+    head, begin, rest = old.partition(BEGIN)
+    _, end, tail = rest.partition(END)
+    if not begin or not end:
+        raise StudyError(
+            "README.md", [Problem((), "no table of keys", f"the lines {BEGIN} and {END}")]
+        )
+    return f"{head}{BEGIN}\n\n{table_of_keys()}\n\n{END}{tail}"
+
+
+def write(folder: File) -> None:
+    """Write the schema and renew the table of keys in the folder of the studies."""
+    (folder / "study.schema.json").write_text(schema_text(), encoding="utf-8")
+    readme = folder / "README.md"
+    readme.write_text(readme_text(readme.read_text(encoding="utf-8")), encoding="utf-8")

@@ -10,9 +10,9 @@ def saltation_matrix(restitution, velocity_before, acceleration_before, accelera
     """Matrix (s11, s12, s21, s22) that carries a small deviation (dx, dx') through an impact, eq. (6).
 
     The deviating motion arrives dt = -dx/x'- later; following it back through the reset gives
-    [[-R, 0], [-(a+ + R a-)/x'-, -R]], with determinant R^2.
+    [[-R, 0], [(a+ + R a-)/x'-, -R]], with determinant R^2.
     """
-    shear = -(acceleration_after + restitution * acceleration_before) / velocity_before
+    shear = (acceleration_after + restitution * acceleration_before) / velocity_before
     return -restitution, 0.0, shear, -restitution
 
 

@@ -1,0 +1,91 @@
+"""Integrals along an orbit by Gauss quadrature of the exact motion: energy, and harmonics at resonance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.jit import jit
+from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
+from vibropipe.kernels.march import REST
+from vibropipe.kernels.record import IMPACTS, RESTS
+from vibropipe.physics.flow import ORDER, displacement, fastest_rate, taylor, velocity
+from vibropipe.physics.forcing import TWO_PI, sincos_turns
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(14)
+NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+
+
+@jit
+def _add_flight(p, x, v, start, end, m, out, energy, c):
+    """Add the integrals over one flight from (x, v) at `start` to `end` (forcing periods); returns (x, v)."""
+    if end <= start:
+        return x, v
+    period = TWO_PI / p.nu
+    pieces = max(1, math.ceil((end - start) * period * fastest_rate(p.nu, p.h)))
+    dt = (end - start) * period / pieces
+    for piece in range(pieces):
+        begin = start + (end - start) * piece / pieces
+        s, co = sincos_turns(begin)
+        taylor(c, x, v, p.f * s, p.f * co, 0.0, p.h, p.nu, dt)
+        for g in range(NODES.size):
+            turn = begin + NODES[g] * dt / period
+            at_x = displacement(c, ORDER, NODES[g])
+            at_v = velocity(c, ORDER, NODES[g], dt)
+            share = WEIGHTS[g] * dt / period
+            energy[0] += share * period * p.f * sincos_turns(turn)[0] * at_v
+            energy[1] += share * period * p.h * at_v * at_v
+            for k in range(out.size):
+                out[k] += share * at_x * turn_factor(k * turn / m)
+        x, v = displacement(c, ORDER, 1.0), velocity(c, ORDER, 1.0, dt)
+    return x, v
+
+
+@jit
+def _add_rest(x, start, end, m, out) -> None:
+    """Add the integrals over one rest at x; the force does no work and nothing is lost."""
+    for g in range(NODES.size):
+        turn = start + NODES[g] * (end - start)
+        for k in range(out.size):
+            out[k] += WEIGHTS[g] * (end - start) * x * turn_factor(k * turn / m)
+
+
+@jit
+def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
+    """Integrals over m periods of a logged motion from (x, v) at period 0 to the state `end`.
+
+    out[k] += integral of x exp(-i k nu tau/m) over the orbit, in forcing periods; energy[0] += work of the
+    force, energy[1] += loss by damping.
+    """
+    impacts = min(log.counts[IMPACTS], log.position.size)
+    rests = min(log.counts[RESTS], log.rest_start.size)
+    now, i, r = 0.0, 0, 0
+    while now < m:
+        impact = log.position[i] if i < impacts else math.inf
+        rest, until, side = math.inf, float(m), end.home
+        if r < rests:
+            rest, until, side = max(0.0, log.rest_start[r]), log.rest_end[r], int(log.rest_support[r])
+        elif end.order == REST and r == rests:
+            rest = max(0.0, end.rest_start)
+        upto = min(min(impact, rest), float(m))
+        x, v = _add_flight(p, x, v, now, upto, m, out, energy, c)
+        now = upto
+        if impact <= rest and impact < m:
+            x = p.l + p.delta if abs(log.support[i]) == 1 else p.delta - p.l
+            v = log.velocity[i] + log.impulse[i] if log.support[i] > 0 else 0.0
+            i += 1
+        elif rest < m:
+            x, v = (p.l + p.delta if side == 1 else p.delta - p.l), 0.0
+            _add_rest(x, now, until, m, out)
+            now, r = until, r + 1
+
+
+@jit
+def mend_resonance(p, x, v, end, log, m, out, energy, c) -> None:
+    """Replace the harmonics that `harmonics.close` could not divide out by their quadrature."""
+    direct = np.zeros(out.size, np.complex128)
+    along_orbit(p, x, v, end, log, m, direct, energy, c)
+    for k in range(out.size):
+        if abs(admittance(p, k, m)) < RESONANT:
+            out[k] = direct[k] / m

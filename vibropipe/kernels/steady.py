@@ -1,0 +1,160 @@
+"""The law of motion that settles from a given start: settle, recognise the orbit, close it by Newton.
+
+A steady state is found, not waited for. The stroboscopic section is watched until it nearly repeats with
+some period multiple m; Newton's method on the return map then closes the orbit, and it counts only if it
+is stable and as near as the contraction of its multipliers allows. A slow drift passes no such test, and an
+orbit of multiple m is not taken for one of a smaller multiple, because that one is unstable.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.jit import jit
+from vibropipe.kernels.march import OK, REST, State
+from vibropipe.kernels.orbit import (
+    LOG_FULL,
+    at_period_zero,
+    clear,
+    derivative,
+    difference,
+    multipliers,
+    newton_step,
+    periods,
+    section,
+)
+from vibropipe.kernels.record import IMPACTS, RESTS
+from vibropipe.status import Status
+
+MAX_MULTIPLE = 32
+HISTORY = 64
+# Share of the motion's size within which the section counts as nearly repeating.
+NEARLY = 1e-4
+CLOSED = 1e-13
+MAX_NEWTON = 12
+# A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
+# some other orbit. Non-normal derivatives make changes larger than multipliers tell.
+REACH = 20.0
+# Growth of the section's amplitude from the second to the last quarter that counts as unbounded.
+GROWTH = 1.5
+PERIODIC, APERIODIC, UNBOUNDED = 0, 1, 2
+MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
+EVENTS_PER_PERIOD = 100_000
+
+
+class Settled(NamedTuple):
+    """kind: PERIODIC, APERIODIC or UNBOUNDED; state: at period 0 of the orbit; end: m periods later;
+    residual: of the return map relative to the motion's size; first, second: Floquet multipliers."""
+
+    kind: int
+    status: int
+    m: int
+    state: State
+    end: State
+    residual: float
+    settled_after: int
+    first: complex
+    second: complex
+
+
+@jit
+def size_of(p, state, log):
+    """Size of a marched motion: largest of |x|, |v| at its section and at its impacts."""
+    x, v = section(p, state)
+    size = abs(x) + abs(v)
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        size = max(size, abs(log.velocity[i]))
+    return size
+
+
+@jit
+def close_orbit(e, p, grid, table_p, table_q, state, m, log, c):
+    """Newton on the return map over m periods; (found, Settled) with `found` False if it is not an orbit
+    that the motion at `state` settles on."""
+    z = at_period_zero(state)
+    start = z
+    first_change, residual, best = math.inf, math.inf, math.inf
+    none = complex(math.nan, 0.0)
+    for iteration in range(MAX_NEWTON):
+        clear(log)
+        end, status = periods(e, p, grid, table_p, table_q, z, m, log, c, EVENTS_PER_PERIOD * m)
+        if status != OK and status != LOG_FULL:
+            return False, Settled(APERIODIC, status, 0, z, z, math.inf, 0, none, none)
+        dy, dw = difference(p, end, z)
+        change = abs(dy) + abs(dw)
+        size = size_of(p, z, log)
+        residual = change / size if size > 0.0 else 0.0
+        if iteration == 0:
+            first_change = change
+        j11, j12, j21, j22 = derivative(p, log, z, end, m)
+        same = (z.order == REST) == (end.order == REST)
+        if same and (residual <= CLOSED or (iteration > 3 and residual >= best and residual <= 1e3 * CLOSED)):
+            first, second = multipliers(j11, j12, j21, j22)
+            radius = abs(first)
+            away = difference(p, z, start)
+            distance = abs(away[0]) + abs(away[1])
+            reach = REACH * first_change / (1.0 - radius) if radius < 1.0 else 0.0
+            near = radius < 1.0 and distance <= reach + CLOSED * size
+            # A motion that repeats as it stands is its own orbit, stable or not.
+            if near or iteration == 0:
+                return True, Settled(PERIODIC, status, m, z, end, residual, 0, first, second)
+            return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, first, second)
+        best = min(best, residual)
+        z, inside = newton_step(p, z, end, j11, j12, j21, j22)
+        if not inside:
+            break
+    return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, none, none)
+
+
+@jit
+def _repeats(xs, vs, k, m, size) -> bool:
+    now, then = k % HISTORY, (k - m) % HISTORY
+    return abs(xs[now] - xs[then]) + abs(vs[now] - vs[then]) <= NEARLY * size
+
+
+@jit
+def settle_motion(e, p, grid, table_p, table_q, state, log, c, max_periods):
+    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods."""
+    xs, vs = np.empty(HISTORY), np.empty(HISTORY)
+    none = complex(math.nan, 0.0)
+    state = at_period_zero(state)
+    xs[0], vs[0] = section(p, state)
+    largest, early, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0
+    next_try, failures = 1, 0
+    for k in range(1, max_periods + 1):
+        clear(log)
+        state, status = periods(
+            e, p, grid, table_p, table_q, state, 1, log, c, EVENTS_PER_PERIOD
+        )
+        if status != OK and status != LOG_FULL:
+            return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
+        x, v = section(p, state)
+        xs[k % HISTORY], vs[k % HISTORY] = x, v
+        size = abs(x) + abs(v)
+        largest = max(largest, size_of(p, state, log))
+        if 4 * k > max_periods and 2 * k <= max_periods:
+            early = max(early, size)
+        if 4 * k > 3 * max_periods:
+            late = max(late, size)
+        if k < next_try:
+            continue
+        tried = False
+        for m in range(1, min(k, MAX_MULTIPLE) + 1):
+            if _repeats(xs, vs, k, m, largest):
+                tried = True
+                found, orbit = close_orbit(e, p, grid, table_p, table_q, state, m, log, c)
+                if found:
+                    return Settled(
+                        PERIODIC, orbit.status, m, orbit.state, orbit.end, orbit.residual, k,
+                        orbit.first, orbit.second,
+                    )  # fmt: skip
+        if tried:
+            failures += 1
+            next_try = k + 1 + min(failures, 32)
+    kind = UNBOUNDED if late > GROWTH * early else APERIODIC
+    return Settled(
+        kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, max_periods, none, none
+    )

@@ -1,0 +1,197 @@
+"""Files appear only when whole, and any damage is found."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+import netCDF4
+import pytest
+from store_datasets import motion
+
+from vibropipe import store
+from vibropipe.store import StoreError, atomic
+
+
+@pytest.fixture
+def path(tmp_path):
+    target = tmp_path / "a.nc"
+    store.write(motion(), target)
+    return target
+
+
+def test_a_whole_file_passes(path):
+    store.check_whole(path)
+    store.check_whole(str(path), every_byte=False)
+
+
+def test_other_tools_read_a_sealed_file(path):
+    with netCDF4.Dataset(path) as file:
+        assert file["displacement"].shape == (40,)
+
+
+def test_h5py_reads_a_sealed_file(path):
+    # in a process of its own: h5py carries another HDF5 library
+    code = f"import h5py; print(h5py.File({str(path)!r})['displacement'].shape)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "(40,)\n"
+
+
+def test_each_flipped_byte_is_found(path):
+    content = path.read_bytes()
+    for place in range(0, len(content), 97):
+        damaged = bytearray(content)
+        damaged[place] ^= 1
+        path.write_bytes(damaged)
+        with pytest.raises(StoreError, match=r"a\.nc is (damaged|truncated)"):
+            store.read(path)
+
+
+@pytest.mark.parametrize("missing", [1, 10, 82, 83, 1000])
+@pytest.mark.parametrize("every_byte", [True, False])
+def test_a_truncated_file_is_found(path, missing, every_byte):
+    path.write_bytes(path.read_bytes()[:-missing])
+    with pytest.raises(StoreError, match=r"a\.nc is truncated.*delete it and run again"):
+        store.check_whole(path, every_byte=every_byte)
+
+
+def test_an_added_tail_is_found(path):
+    path.write_bytes(path.read_bytes() + b"\0")
+    with pytest.raises(StoreError, match="changed since it was written"):
+        store.check_whole(path)
+
+
+def test_an_empty_file_is_found(path):
+    path.write_bytes(b"")
+    with pytest.raises(StoreError, match=r"a\.nc is empty"):
+        store.read(path)
+
+
+def test_a_foreign_file_is_found(path):
+    path.write_text("not netCDF4 at all" * 20)
+    with pytest.raises(StoreError, match="is not a netCDF4 file"):
+        store.read(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(StoreError, match=r"b\.nc cannot be read: No such file"):
+        store.read(tmp_path / "b.nc")
+
+
+def test_any_tool_finds_damaged_values_by_hdf5s_checksums(tmp_path):
+    path = tmp_path / "a.nc"
+    store.write(motion(samples=50_000), path)
+    content = bytearray(path.read_bytes())
+    for part in (0.3, 0.5, 0.7):  # within the values of displacement, velocity, force
+        damaged = content.copy()
+        damaged[int(part * len(content))] ^= 1
+        path.write_bytes(damaged)
+        with netCDF4.Dataset(path) as file, pytest.raises((OSError, RuntimeError)):
+            print([file[name][:].sum() for name in ("displacement", "velocity", "force")])
+
+
+def test_folders_are_made(tmp_path):
+    target = tmp_path / "results" / "paper" / "a.nc"
+    store.write(motion(), target)
+    assert [item.name for item in target.parent.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.parametrize("error", [ValueError("no"), KeyboardInterrupt(), RuntimeError("HDF")])
+def test_an_exception_leaves_nothing_but_the_old_file(path, error):
+    before = path.read_bytes()
+
+    def interrupted():
+        with atomic.whole_file(path) as temporary:
+            temporary.write_bytes(b"half")
+            raise error
+
+    with pytest.raises((type(error), StoreError)):
+        interrupted()
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_failing_write_leaves_nothing(tmp_path, monkeypatch):
+    def fail(*_):
+        raise RuntimeError("NetCDF: HDF error")
+
+    monkeypatch.setattr("vibropipe.store.files.create", fail)
+    with pytest.raises(StoreError, match=r"a\.nc was not written: NetCDF: HDF error"):
+        store.write(motion(), tmp_path / "a.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_killed_writer_leaves_a_hidden_file_that_the_next_one_removes(tmp_path):
+    path = tmp_path / "a.nc"
+    code = (
+        "import os, signal\n"
+        "from vibropipe.store import whole_file\n"
+        f"with whole_file({str(path)!r}) as temporary:\n"
+        "    temporary.write_bytes(b'half')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=False)
+    left = list(tmp_path.iterdir())
+    assert len(left) == 1
+    assert left[0].name.startswith(".a.nc.")
+    store.write(motion(), path)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_file_of_a_running_writer_is_left_alone(tmp_path):
+    path = tmp_path / "a.nc"
+    own = atomic._temporary(path).name
+    other = tmp_path / own.replace(f".{os.getpid()}.", f".{os.getppid()}.")
+    other.write_bytes(b"half")
+    store.write(motion(), path)
+    assert other.read_bytes() == b"half"
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.EACCES])
+def test_a_folder_that_cannot_be_written_is_explained(tmp_path, monkeypatch, number):
+    def refuse(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    with pytest.raises(StoreError, match=r"a\.nc was not written: .* does not allow it .*Change"):
+        store.write(motion(), tmp_path / "a.nc")
+
+
+def test_a_full_disk_is_explained_though_hdf5_hides_it(tmp_path, monkeypatch):
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10**9, 10**9, 4096))
+
+    def fail(*_):
+        raise RuntimeError("NetCDF: HDF error")
+
+    monkeypatch.setattr("vibropipe.store.files.create", fail)
+    with pytest.raises(StoreError, match=r"the disk is full \(0\.0 MB free .*Make room"):
+        store.write(motion(), tmp_path / "a.nc")
+
+
+def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
+    path = tmp_path / "a.nc"
+    code = (
+        "import resource, signal, sys\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from store_datasets import motion\n"
+        "from vibropipe import store\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))\n"
+        "try:\n"
+        f"    store.write(motion(samples=200_000), {str(path)!r})\n"
+        "except store.StoreError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert f"{path} was not written" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_in_the_way_of_a_folder_is_explained(tmp_path):
+    (tmp_path / "results").write_text("a file")
+    with pytest.raises(StoreError, match=r"was not written"):
+        store.write(motion(), tmp_path / "results" / "a.nc")

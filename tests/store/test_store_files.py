@@ -1,0 +1,243 @@
+"""Round trips through a file, what lies in it, and studies opened lazily."""
+
+import json
+import time
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from store_datasets import motion, rows_of_sweep, shard
+
+from vibropipe import store
+from vibropipe.store import StoreError
+from vibropipe.store.encoding import CHUNK_BYTES, chunk_shape
+from vibropipe.vocabulary import VOCABULARY, describe
+
+
+def written(dataset, folder, name="a.nc"):
+    path = folder / name
+    store.write(dataset, path)
+    return path
+
+
+def same(read, dataset):
+    """The same values, types, dimensions and attributes (read ones may have more)."""
+    xr.testing.assert_equal(read, dataset)
+    assert set(read.variables) == set(dataset.variables)
+    assert set(read.coords) == set(dataset.coords)
+    for name, variable in dataset.variables.items():
+        assert read[name].dtype == variable.dtype
+        assert read[name].dims == variable.dims
+        for key, value in variable.attrs.items():
+            np.testing.assert_array_equal(read[name].attrs[key], value)
+
+
+def test_a_motion_comes_back(tmp_path):
+    dataset = motion()
+    read = store.read(written(dataset, tmp_path))
+    same(read, dataset)
+    assert read["rest_end"].item() == np.inf
+    assert read.attrs == {"Conventions": "CF-1.11"} | dataset.attrs
+
+
+def test_a_shard_comes_back_with_complex_multipliers(tmp_path):
+    dataset = shard(rows_of_sweep(30), 4, 20, nu=1.0)
+    read = store.read(written(dataset, tmp_path))
+    same(read, dataset)
+    assert read["floquet_multiplier"].dtype == np.complex128
+    assert read["floquet_multiplier"].attrs == dataset["floquet_multiplier"].attrs
+    assert (read.attrs["row_start"], read.attrs["row_stop"]) == (4, 20)
+
+
+def test_an_infinite_imaginary_part_leaves_the_real_part_alone(tmp_path):
+    values = np.array([[complex(1, np.inf), complex(np.nan, -0.0)]])
+    path = written(xr.Dataset({"floquet_multiplier": (("row", "multiplier"), values)}), tmp_path)
+    read = store.read(path)["floquet_multiplier"].values
+    assert read.tobytes() == values.tobytes()
+
+
+@settings(max_examples=40)
+@given(
+    shape=st.lists(st.integers(0, 5), max_size=3),
+    dtype=st.sampled_from(["f8", "f4", "i1", "i2", "i4", "i8", "u1", "c16", "?"]),
+    seed=st.integers(0, 1000),
+)
+def test_any_shape_and_type_comes_back(tmp_path_factory, shape, dtype, seed):
+    random = np.random.default_rng(seed)
+    values = (random.normal(size=shape) * 100).astype(dtype)
+    if dtype == "c16":
+        values = values + 1j * random.normal(size=shape)
+    dims = tuple(f"d{axis}" for axis in range(len(shape)))
+    dataset = xr.Dataset({"residual": (dims, values)}, {"nu": 1.5})
+    folder = tmp_path_factory.mktemp("any")
+    read = store.read(written(dataset, folder))
+    same(read, dataset)
+    assert read["residual"].values.tobytes() == np.ascontiguousarray(values).tobytes()
+
+
+@pytest.mark.parametrize("text", [["a", "bc"], ["é", "ν δ"], ["", "x"]])
+def test_text_comes_back_and_is_of_fixed_length_on_disk(tmp_path, text):
+    dataset = xr.Dataset({"residual": ("setting", [1.0, 2.0])}, {"setting": text})
+    path = written(dataset, tmp_path)
+    read = store.read(path)
+    assert read["setting"].values.tolist() == text
+    assert read["residual"].sel(setting=text[1]) == 2.0
+    with netCDF4.Dataset(path) as file:
+        assert all(variable.dtype != str for variable in file.variables.values())
+
+
+def test_truth_values_are_flags_on_disk_and_bool_in_memory(tmp_path):
+    path = written(describe(xr.Dataset({"stable": ("row", [True, False])})), tmp_path)
+    with netCDF4.Dataset(path) as file:
+        assert file["stable"].dtype == np.int8
+        assert file["stable"].flag_values.tolist() == [0, 1]
+        assert file["stable"].flag_meanings == "unstable stable"
+    assert store.read(path)["stable"].dtype == bool
+
+
+def test_attributes_netcdf_has_no_type_for_are_json(tmp_path):
+    odd = {"solver": {"accuracy": 1e-8}, "none": None, "yes": True, "list": ["a", "b"], "empty": []}
+    plain = {
+        "n": 3,
+        "x": 0.5,
+        "text": "ν = 1",
+        "flags": np.array([1, 2], np.int8),
+        "xs": [1.0, 2.5],
+    }
+    odd["array"] = {"of": np.arange(3), "number": np.float64(0.5), "truth": np.bool_(True)}
+    read = store.read(written(xr.Dataset({"residual": 1.0}, attrs=odd | plain), tmp_path))
+    decoded = {name: json.loads(read.attrs[name]) for name in odd}
+    assert decoded.pop("array") == {"of": [0, 1, 2], "number": 0.5, "truth": True}
+    assert decoded == {name: value for name, value in odd.items() if name != "array"}
+    for name, value in plain.items():
+        np.testing.assert_array_equal(read.attrs[name], value)
+
+
+def test_an_attribute_that_cannot_be_stored_is_refused(tmp_path):
+    with pytest.raises(TypeError, match="cannot hold"):
+        store.write(xr.Dataset(attrs={"odd": {"of": object()}}), tmp_path / "a.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_coordinates_without_variables_stay_coordinates(tmp_path):
+    dataset = xr.Dataset(coords={"nu": 1.0, "tau": [0.0, 1.0], "harmonic": ("tau", [1, 2])})
+    same(store.read(written(dataset, tmp_path)), dataset)
+
+
+def test_two_writes_give_the_same_bytes(tmp_path):
+    dataset = shard(rows_of_sweep(50, phases=8), 0, 50, nu=1.0)
+    first = written(dataset, tmp_path, "a.nc")
+    time.sleep(1.1)  # HDF5 would store times in whole seconds
+    second = written(dataset.copy(deep=True), tmp_path, "b.nc")
+    assert first.read_bytes() == second.read_bytes()
+    assert written(store.read(first), tmp_path, "c.nc").read_bytes() == first.read_bytes()
+
+
+def test_one_changed_number_gives_other_bytes(tmp_path):
+    dataset = motion()
+    first = written(dataset, tmp_path, "a.nc").read_bytes()
+    dataset["displacement"][3] += 1e-15
+    assert written(dataset, tmp_path, "b.nc").read_bytes() != first
+
+
+def test_the_head_of_a_file_explains_it(tmp_path):
+    path = written(shard(rows_of_sweep(30), 0, 30, nu=1.0), tmp_path)
+    with netCDF4.Dataset(path) as file:
+        assert file.Conventions == "CF-1.11"
+        for name, variable in file.variables.items():
+            known = VOCABULARY[name.removesuffix("_re").removesuffix("_im")]
+            assert variable.units == known.units
+            assert known.long_name in variable.long_name
+            if variable.dimensions:
+                assert variable.filters()["zlib"]
+                assert variable.filters()["complevel"] == 1
+                assert variable.filters()["shuffle"]
+                assert variable.filters()["fletcher32"]
+        assert file["regime"].flag_values.dtype == file["regime"].dtype
+        assert "two_sided" in file["regime"].flag_meanings
+        assert file["row_size"].sample_dimension == "impact"
+        assert file["floquet_multiplier_im"].long_name == "Floquet multiplier, imaginary part"
+        assert file["displacement_mean"].coordinates == "nu h l"
+
+
+def test_no_missing_value_in_coordinates(tmp_path):
+    with netCDF4.Dataset(written(motion(), tmp_path)) as file:
+        assert "_FillValue" not in file["tau"].ncattrs()
+        assert np.isnan(file["displacement"]._FillValue)
+
+
+@given(shape=st.lists(st.integers(1, 5000), min_size=1, max_size=3), most=st.integers(1, 10**6))
+def test_chunks_are_blocks_in_c_order_within_bounds(shape, most):
+    chunks = chunk_shape(tuple(shape), most)
+    assert np.prod(chunks) <= most
+    cut = [axis for axis, (c, n) in enumerate(zip(chunks, shape, strict=True)) if c < n]
+    if cut:
+        assert all(c == 1 for c in chunks[: cut[-1]])
+        axis = cut[-1]
+        assert 2 * np.prod(chunks) > most or chunks[axis] == 1 or 2 * chunks[axis] > shape[axis]
+
+
+def test_chunks_are_about_a_megabyte(tmp_path):
+    dataset = xr.Dataset({"displacement": (("nu", "phase"), np.zeros((3000, 256)))})
+    with netCDF4.Dataset(written(dataset, tmp_path)) as file:
+        chunks = file["displacement"].chunking()
+    assert CHUNK_BYTES / 4 < 8 * np.prod(chunks) <= CHUNK_BYTES
+
+
+@pytest.fixture
+def study(tmp_path):
+    folder = tmp_path / "results" / "paper"
+    values = rows_of_sweep(30)
+    store.write(motion(), folder / "forced.nc")
+    store.write(shard(values, 0, 30, nu=1.0), folder / "response.nc")
+    store.write(shard(values, 0, 10), folder / "shards" / "response" / "0000.nc")
+    store.write_sidecar(folder / "response.nc", 1.5, 2)
+    (folder / ".response.nc.host.1.part").write_bytes(b"half")
+    (folder / ".hidden.nc").write_bytes(b"half")
+    return folder
+
+
+def test_a_study_is_a_tree_of_its_scenes(study):
+    with store.open_study(study) as tree:
+        assert list(tree.children) == ["forced", "response"]
+        assert tree.name == "paper"
+        same(tree["forced"].to_dataset().load(), motion())
+        loaded = tree["response"].to_dataset().load()
+    same(loaded, shard(rows_of_sweep(30), 0, 30, nu=1.0))
+
+
+def test_a_study_is_opened_lazily(study):
+    with store.open_study(str(study)) as tree:
+        multiplier = tree["response/floquet_multiplier"]
+        assert multiplier.dtype == np.complex128
+        assert all(item.chunks is not None for item in tree["response"].data_vars.values())
+        expected = rows_of_sweep(30)["floquet_multiplier"][3:5]
+        np.testing.assert_array_equal(multiplier[3:5].values, expected)
+
+
+def test_a_closed_study_can_be_written_again(study):
+    with store.open_study(study):
+        pass
+    store.write(motion(seed=1), study / "forced.nc")
+    with store.open_study(study) as tree:
+        same(tree["forced"].to_dataset().load(), motion(seed=1))
+
+
+def test_a_missing_study_is_named_with_the_nearest_one(study):
+    with pytest.raises(StoreError, match=r"there is no folder .*papre \(there is .*paper\)"):
+        store.open_study(study.with_name("papre"))
+
+
+def test_a_study_without_scenes_says_so(tmp_path):
+    with pytest.raises(StoreError, match="holds no scene"):
+        store.open_study(tmp_path)
+
+
+def test_a_study_with_a_truncated_scene_names_it(study):
+    content = (study / "forced.nc").read_bytes()
+    (study / "forced.nc").write_bytes(content[:-100])
+    with pytest.raises(StoreError, match=r"forced\.nc is truncated"):
+        store.open_study(study)

@@ -1,0 +1,293 @@
+"""Shards joined: the grid as it should be, the same bytes however it was cut, faults named."""
+
+import netCDF4
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from store_datasets import expected_grid, motion, rows_of_sweep, shard, write_shards
+
+from vibropipe import store
+from vibropipe.store import StoreError
+from vibropipe.store.grid import Grid
+
+DIMS = {"nu": np.linspace(0.3, 3, 7), "f": np.array([0.5, 1.0, 2.0]), "delta": np.array([0, 0.1])}
+ROWS = 42
+
+
+def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
+    """Blocks and chunks so small that a small grid has many."""
+    monkeypatch.setattr("vibropipe.store.joining.BLOCK_ROWS", rows)
+    monkeypatch.setattr("vibropipe.store.joining.CHUNK_BYTES", chunk_bytes)
+
+
+def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", **scalars):
+    paths = write_shards(folder / f"shards-{name}", values, list(cuts), **scalars)
+    store.join(paths, folder / name, dims, follow)
+    return folder / name
+
+
+def agrees(dataset, values, dims, follow):
+    """The joined dataset is what the slow twin makes of the same rows."""
+    gridded, impacts = expected_grid(values, dims, follow)
+    for name, expected in gridded.items():
+        assert dataset[name].dims[: len(dims)] == tuple(dims)
+        assert dataset[name].dtype == expected.dtype
+        np.testing.assert_array_equal(dataset[name].values, expected)
+    ends = np.cumsum(dataset["row_size"].values.reshape(-1))
+    pieces = np.split(dataset["impact_velocity"].values, ends[:-1])
+    for point, piece in zip(np.ndindex(dataset["row_size"].shape), pieces, strict=True):
+        np.testing.assert_array_equal(piece, impacts[point])
+
+
+@pytest.mark.parametrize("follow", [None, "nu", "f", "delta"])
+@pytest.mark.parametrize("small", [True, False])
+def test_rows_come_to_their_places(tmp_path, monkeypatch, follow, small):
+    if small:
+        small_blocks(monkeypatch)
+    values = rows_of_sweep(ROWS, phases=5)
+    path = joined(tmp_path, values, DIMS, follow, cuts=[5, 6, 20])
+    dataset = store.read(path)
+    agrees(dataset, values, DIMS, follow)
+    for name, expected in DIMS.items():
+        np.testing.assert_array_equal(dataset[name].values, expected)
+        assert dataset[name].attrs["units"] == "1"
+    assert dataset["h"].item() == 0.2
+    assert "h" in dataset.coords
+    assert dataset["harmonic"].values.tolist() == [1, 2, 3]
+    assert dataset["row_size"].attrs["sample_dimension"] == "impact"
+    assert dataset["displacement_mean"].attrs["long_name"] == "constant part of displacement"
+
+
+@settings(max_examples=40)
+@given(data=st.data())
+def test_any_grid_cut_anywhere_gives_the_twin_and_the_same_bytes(tmp_path_factory, data):
+    sizes = data.draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
+    dims = {name: np.arange(size) / 7 for name, size in zip(DIMS, sizes, strict=False)}
+    follow = data.draw(st.sampled_from([None, *dims]))
+    rows = int(np.prod(sizes))
+    cuts = data.draw(st.lists(st.integers(1, max(1, rows - 1)), max_size=6))
+    cuts = [cut for cut in cuts if cut < rows]
+    values = rows_of_sweep(rows, seed=data.draw(st.integers(0, 99)))
+    folder = tmp_path_factory.mktemp("join")
+    with pytest.MonkeyPatch.context() as patch:
+        small_blocks(patch, data.draw(st.integers(1, 40)), data.draw(st.sampled_from([8, 50, 400])))
+        one = joined(folder, values, dims, follow, name="one.nc")
+        many = joined(folder, values, dims, follow, cuts, name="many.nc")
+    assert one.read_bytes() == many.read_bytes()
+    agrees(store.read(many), values, dims, follow)
+
+
+def test_a_large_grid_is_cut_anywhere_with_the_blocks_of_the_default_run(tmp_path):
+    dims = {"nu": np.linspace(0.3, 3, 500), "f": np.linspace(0.05, 2, 400)}
+    values = rows_of_sweep(200_000)
+    one = joined(tmp_path, values, dims, "nu", name="one.nc")
+    many = joined(tmp_path, values, dims, "nu", [1, 70_000, 70_001, 131_072], name="many.nc")
+    assert one.read_bytes() == many.read_bytes()
+    dataset = store.read(many)
+    places = np.arange(200_000).reshape(400, 500).T
+    np.testing.assert_array_equal(dataset["regime"].values, values["regime"][places])
+    np.testing.assert_array_equal(dataset["row_size"].values, values["row_size"][places])
+    assert dataset["impact_velocity"].size == values["row_size"].sum()
+
+
+def test_the_order_of_the_shards_does_not_matter(tmp_path):
+    values = rows_of_sweep(ROWS)
+    paths = write_shards(tmp_path / "shards", values, [10, 20, 30])
+    store.join(paths, tmp_path / "a.nc", DIMS)
+    store.join([str(path) for path in reversed(paths)], str(tmp_path / "b.nc"), DIMS)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_a_sweep_without_impacts_is_joined(tmp_path):
+    values = rows_of_sweep(ROWS)
+    values["row_size"][:] = 0
+    values["impact_velocity"] = np.empty(0)
+    values["impact_support"] = np.empty(0, np.int8)
+    dataset = store.read(joined(tmp_path, values, DIMS, cuts=[11]))
+    assert dataset["impact_velocity"].size == 0
+
+
+def test_a_sweep_whose_impacts_were_not_asked_for_is_joined(tmp_path):
+    values = rows_of_sweep(ROWS)
+    dropped = ["row_size", "impact_velocity", "impact_support"]
+    paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
+    store.write(shard(values, 0, 12).drop_vars(dropped), paths[0])
+    store.write(shard(values, 12, ROWS).drop_vars(dropped), paths[1])
+    store.join(paths, tmp_path / "joined.nc", DIMS)
+    dataset = store.read(tmp_path / "joined.nc")
+    np.testing.assert_array_equal(dataset["regime"].values.reshape(-1), values["regime"])
+    assert "impact" not in dataset.dims
+
+
+def test_swept_parameters_in_the_shards_are_checked_and_dropped(tmp_path):
+    values = rows_of_sweep(ROWS)
+    grid = Grid(DIMS, "nu")
+    paths = []
+    for start, stop in ((0, 15), (15, ROWS)):
+        dataset = shard(values, start, stop)
+        dataset = dataset.assign_coords(nu=("row", grid.coordinate("nu", start, stop)))
+        paths.append(tmp_path / f"{start}.nc")
+        store.write(dataset, paths[-1])
+    store.join(paths, tmp_path / "joined.nc", DIMS, "nu")
+    dataset = store.read(tmp_path / "joined.nc")
+    assert dataset["nu"].dims == ("nu",)
+    agrees(dataset, values, DIMS, "nu")
+    with pytest.raises(StoreError, match=r"0\.nc was solved for other values of nu"):
+        store.join(paths, tmp_path / "joined.nc", DIMS | {"nu": DIMS["nu"] + 1e-12}, "nu")
+
+
+def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
+    values = rows_of_sweep(ROWS)
+    paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
+    store.write(shard(values, 0, 12).assign_attrs(git_commit="b", method="exact"), paths[0])
+    store.write(shard(values, 12, ROWS).assign_attrs(git_commit="a", method="exact"), paths[1])
+    store.join(paths, tmp_path / "joined.nc", DIMS, attrs={"title": "New", "follow": None})
+    attrs = store.read(tmp_path / "joined.nc").attrs
+    assert attrs["Conventions"].startswith("CF")
+    assert attrs["title"] == "New"
+    assert attrs["follow"] == "null"
+    assert attrs["method"] == "exact"
+    assert attrs["git_commit"] == '["a", "b"]'
+    assert "row_start" not in attrs
+
+
+def test_chunks_are_written_once_and_whole(tmp_path, monkeypatch):
+    # a chunk cut by a block would be written twice, and its first copy stay as a hole in the file
+    small_blocks(monkeypatch, rows=1000, chunk_bytes=4096)
+    dims = {"nu": np.arange(70) / 70, "f": np.arange(90) / 90}
+    random = np.random.default_rng(0)
+    values = rows_of_sweep(6300, phases=16)
+    values["displacement"] = random.normal(size=(6300, 16))
+    path = joined(tmp_path, values, dims, "nu", cuts=[777])
+    with netCDF4.Dataset(path) as file:
+        assert file["displacement"].chunking() == [32, 1, 16]
+        stored = sum(
+            variable.size * variable.dtype.itemsize for variable in file.variables.values()
+        )
+    assert path.stat().st_size < 1.1 * stored
+
+
+@pytest.fixture
+def shards(tmp_path):
+    return write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [10, 20, 30])
+
+
+def refused(paths, folder, match, dims=None):
+    with pytest.raises(StoreError, match=match):
+        store.join(paths, folder / "joined.nc", dims or DIMS)
+    assert not (folder / "joined.nc").exists()
+    assert [item.name for item in folder.iterdir()] == ["shards"]
+
+
+def test_no_shards(tmp_path):
+    with pytest.raises(StoreError, match="no shards"):
+        store.join([], tmp_path / "joined.nc", DIMS)
+
+
+@pytest.mark.parametrize(("missing", "rows"), [(0, "0 to 9"), (1, "10 to 19"), (3, "30 to 41")])
+def test_missing_rows_are_named(tmp_path, shards, missing, rows):
+    del shards[missing]
+    refused(shards, tmp_path, f"rows {rows} of 42 are in none of the 3 shards")
+
+
+def test_rows_held_twice_are_named_with_both_files(tmp_path, shards):
+    values = rows_of_sweep(ROWS)
+    store.write(shard(values, 15, 20), tmp_path / "shards" / "again.nc")
+    again = [*shards, tmp_path / "shards" / "again.nc"]
+    refused(again, tmp_path, r"0010\.nc and .*again\.nc both hold row 15")
+    refused([shards[0], *shards], tmp_path, r"0000\.nc and .*0000\.nc both hold row 0")
+
+
+def test_rows_beyond_the_grid_are_refused(tmp_path, shards):
+    refused(shards, tmp_path, "holds rows up to 41 of 12 rows", {"nu": np.arange(12.0)})
+
+
+@pytest.mark.parametrize("damage", ["truncated", "damaged", "empty"])
+def test_a_damaged_shard_is_named(tmp_path, shards, damage):
+    content = bytearray(shards[2].read_bytes())
+    if damage == "damaged":
+        content[len(content) // 2] ^= 4
+    shards[2].write_bytes({"truncated": content[:-1], "empty": b""}.get(damage, content))
+    refused(shards, tmp_path, rf"0020\.nc is {damage}")
+
+
+def test_a_missing_shard_is_named(tmp_path, shards):
+    shards[1].unlink()
+    refused(shards, tmp_path, r"0010\.nc cannot be read: No such file")
+
+
+def test_a_dataset_that_is_no_shard_is_named(tmp_path, shards):
+    store.write(motion(), tmp_path / "shards" / "motion.nc")
+    refused([*shards, tmp_path / "shards" / "motion.nc"], tmp_path, r"motion\.nc is no shard")
+
+
+def test_a_shard_that_lies_about_its_rows_is_named(tmp_path, shards):
+    wrong = shard(rows_of_sweep(ROWS), 20, 30).assign_attrs(row_stop=31)
+    store.write(wrong, shards[2])
+    refused(shards, tmp_path, r"0020\.nc says rows 20 to 30 but holds 10")
+
+
+def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
+    wrong = shard(rows_of_sweep(ROWS), 20, 30)
+    wrong["row_size"][0] += 1
+    store.write(wrong, shards[2])
+    refused(shards, tmp_path, r"0020\.nc holds \d+ of 'impact' but row_size counts another sum")
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda ds: ds.assign_attrs(kernel_hash="f"), "kernel_hash differs"),
+        (lambda ds: ds.assign_attrs(fingerprint="f"), "fingerprint differs"),
+        (lambda ds: ds.drop_vars("stable"), "only one holds stable"),
+        (lambda ds: ds.assign_coords(h=0.3), "h has other values"),
+        (lambda ds: ds.isel(harmonic=[0, 1]), "displacement_amplitude has another size|harmonic"),
+        (lambda ds: ds.assign(status=ds.status.astype("i4")), "status has other dimensions or an"),
+    ],
+)
+def test_shards_of_two_sweeps_are_not_joined(tmp_path, shards, change, match):
+    store.write(change(shard(rows_of_sweep(ROWS), 20, 30)), shards[2])
+    refused(shards, tmp_path, rf"0000\.nc and .*0020\.nc are not of one sweep: .*({match})")
+
+
+def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch):
+    store.join(shards, tmp_path / "joined.nc", DIMS)
+    before = (tmp_path / "joined.nc").read_bytes()
+
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vibropipe.store.joining._write_ragged", fail)
+    with pytest.raises(StoreError, match=r"joined\.nc was not written: the disk is full"):
+        store.join(shards, tmp_path / "joined.nc", DIMS)
+    assert (tmp_path / "joined.nc").read_bytes() == before
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["joined.nc", "shards"]
+
+
+@given(
+    sizes=st.lists(st.integers(1, 9), min_size=1, max_size=4),
+    follow=st.integers(0, 4),
+    most=st.integers(1, 200),
+    fewer=st.integers(1, 200),
+)
+def test_blocks_of_a_grid_are_its_rows_in_order_and_never_cut_chunks(sizes, follow, most, fewer):
+    names = list("abcd")[: len(sizes)]
+    dims = {name: np.arange(size) for name, size in zip(names, sizes, strict=True)}
+    grid = Grid(dims, names[follow] if follow < len(names) else None)
+    fewer = min(most, fewer)
+    reached = 0
+    rows = np.arange(grid.rows)
+    filled = np.full(grid.shape, -1)
+    chunks = grid.chunks(fewer)
+    for block in grid.blocks(most):
+        assert block.start == reached
+        assert block.stop - block.start <= most
+        reached = block.stop
+        filled[block.where] = grid.place(block, rows[block.start : block.stop])
+        for box, chunk, size in zip(block.where, chunks, grid.shape, strict=True):
+            assert box.start % chunk == 0
+            assert box.stop % chunk == 0 or box.stop == size
+    assert reached == grid.rows
+    np.testing.assert_array_equal(filled, grid.to_grid(rows))
+    np.testing.assert_array_equal(grid.to_rows(filled), rows)

@@ -1,0 +1,135 @@
+"""What a dataset holds in plain text, and where it comes from."""
+
+import json
+import subprocess
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+import xarray as xr
+from store_datasets import motion, rows_of_sweep, shard
+
+from vibropipe import store
+from vibropipe.jit import kernel_hash
+from vibropipe.store import StoreError
+from vibropipe.store.origin import _git_commit
+from vibropipe.store.show import plain_symbol
+from vibropipe.vocabulary import VOCABULARY
+
+
+@pytest.mark.parametrize(
+    ("symbol", "plain"),
+    [
+        (r"$x$", "x"),
+        (r"$\nu$", "ν"),
+        (r"$\tau_{rest}$", "τ_rest"),
+        (r"$\dot{x}_1^-/l$", "x\u0307_1^-/l"),
+        (r"$\bar{\dot{x}}$", "x\u0307\u0304"),
+        (r"$\bar{\omega}$", "ω\u0304"),
+        ("regime", "regime"),
+    ],
+)
+def test_symbols_in_plain_text(symbol, plain):
+    assert plain_symbol(symbol) == plain
+
+
+def test_every_symbol_has_a_plain_form():
+    for name, entry in VOCABULARY.items():
+        assert not set(plain_symbol(entry.symbol)) & set("\\{}$"), name
+
+
+def test_a_summary_tells_sizes_quantities_and_regimes():
+    values = rows_of_sweep(40)
+    values["regime"][:] = [3] * 30 + [5] * 10
+    lines = store.summary(shard(values, 0, 40)).splitlines()
+    assert "Response" in lines
+    assert "  row: 40" in lines
+    assert "  two_sided: 30 (75.0%)" in lines
+    assert "  aperiodic: 10 (25.0%)" in lines
+    assert "  kernel_hash: 0123456789abcdef" in lines
+    quantity = next(line.split() for line in lines if line.startswith("  h "))
+    assert quantity == ["h", "h", "0.2", "damping"]
+    assert any(line.endswith("constant part of displacement") for line in lines)
+
+
+def test_a_range_is_of_finite_values():
+    text = store.summary(motion())
+    assert "inf" not in next(line for line in text.splitlines() if " rest_end(" in line)[:60]
+    mean = xr.Dataset({"residual": ("row", [np.nan, 2.0, -1.0, np.inf])})
+    assert "-1 ... 2" in store.summary(mean)
+    assert "none finite" in store.summary(xr.Dataset({"residual": ("row", [np.nan])}))
+
+
+def test_a_summary_is_short_whatever_the_study():
+    text = store.summary(
+        xr.Dataset(attrs={"study": "title: A\n" * 500, "versions": '{"numba": "1"}'})
+    )
+    assert "study: 500 lines: title: A ..." in text
+    assert "versions: numba 1" in text
+
+
+def test_a_summary_of_nothing_is_a_line():
+    assert store.summary(xr.Dataset()) == "\n"
+
+
+def test_provenance_says_what_is_needed_to_do_it_again():
+    text = "title: ν\n"
+    attrs = store.provenance(text, "abc", "exact", accuracy_asked=1e-8, outputs=["impacts"])
+    assert attrs["study"] == text
+    assert attrs["fingerprint"] == "abc"
+    assert attrs["kernel_hash"] == kernel_hash()
+    assert attrs["accuracy_asked"] == 1e-8
+    assert attrs["accuracy_reached"] == "none"
+    assert attrs["outputs"] == ["impacts"]
+    assert len(attrs["study_hash"]) == 64
+    assert json.loads(attrs["versions"])["numba"] == version("numba")
+    assert attrs["machine"]
+
+
+def test_provenance_is_the_same_each_time_and_survives_the_file(tmp_path):
+    attrs = store.provenance("title: ν\n", "abc", "exact")
+    assert attrs == store.provenance("title: ν\n", "abc", "exact")
+    store.write(xr.Dataset({"residual": 0.0}, attrs=attrs), tmp_path / "a.nc")
+    read = store.read(tmp_path / "a.nc").attrs
+    assert read.pop("Conventions")
+    assert read == attrs
+
+
+def test_another_study_has_another_hash():
+    first = store.provenance("a: 1", "x", "exact")["study_hash"]
+    assert store.provenance("a: 2", "x", "exact")["study_hash"] != first
+
+
+def test_the_commit_of_a_checkout_is_marked_when_changed(tmp_path):
+    def git(*words):
+        identity = ("-c", "user.name=a", "-c", "user.email=a@b", "-c", "core.hooksPath=/dev/null")
+        command = ["git", "-C", str(tmp_path), *identity, *words]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    assert _git_commit(str(tmp_path / "absent")) == "unknown"
+    git("init", "-q")
+    (tmp_path / "a").write_text("1")
+    git("add", "a")
+    git("commit", "-q", "-m", "one")
+    commit = git("rev-parse", "HEAD")
+    assert _git_commit(str(tmp_path)) == commit
+    _git_commit.cache_clear()
+    (tmp_path / "a").write_text("2")
+    assert _git_commit(str(tmp_path)) == f"{commit}-dirty"
+
+
+def test_times_and_hosts_go_to_a_sidecar(tmp_path):
+    path = tmp_path / "paper" / "response.nc"
+    assert store.read_sidecar(path) == {}
+    store.write_sidecar(path, seconds=2.5, threads=2, rows=40)
+    record = store.read_sidecar(path)
+    assert (record["seconds"], record["threads"], record["rows"]) == (2.5, 2, 40)
+    assert record["host"]
+    assert [item.name for item in path.parent.iterdir()] == ["response.json"]
+
+
+@pytest.mark.parametrize("content", ["{", "[1]", ""])
+def test_a_broken_sidecar_is_named(tmp_path, content):
+    (tmp_path / "a.json").write_text(content)
+    with pytest.raises(StoreError, match=r"a\.json .*delete it"):
+        store.read_sidecar(tmp_path / "a.nc")

@@ -1,0 +1,163 @@
+"""Files that appear only when whole, and the proof that they still are.
+
+A file is written under a temporary name beside its place, flushed to the disk, and renamed: a
+reader finds the old file, the new file, or none. Data files end in a seal, one line of text with
+the SHA-256 of all bytes before it. HDF5 ignores what follows its own end, so any tool reads the
+file, and yet one flipped byte anywhere in it (HDF5's own checksums leave out headers and
+scalars), a lost tail or an empty file is found.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import re
+import shutil
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+__all__ = ["StoreError", "check_whole", "seal", "whole_file"]
+
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+SEAL_START = b"\nvibropipe sha256 "
+SEAL_LENGTH = len(SEAL_START) + 64 + 1
+TEMPORARY_ENDING = ".part"
+
+READ_AT_ONCE = 1 << 20
+FULL_BELOW = 2_000_000
+"""A disk with fewer free bytes than this is called full: it cannot take two more chunks."""
+
+AGAIN = "delete it and run again: only what is missing is computed"
+
+
+class StoreError(OSError):
+    """A dataset cannot be written, read or joined; the message names the file and the remedy."""
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``; when the block ends well, it becomes ``path``.
+
+    Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes the
+    temporary file and leaves what was at ``path``. Raises StoreError, with what to do, when the
+    disk is full or the folder cannot be written.
+    """
+    path = Path(path)
+    temporary = _temporary(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _remove_leftovers(path)
+        temporary.touch()
+        yield temporary
+        _flush(temporary)
+        os.replace(temporary, path)
+        _flush(path.parent)
+    except StoreError:
+        raise
+    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError when HDF5 fails
+        raise StoreError(_explain(path, error)) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def seal(path: Path) -> None:
+    """Append the seal to a finished file."""
+    digest = _digest(path, path.stat().st_size)
+    with path.open("ab") as file:
+        file.write(SEAL_START + digest + b"\n")
+
+
+def check_whole(path: str | os.PathLike[str], every_byte: bool = True) -> None:
+    """Raise StoreError, naming the file, unless it is as it was written.
+
+    ``every_byte=False`` looks at its two ends alone: a missing, empty, truncated or foreign file
+    is found at once whatever its size, a flipped byte is not.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            start = file.read(len(HDF5_SIGNATURE))
+            file.seek(max(0, size - SEAL_LENGTH))
+            end = file.read()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror}") from error
+    if size == 0:
+        raise StoreError(f"{path} is empty: {AGAIN}")
+    if start != HDF5_SIGNATURE:
+        raise StoreError(f"{path} is damaged or is not a netCDF4 file: {AGAIN}")
+    if not re.fullmatch(re.escape(SEAL_START) + rb"[0-9a-f]{64}\n", end):
+        raise StoreError(f"{path} is truncated or was changed since it was written: {AGAIN}")
+    if every_byte and _digest(path, size - SEAL_LENGTH) != end[len(SEAL_START) : -1]:
+        raise StoreError(f"{path} is damaged (its checksum does not match): {AGAIN}")
+
+
+def _digest(path: Path, length: int) -> bytes:
+    """Return the SHA-256 of the first ``length`` bytes, in hexadecimal."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while length > 0:
+            block = file.read(min(READ_AT_ONCE, length))
+            if not block:
+                break
+            digest.update(block)
+            length -= len(block)
+    return digest.hexdigest().encode()
+
+
+def _flush(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _temporary(path: Path) -> Path:
+    host = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
+    return path.with_name(f".{path.name}.{host}.{os.getpid()}{TEMPORARY_ENDING}")
+
+
+def _remove_leftovers(path: Path) -> None:
+    """Remove what killed writers of ``path`` on this machine left behind."""
+    own = _temporary(path).name
+    prefix = own[: -len(f"{os.getpid()}{TEMPORARY_ENDING}")]
+    for found in path.parent.iterdir():
+        number = found.name.removeprefix(prefix).removesuffix(TEMPORARY_ENDING)
+        if found.name.startswith(prefix) and number.isdigit() and not _is_running(int(number)):
+            found.unlink(missing_ok=True)
+
+
+def _is_running(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _explain(path: Path, error: OSError | RuntimeError) -> str:
+    """Say why ``path`` was not written, and what to do."""
+    number = getattr(error, "errno", None)
+    folder = path.parent
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    free = shutil.disk_usage(folder).free
+    if number in (errno.ENOSPC, errno.EDQUOT) or free < FULL_BELOW:
+        return (
+            f"{path} was not written: the disk is full ({free / 1e6:.1f} MB free in {folder}). "
+            "Make room and run again: what is whole stays, nothing half-written was left"
+        )
+    if number in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return (
+            f"{path} was not written: {folder} does not allow it ({os.strerror(number)}). "
+            "Change its permissions, or choose another place for the results"
+        )
+    return f"{path} was not written: {getattr(error, 'strerror', None) or error}"

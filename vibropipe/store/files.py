@@ -1,0 +1,123 @@
+"""Datasets to files and back: one at a time in memory, or a whole study opened lazily."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
+from vibropipe.store.encoding import PART_OF, create, encode, part_names
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["open_study", "read", "write"]
+
+ENDING = ".nc"
+
+
+def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
+    """Write ``dataset`` to the netCDF4 file ``path``, which appears only when whole.
+
+    Equal datasets give equal bytes. Folders are made. Raises StoreError (the file and what to do)
+    on a full disk or a folder that cannot be written; ``path`` is then as it was.
+    """
+    import netCDF4
+
+    variables, attrs = encode(dataset)
+    with whole_file(path) as temporary:
+        with netCDF4.Dataset(temporary, "w") as file:
+            create(file, variables, attrs)
+        seal(temporary)
+
+
+def read(path: str | PathLike[str]) -> xr.Dataset:
+    """Read a file written by :func:`write` or :func:`join` into memory, and close it.
+
+    Complex quantities are complex, truth values bool, text str. Every byte is checked: raises
+    StoreError when the file is missing, truncated or damaged.
+    """
+    check_whole(path)
+    with _open(Path(path), chunks=None) as lazy:
+        return lazy.load()
+
+
+def open_study(folder: str | PathLike[str]) -> xr.DataTree:
+    """Open the results of a study: a tree with one group per scene.
+
+    Values stay on disk until they are used, in dask chunks: a slice reads a slice. Raises
+    StoreError when there is no such folder, when it holds no scene, or when a scene's file is
+    truncated.
+    """
+    import xarray as xr
+
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise StoreError(f"there is no folder {folder}{_nearest(folder)}: solve the study first")
+    # temporary files begin with a dot and shards lie in a folder of their own
+    paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
+    if not paths:
+        raise StoreError(f"{folder} holds no scene (no file *{ENDING}): solve the study first")
+    for path in paths:
+        check_whole(path, every_byte=False)
+    scenes = {path.stem: _open(path, chunks="auto") for path in paths}
+    tree = xr.DataTree.from_dict(dict(scenes), name=folder.name)
+    tree.set_close(partial(_close_all, list(scenes.values())))
+    return tree
+
+
+def _open(path: Path, chunks: str | None) -> xr.Dataset:
+    """Open a file lazily, complex quantities joined."""
+    import xarray as xr
+
+    try:
+        dataset = xr.open_dataset(path, engine="netcdf4", chunks=chunks)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StoreError(f"{path} cannot be read: {error}") from error
+    joined = _join_parts(dataset)
+    joined.set_close(dataset.close)
+    return joined
+
+
+def _join_parts(dataset: xr.Dataset) -> xr.Dataset:
+    """Replace each pair ``<name>_re``, ``<name>_im`` by the complex ``<name>``, in its place."""
+    import xarray as xr
+
+    variables: dict[Any, xr.DataArray] = {}
+    for key, variable in dataset.data_vars.items():
+        name = variable.attrs.get(PART_OF)
+        if name is None:
+            variables[key] = variable
+        elif key == part_names(name)[0]:
+            other = dataset[part_names(name)[1]]
+            whole = xr.apply_ufunc(
+                _complex, variable, other, dask="parallelized", output_dtypes=[np.complex128]
+            )
+            whole.attrs = {k: v for k, v in variable.attrs.items() if k != PART_OF}
+            whole.attrs["long_name"] = str(whole.attrs["long_name"]).removesuffix(", real part")
+            variables[name] = whole
+    return xr.Dataset(variables, dataset.coords, dataset.attrs)
+
+
+def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
+    """Join two halves; real + 1j * imaginary would turn an infinite half into nan."""
+    whole = np.empty(np.shape(real), np.complex128)
+    whole.real, whole.imag = real, imaginary
+    return whole
+
+
+def _close_all(datasets: list[xr.Dataset]) -> None:
+    for dataset in datasets:
+        dataset.close()
+
+
+def _nearest(folder: Path) -> str:
+    """Return a hint at a folder beside with a like name, if there is one."""
+    beside = [path.name for path in folder.parent.glob("*") if path.is_dir()]
+    close = get_close_matches(folder.name, beside, 1)
+    return f" (there is {folder.parent / close[0]})" if close else ""

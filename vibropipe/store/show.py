@@ -1,0 +1,128 @@
+"""What a dataset holds, in plain text."""
+
+from __future__ import annotations
+
+import json
+import re
+import unicodedata
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.vocabulary import flags, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["plain_symbol", "summary"]
+
+LETTERS = {
+    "alpha": "α", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
+    "tau": "τ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
+}  # fmt: skip
+ACCENTS = {"dot": "\u0307", "bar": "\u0304"}
+LONG_TEXT = 60
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Return what ``dataset`` holds: sizes, quantities with symbol and range, regimes, origin."""
+    parts = [_title(dataset), _sizes(dataset), _quantities(dataset)]
+    parts += [_counts(dataset, name) for name in ("regime", "status") if name in dataset]
+    parts.append(_attributes(dataset))
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def plain_symbol(symbol: str) -> str:
+    """Return matplotlib's mathtext as plain text: Greek letters and accents as Unicode."""
+    text = symbol.replace("$", "")
+    # letters first: an accent may stand over one; then accents from the innermost one
+    text = re.sub(r"\\(" + "|".join(LETTERS) + r")(?![A-Za-z])", lambda m: LETTERS[m[1]], text)
+    accent = re.compile(r"\\(" + "|".join(ACCENTS) + r")\{([^{}]*)\}")
+    while accent.search(text):
+        text = accent.sub(lambda m: m[2] + ACCENTS[m[1]], text)
+    return re.sub(r"[{}]", "", text)
+
+
+def _title(dataset: xr.Dataset) -> str:
+    return str(dataset.attrs.get("title", ""))
+
+
+def _sizes(dataset: xr.Dataset) -> str:
+    if not dataset.sizes:
+        return ""
+    lines = [f"  {name}: {size}" for name, size in dataset.sizes.items()]
+    return "\n".join(["Dimensions", *lines])
+
+
+def _quantities(dataset: xr.Dataset) -> str:
+    rows = []
+    for name in [*dataset.coords, *dataset.data_vars]:
+        variable = dataset[name]
+        dims = f"({', '.join(map(str, variable.dims))})" if variable.dims else ""
+        rows.append((f"{name}{dims}", _symbol(str(name)), _range(variable), _long_name(variable)))
+    widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join(
+            cell + " " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True)
+        )
+        for row in rows
+    ]
+    return "\n".join(["Quantities", *(f"  {line}".rstrip() for line in lines)]) if rows else ""
+
+
+def _width(text: str) -> int:
+    """Return the columns ``text`` takes: an accent stands over the letter before it."""
+    return sum(not unicodedata.combining(letter) for letter in text)
+
+
+def _symbol(name: str) -> str:
+    try:
+        return plain_symbol(quantity(name).symbol)
+    except KeyError:
+        return ""
+
+
+def _long_name(variable: xr.DataArray) -> str:
+    units = variable.attrs.get("units", "1")
+    return str(variable.attrs.get("long_name", "")) + ("" if units == "1" else f" ({units})")
+
+
+def _range(variable: xr.DataArray) -> str:
+    """Return the value of a scalar, or the least and the largest finite value."""
+    values = np.asarray(variable.values)
+    if values.dtype.kind == "c":
+        values = np.abs(values)
+    if values.dtype.kind not in "iufb":
+        return "" if values.ndim else str(values)
+    if not values.ndim:
+        return f"{values:.6g}"
+    finite = values[np.isfinite(values)]
+    return f"{finite.min():.6g} ... {finite.max():.6g}" if finite.size else "none finite"
+
+
+def _counts(dataset: xr.Dataset, name: str) -> str:
+    """Return how often each named value of ``name`` occurs."""
+    values = np.asarray(dataset[name].values).reshape(-1)
+    named = {value: word for word, value in (flags(name) or {}).items()}
+    lines = [
+        f"  {named.get(int(value), value)}: {count} ({count / len(values):.1%})"
+        for value, count in zip(*np.unique(values, return_counts=True), strict=True)
+    ]
+    return "\n".join([name.capitalize(), *lines]) if lines else ""
+
+
+def _attributes(dataset: xr.Dataset) -> str:
+    lines = [f"  {name}: {_text(value)}" for name, value in dataset.attrs.items()]
+    return "\n".join(["Origin", *lines]) if lines else ""
+
+
+def _text(value: Any) -> str:
+    """Return an attribute on one line; a long text (the study) as its length."""
+    text = str(value)
+    if text.startswith("{"):
+        try:
+            return ", ".join(f"{key} {item}" for key, item in json.loads(text).items())
+        except ValueError:
+            pass
+    lines = text.splitlines()
+    return text if len(lines) <= 1 else f"{len(lines)} lines: {lines[0][:LONG_TEXT]} ..."

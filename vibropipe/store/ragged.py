@@ -29,15 +29,16 @@ class Places:
     def __init__(self, grid: Grid, counts: Sequence[np.ndarray]) -> None:
         self._counts = np.concatenate(counts)
         in_grid = grid.to_grid(self._counts).reshape(-1)
-        ends = np.cumsum(in_grid)
+        ends = np.cumsum(in_grid, dtype=np.int64)
         self.total = int(ends[-1])
         self._starts = grid.to_rows((ends - in_grid).reshape(grid.shape))
 
     def of_rows(self, start: int, stop: int) -> np.ndarray:
         """Return the place in the grid's order of each sample of the rows [start, stop)."""
         counts, starts = self._counts[start:stop], self._starts[start:stop]
-        before = np.cumsum(counts) - counts
-        return np.repeat(starts - before, counts) + np.arange(counts.sum())
+        before = np.cumsum(counts, dtype=np.int64) - counts
+        shifts = np.repeat(starts - before, counts)
+        return shifts + np.arange(len(shifts))
 
 
 class Scratch:

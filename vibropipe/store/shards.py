@@ -134,7 +134,7 @@ def _head(path: Path) -> Shard:
             if not varying & set(item.dims)
         }
         counts = {
-            name: np.asarray(file.variables[name][...], dtype=np.int64)
+            name: np.asarray(file.variables[name][...])
             for name, item in variables.items()
             if "sample_dimension" in item.attrs
         }
@@ -142,7 +142,7 @@ def _head(path: Path) -> Shard:
     if sizes.get(ROW) != stop - start:
         raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {sizes.get(ROW)}")
     for dim, count in shard.samples.items():
-        if counts[count].sum() != sizes[dim]:
+        if counts[count].sum(dtype=np.int64) != sizes[dim]:
             raise StoreError(f"{path} holds {sizes[dim]} of {dim!r} but {count} counts another sum")
     return shard
 

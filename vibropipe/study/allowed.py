@@ -38,9 +38,8 @@ def _takes(annotation: Any) -> str:
         return A_GRID if len(inner) > 1 else _takes(inner[0])
     if origin is list:
         words = _takes(arguments[0])
-        return (
-            "a list of numbers" if "number" in words else f"a list of {words.replace(' or ', ', ')}"
-        )
+        nouns = [f"{noun}s" for noun in ("number", "name") if noun in words]
+        return f"a list of {nouns[0] if nouns else words.replace(' or ', ', ')}"
     if origin is dict:
         what = "scenes by name" if arguments[1] is Scene else "grids by parameter"
         return f"a mapping of {what}, at least one"

@@ -138,7 +138,7 @@ def _follow(scene: SweepScene) -> Iterator[Problem]:
     if scene.follow is None:
         return
     if "start" in scene.model_fields_set:
-        yield Problem(("follow",), "it beside start", "either start or follow")
+        yield Problem(("start",), "it beside follow", "either start or follow")
     if scene.follow.along not in scene.over:
         known = list(scene.over)
         yield Problem(("follow", "along"), repr(scene.follow.along), " or ".join(known))

@@ -1,0 +1,253 @@
+"""The command line: one verb per step, the same functions a workflow rule and a person call.
+
+Imports of the verbs stay inside them, so that `vibropipe --help` is there at once. Exit codes:
+0 done, 1 a failure of the machine, 2 a mistake in what was asked (one message on stderr, no
+traceback), 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+PLOT_SUFFIXES = (".svg", ".pdf", ".png")
+
+app = typer.Typer(
+    help="Laws of motion of vibro-impact exciters over whole ranges of parameters.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
+SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
+OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
+ResultsFolder = Annotated[
+    Path, typer.Option("--results", metavar="DIR", help="Folder of the study's datasets.")
+]
+Threads = Annotated[
+    int | None, typer.Option(min=1, metavar="T", help="Threads to use; all there are if left out.")
+]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; the only place where an error becomes a message and an exit code."""
+    try:
+        app(args=arguments, prog_name="vibropipe")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        code = exit_code(error)
+        if code is None:
+            raise
+        print(f"vibropipe: {error}", file=sys.stderr)
+        sys.exit(code)
+
+
+def exit_code(error: Exception) -> int | None:
+    """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
+    from vibropipe.physics.exciter import ParameterError
+    from vibropipe.store import StoreError
+    from vibropipe.study import StudyError
+
+    if isinstance(error, StudyError | StoreError | ParameterError):
+        return 2
+    return 1 if isinstance(error, OSError) else None
+
+
+@app.command()
+def plan(file: StudyFile) -> None:
+    """Check a study and say, scene by scene, what it will compute and how much of it."""
+    from vibropipe.plan import plan_text
+    from vibropipe.study import load_study
+
+    typer.echo(plan_text(load_study(file)))
+
+
+@app.command()
+def simulate(
+    l: Annotated[float, typer.Option("--l", help="Half distance between the supports.")],  # noqa: E741
+    nu: Annotated[float, typer.Option("--nu", help="Frequency of excitation.")] = 1.0,
+    f: Annotated[float, typer.Option("--f", help="Amplitude of excitation.")] = 0.0,
+    h: Annotated[float, typer.Option("--h", help="Damping.")] = 0.0,
+    delta: Annotated[float, typer.Option("--delta", help="Offset of the equilibrium.")] = 0.0,
+    R1: Annotated[float, typer.Option("--R1", help="Restitution of support 1.")] = 1.0,
+    R2: Annotated[float, typer.Option("--R2", help="Restitution of support 2.")] = 1.0,
+    x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
+    v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
+    tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
+    method: Annotated[str, typer.Option("--method", help="exact or newmark.")] = "exact",
+    steps_per_period: Annotated[
+        int | None, typer.Option("--steps-per-period", help="Steps of newmark per forcing period.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="F", help="Draw it: .svg, .pdf or .png.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="F", help="Keep it: .nc.")
+    ] = None,
+) -> None:
+    """Compute one motion and print its impacts, rests and end as a table."""
+    from vibropipe.batch.motion import simulate as solve_motion
+    from vibropipe.listing import motion_text
+    from vibropipe.physics.exciter import Exciter
+
+    if plot is not None and plot.suffix not in PLOT_SUFFIXES:
+        allowed = ", ".join(PLOT_SUFFIXES)
+        raise typer.BadParameter(
+            f"found {plot.name}, allowed endings {allowed}", param_hint="--plot"
+        )
+    exciter = Exciter(l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2)
+    motion = solve_motion(
+        exciter,
+        tau_end=tau_end,
+        x0=x0,
+        v0=v0,
+        method=method,
+        steps_per_period=steps_per_period,
+        samples_per_period=0 if plot is None and output is None else 256,
+    )
+    typer.echo(motion_text(motion))
+    if plot is not None:
+        from vibropipe.figures import draw
+
+        plot.parent.mkdir(parents=True, exist_ok=True)
+        draw("motion", motion).savefig(plot)
+    if output is not None:
+        from vibropipe.store import write
+
+        write(motion, output)
+
+
+@app.command()
+def solve(
+    file: StudyFile,
+    scene: SceneName,
+    output: OutputFile,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Solve the I-th of N shards of a sweep, from 1 to N."),
+    ] = None,
+    threads: Threads = None,
+) -> None:
+    """Solve one scene of a study, or one shard of it, into a dataset."""
+    from vibropipe.study import load_study
+
+    study = load_study(file)
+    part = None if shard is None else shard_of(study.scene(scene), shard)
+
+    from vibropipe.scenes import solve_to_file
+
+    solve_to_file(study, scene, output, part, use_threads(threads))
+
+
+@app.command()
+def join(
+    file: StudyFile,
+    shards: Annotated[list[Path], typer.Argument(metavar="SHARDS...", help="All shards.")],
+    scene: SceneName,
+    output: OutputFile,
+) -> None:
+    """Join all shards of a sweep, in any order, into its dataset."""
+    from vibropipe.study import load_study
+
+    study = load_study(file)
+    if study.scene(scene).kind != "sweep":
+        raise typer.BadParameter(
+            f"{scene} is a {study.scene(scene).kind}; only sweeps have shards", param_hint="--scene"
+        )
+
+    from vibropipe.scenes import join_to_file
+
+    join_to_file(study, scene, shards, output)
+
+
+@app.command()
+def figure(
+    file: StudyFile,
+    results: ResultsFolder,
+) -> None:
+    """Draw every figure of a study from its datasets."""
+    from vibropipe.figures import draw_study
+    from vibropipe.study import load_study
+
+    for path in draw_study(load_study(file), results):
+        typer.echo(path)
+
+
+@app.command()
+def report(
+    file: StudyFile,
+    output: OutputFile,
+    results: ResultsFolder,
+) -> None:
+    """Typeset the report of a study from its datasets and figures."""
+    from vibropipe.report import build_report
+    from vibropipe.study import load_study
+
+    build_report(load_study(file), results, output)
+
+
+@app.command()
+def show(
+    dataset: Annotated[
+        Path, typer.Argument(metavar="DATASET", help="A .nc file, or a study's folder.")
+    ],
+) -> None:
+    """Say what a dataset holds: parameters, dimensions, quantities and where it came from."""
+    from vibropipe.store import open_study, read, summary
+
+    if dataset.is_dir():
+        tree = open_study(dataset)
+        texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
+    else:
+        texts = [summary(read(dataset))]
+    typer.echo("\n".join(texts))
+
+
+@app.command()
+def warm(
+    stamp: Annotated[
+        Path | None, typer.Option(metavar="F", help="File to write when done.")
+    ] = None,
+) -> None:
+    """Compile every kernel into the cache, so that no later job has to."""
+    from vibropipe.scenes import warm_kernels
+
+    warm_kernels()
+    if stamp is not None:
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        stamp.touch()
+
+
+def shard_of(scene: Any, text: str) -> tuple[int, int]:
+    """Read `I/N`; a usage error says how far this scene can be cut."""
+    from vibropipe.plan import row_range
+
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
+    if found is None:
+        raise typer.BadParameter(f"found {text!r}, allowed I/N such as 3/8", param_hint="--shard")
+    shard, shards = int(found[1]), int(found[2])
+    if scene.kind != "sweep":
+        raise typer.BadParameter(
+            f"{scene.name} is a {scene.kind}; only sweeps are cut into shards", param_hint="--shard"
+        )
+    try:
+        row_range(scene, shard, shards)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--shard") from None
+    return shard, shards
+
+
+def use_threads(threads: int | None) -> int:
+    """Let the kernels use `threads` threads, as far as this machine has them; return how many."""
+    import numba
+
+    if threads is not None:
+        there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(min(threads, there_are))
+    return int(numba.get_num_threads())

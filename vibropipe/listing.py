@@ -1,0 +1,58 @@
+"""One motion as a table for a terminal."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from vibropipe.plan import columns
+from vibropipe.status import Status
+from vibropipe.vocabulary import PARAMETERS
+
+MOST_LINES = 60
+
+
+def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:
+    """Return the impacts, grazings and rests of `vp.simulate` in order of time, and the end.
+
+    Of more than `most` events the first and the last ones are shown.
+    """
+    head = ("tau", "event", "support", "velocity before", "after")
+    body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]
+    parameters = "  ".join(f"{name} = {float(motion[name]):g}" for name in PARAMETERS)
+    end = (
+        f"end: displacement {float(motion['displacement_end']):.12g},"
+        f" velocity {float(motion['velocity_end']):.12g}"
+    )
+    status = Status(int(motion["status"]))
+    lines = [parameters, *_shortened(columns([head, *body]), most), end]
+    return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
+
+
+def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:
+    """Return (tau, row of the table) of each impact, grazing, rest and release, by kind."""
+    found: list[tuple[float, tuple[str, ...]]] = [
+        (tau, (f"{tau:.12g}", "impact", str(support), f"{before:.9g}", f"{after:.9g}"))
+        for tau, support, before, after in _together(
+            motion, "impact_tau", "impact_support", "impact_velocity", "impact_velocity_after"
+        )
+    ]
+    for tau, support in _together(motion, "grazing_tau", "grazing_support"):
+        found.append((tau, (f"{tau:.12g}", "grazing", str(support), "0", "0")))
+    for start, end, support in _together(motion, "rest_start", "rest_end", "rest_support"):
+        found.append((start, (f"{start:.12g}", "rest", str(support), "", "")))
+        if end != float("inf"):
+            found.append((end, (f"{end:.12g}", "release", str(support), "", "")))
+    return found
+
+
+def _together(motion: xr.Dataset, *names: str) -> zip[tuple[float, ...]]:
+    return zip(*(motion[name].values.tolist() for name in names), strict=True)
+
+
+def _shortened(lines: list[str], most: int) -> list[str]:
+    """Leave out the middle of a long table; its first line is the head."""
+    left_out = len(lines) - 1 - most
+    if left_out <= 0:
+        return lines
+    half = most // 2
+    return [*lines[: 1 + half], f"... {left_out} more ...", *lines[len(lines) - (most - half) :]]

@@ -1,0 +1,237 @@
+"""What a study will do before it does it: rows, jobs, work and bytes of each scene.
+
+The numbers here decide how a sweep is cut into shards. They depend on the study alone, never on the
+machine, so that every machine cuts it alike.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene
+
+Scene = MotionScene | SweepScene | BackboneScene
+
+# A job costs about a second to start: below this work, cutting costs more than it gains.
+SHARD_SECONDS = 20.0
+# Results of a shard are held in memory until they are written.
+SHARD_BYTES = 128e6
+MAX_SHARDS = 1000
+
+SECONDS_PER_ROW = 20e-6
+SECONDS_PER_STEP = 10e-9
+SECONDS_PER_PERIOD = 1e-6
+
+ROW_BYTES = 80
+IMPACT_BYTES = 21
+USUAL_IMPACTS = 4
+PHASE_SAMPLES = 256
+
+DRAWN = ("figures", "report", "vocabulary.py", "analysis")
+
+
+@dataclass(frozen=True)
+class ScenePlan:
+    """What one scene comes to.
+
+    rows: steady states, or points of a curve, or 1 for a motion; shards: jobs that solve it;
+    seconds: rough work of one core; bytes: in the dataset before compression.
+    """
+
+    name: str
+    kind: str
+    size: str
+    rows: int
+    method: str
+    outputs: tuple[str, ...]
+    shards: int
+    seconds: float
+    bytes: float
+
+
+def plan_scene(scene: Scene) -> ScenePlan:
+    """Say what a scene comes to."""
+    if isinstance(scene, SweepScene):
+        return _sweep(scene)
+    return _motion(scene) if isinstance(scene, MotionScene) else _backbone(scene)
+
+
+def chain_length(scene: SweepScene) -> int:
+    """Rows that must be solved one after the other: those along the followed parameter."""
+    followed = scene.follow_pair()
+    return scene.grids()[followed[0]].size if followed else 1
+
+
+def shard_count(scene: SweepScene, seconds: float, count: float) -> int:
+    """Return into how many shards a sweep is cut; cuts fall between chains."""
+    wanted = max(math.ceil(seconds / SHARD_SECONDS), math.ceil(count / SHARD_BYTES), 1)
+    return min(wanted, MAX_SHARDS, scene.row_count // chain_length(scene))
+
+
+def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
+    """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
+
+    Raises ValueError for a shard that does not exist or more shards than chains.
+    """
+    length = chain_length(scene)
+    chains = scene.row_count // length
+    if not 1 <= shards <= chains:
+        raise ValueError(f"{shards} shards: this scene can be cut into 1 to {chains}")
+    if not 1 <= shard <= shards:
+        raise ValueError(f"shard {shard}: shards are counted from 1 to {shards}")
+    return (shard - 1) * chains // shards * length, shard * chains // shards * length
+
+
+def plan_text(study: Study) -> str:
+    """Return the plan of a study as a table for people."""
+    plans = [plan_scene(scene) for scene in study.scenes.values()]
+    head = ("scene", "kind", "size", "method", "outputs", "jobs", "work", "size of data")
+    body = [
+        (
+            plan.name,
+            plan.kind,
+            plan.size,
+            plan.method,
+            " ".join(plan.outputs),
+            str(plan.shards + (plan.shards > 1)),
+            seconds_text(plan.seconds),
+            bytes_text(plan.bytes),
+        )
+        for plan in plans
+    ]
+    total = (
+        f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
+        f" roughly {seconds_text(sum(plan.seconds for plan in plans))} of work on one core,"
+        f" {bytes_text(sum(plan.bytes for plan in plans))} before compression"
+    )
+    return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
+
+
+def columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of text as lines with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def seconds_text(seconds: float) -> str:
+    """Return a duration with a unit that suits it."""
+    if seconds < 1:
+        return "< 1 s"
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def bytes_text(count: float) -> str:
+    """Return a number of bytes with a unit that suits it."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.1f} {unit}"
+    return f"{count:.0f} B"
+
+
+@functools.cache
+def drawing_hash() -> str:
+    """Hash (16 hex digits) of all sources and templates that figures and reports depend on."""
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for entry in DRAWN:
+        for source in _files(package / entry):
+            digest.update(source.relative_to(package).as_posix().encode() + b"\0")
+            digest.update(source.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _files(path: Path) -> Iterable[Path]:
+    if not path.is_dir():
+        return [path]
+    return sorted(item for item in path.rglob("*") if item.suffix in (".py", ".typ", ".mplstyle"))
+
+
+def _sweep(scene: SweepScene) -> ScenePlan:
+    followed = scene.follow_pair()
+    seconds = scene.row_count * SECONDS_PER_ROW
+    stored = scene.row_count * steady_bytes(scene.outputs, scene.harmonics)
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=_product(scene),
+        rows=scene.row_count,
+        method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
+        outputs=tuple(scene.outputs),
+        shards=shard_count(scene, seconds, stored),
+        seconds=seconds,
+        bytes=stored,
+    )
+
+
+def _motion(scene: MotionScene) -> ScenePlan:
+    recorded = scene.tau_end * scene.resolved_exciter()["nu"] / (2 * math.pi)
+    periods = scene.settle_periods + recorded
+    chosen = scene.solver.arguments()
+    steps = chosen.get("steps_per_period", 0)
+    stored = USUAL_IMPACTS * recorded * IMPACT_BYTES
+    if "motion" in scene.outputs:
+        # tau, displacement, velocity and force; the exact motion beside newmark's
+        stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)
+    if {"harmonics", "stability", "energy"} & set(scene.outputs):
+        stored += steady_bytes(scene.outputs, scene.harmonics)
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=f"tau {scene.tau_end:g}",
+        rows=1,
+        method=_method(chosen),
+        outputs=tuple(scene.outputs),
+        shards=1,
+        seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP),
+        bytes=stored,
+    )
+
+
+def _backbone(scene: BackboneScene) -> ScenePlan:
+    each = 8 + 1 + 2 * 8 + 4 * 8 * scene.harmonics if scene.over_amplitude else 8
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=_product(scene),
+        rows=scene.row_count,
+        method="exact",
+        outputs=("harmonics",) if scene.over_amplitude else (),
+        shards=1,
+        seconds=scene.row_count * SECONDS_PER_ROW,
+        bytes=scene.row_count * each,
+    )
+
+
+def _product(scene: Scene) -> str:
+    return " x ".join(f"{grid.size} {name}" for name, grid in scene.grids().items())
+
+
+def _method(chosen: Mapping[str, Any]) -> str:
+    if "accuracy" in chosen:
+        return f"accuracy {chosen['accuracy']:g}"
+    steps = chosen.get("steps_per_period")
+    return f"{chosen['method']}, {steps} steps" if steps else str(chosen["method"])
+
+
+def steady_bytes(outputs: Iterable[str], harmonics: int) -> int:
+    """Return the bytes of one steady state with these outputs."""
+    costs = {
+        "harmonics": 2 * 8 + 4 * 8 * harmonics,
+        "impacts": 4 + 2 * 8 + USUAL_IMPACTS * IMPACT_BYTES,
+        "stability": 2 * 16 + 1,
+        "motion": 2 * 8 * PHASE_SAMPLES,
+        "energy": 5 * 8,
+    }
+    return ROW_BYTES + sum(costs[output] for output in outputs)

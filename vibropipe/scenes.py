@@ -1,0 +1,236 @@
+"""One scene of a study, or one shard of it, becomes a Dataset by calling the public faces."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.batch.motion import simulate
+from vibropipe.batch.steady import steady_state
+from vibropipe.batch.sweep import solve_shard, sweep
+from vibropipe.physics.exciter import Exciter
+from vibropipe.plan import Scene, row_range
+from vibropipe.status import Status
+from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
+from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene, fingerprint
+from vibropipe.vocabulary import describe
+
+# Names that a motion and its steady state share, and what they are called in the latter.
+OF_THE_ORBIT = {
+    name: f"orbit_{name}"
+    for name in ("impact", "impact_phase", "impact_period", "impact_support", "impact_velocity")
+}
+STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
+
+
+def solve_to_file(
+    study: Study, name: str, path: Path, shard: tuple[int, int] | None, threads: int
+) -> None:
+    """Solve a scene or a shard into the file `path`, and the time it took into its sidecar."""
+    begin = time.perf_counter()
+    write(solve_scene(study, name, shard), path)
+    write_sidecar(path, time.perf_counter() - begin, threads)
+
+
+def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) -> None:
+    """Join all shards of a sweep, in any order; the sidecar tells the time of all jobs together.
+
+    Raises StudyError when there is no such scene, ValueError when it is no sweep, StoreError when
+    the shards are not those of this scene.
+    """
+    scene = study.scene(name)
+    if not isinstance(scene, SweepScene):
+        raise ValueError(f"scene {name!r} is a {scene.kind}: only sweeps have shards")
+    begin = time.perf_counter()
+    followed = scene.follow_pair()
+    join(
+        shards,
+        path,
+        scene.over_arrays(),
+        followed[0] if followed else None,
+        origin(study, scene),
+    )
+    taken = [read_sidecar(shard) for shard in shards]
+    seconds = sum(float(record.get("seconds", 0)) for record in taken)
+    threads = max(int(record.get("threads", 1)) for record in taken)
+    seconds += time.perf_counter() - begin
+    write_sidecar(path, seconds, threads, shards=len(shards))
+
+
+def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -> xr.Dataset:
+    """Solve a scene, or shard I of N of a sweep given as (I, N), I counted from 1.
+
+    Raises StudyError when there is no such scene, ValueError when it cannot be cut so.
+    """
+    scene = study.scene(name)
+    if isinstance(scene, SweepScene):
+        dataset = solve_sweep(scene, shard)
+    elif shard is not None:
+        raise ValueError(f"scene {name!r} is a {scene.kind}: only sweeps are cut into shards")
+    elif isinstance(scene, MotionScene):
+        dataset = solve_motion(scene)
+    else:
+        dataset = solve_backbone(scene)
+    return dataset.assign_attrs(origin(study, scene))
+
+
+def origin(study: Study, scene: Scene) -> dict[str, Any]:
+    """Return the global attributes of a dataset; titles stay out, since no data depends on them."""
+    solver: dict[str, Any] = {} if isinstance(scene, BackboneScene) else scene.solver.arguments()
+    method = str(solver.get("method", "exact"))
+    if "steps_per_period" in solver:
+        method += f", {solver['steps_per_period']} steps per forcing period"
+    return {
+        "title": f"{study.name}: {scene.name}",
+        "kind": scene.kind,
+        **provenance(
+            Path(study.source).read_text(encoding="utf-8"),
+            fingerprint(study, scene),
+            method,
+            solver.get("accuracy"),
+        ),
+    }
+
+
+def solve_sweep(scene: SweepScene, shard: tuple[int, int] | None = None) -> xr.Dataset:
+    """Solve all rows of a sweep on its grid, or the rows of one shard over `row`."""
+    over = scene.over_arrays()
+    asked: dict[str, Any] = {
+        "x0": scene.start.x0,
+        "v0": scene.start.v0,
+        "harmonics": scene.harmonics,
+        "follow": scene.follow_pair(),
+        "outputs": tuple(scene.outputs),
+    }
+    exciter = exciter_of(scene)
+    if shard is None:
+        return sweep(exciter, over, **asked)
+    rows = row_range(scene, *shard)
+    fixed = {
+        name: value for name, value in exciter.parameters()._asdict().items() if name not in over
+    }
+    return describe(solve_shard(exciter, over, *rows, **asked).assign_coords(fixed))
+
+
+def solve_motion(scene: MotionScene) -> xr.Dataset:
+    """Record one motion, after its settling, with what else its outputs ask for."""
+    exciter = exciter_of(scene)
+    chosen = scene.solver.arguments()
+    motion = recorded(scene, exciter, chosen)
+    if chosen.get("method") == "newmark" and "displacement" in motion:
+        exact = recorded(scene, exciter, {"method": "exact"})
+        motion["displacement_exact"] = exact["displacement"]
+        motion["velocity_exact"] = exact["velocity"]
+    if "impacts" not in scene.outputs:
+        motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
+    if STEADY_OUTPUTS & set(scene.outputs):
+        motion = with_steady_state(motion, scene, exciter)
+    return motion
+
+
+def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr.Dataset:
+    """Return the motion of a scene as one solver sees it, the settling included."""
+    x0, v0 = scene.start.x0, scene.start.v0
+    begin, end = scene.tau_span()
+    if scene.settle_periods:
+        settled = simulate(exciter, tau_end=begin, x0=x0, v0=v0, samples_per_period=0, **solver)
+        x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
+    samples = scene.samples_per_period if "motion" in scene.outputs else 0
+    return simulate(
+        exciter, tau_start=begin, tau_end=end, x0=x0, v0=v0, samples_per_period=samples, **solver
+    )
+
+
+def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) -> xr.Dataset:
+    """Add the orbit that the motion settles on; its own status stands unless the motion has one."""
+    steady = steady_state(exciter, x0=scene.start.x0, v0=scene.start.v0, harmonics=scene.harmonics)
+    names = {*steady.variables, *steady.dims}
+    steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})
+    weaker = motion if int(motion["status"]) == Status.OK else steady
+    return xr.merge(
+        [item.drop_vars("status") if item is weaker else item for item in (motion, steady)]
+    )
+
+
+def solve_backbone(scene: BackboneScene) -> xr.Dataset:
+    """Compute a backbone: over amplitude, or along eq. (10) with simulated points on its curves."""
+    from vibropipe.batch.conservative import amplitude_frequency, backbone
+
+    grids = scene.over_arrays()
+    if scene.over_amplitude:
+        return amplitude_frequency(
+            exciter_of(scene), amplitude=grids["amplitude"], harmonics=scene.harmonics
+        )
+    curves = backbone(grids["delta_over_l"], grids["tau_bar"])
+    return simulated_points(curves, scene.check_points)
+
+
+def simulated_points(curves: xr.Dataset, points: int) -> xr.Dataset:
+    """Set simulated conservative motions on the curves of eq. (10), evenly over their drawn parts.
+
+    Adds `simulated_tau_bar` and `simulated_velocity_over_l` over (delta_over_l, point), nan where a
+    curve has no drawn part.
+    """
+    offsets = curves["delta_over_l"].values
+    found = np.full((2, len(offsets), points), np.nan)
+    for row, offset in enumerate(offsets):
+        curve = curves["velocity_over_l"].isel(delta_over_l=row).values
+        drawn = np.flatnonzero(np.isfinite(curve))
+        if drawn.size == 0:
+            continue
+        chosen = drawn[np.linspace(0, drawn.size - 1, points + 2).round().astype(int)[1:-1]]
+        for point, place in enumerate(chosen):
+            period = float(curves["tau_bar"][place])
+            found[:, row, point] = free_motion(float(offset), float(curve[place]), period)
+    dims = ("delta_over_l", "point")
+    return curves.assign(
+        simulated_tau_bar=(dims, found[0]), simulated_velocity_over_l=(dims, found[1])
+    )
+
+
+def free_motion(offset: float, velocity: float, about: float) -> tuple[float, float]:
+    """Simulate the conservative motion that leaves support 1 with `velocity`; l = 1.
+
+    Returns its period, twice the time from support 2 to support 1, and its velocity at support 1;
+    nan if it does not strike both within three periods of `about`.
+    """
+    exciter = Exciter(l=1.0, delta=offset)
+    motion = simulate(
+        exciter, tau_end=3 * about, x0=1.0 + offset, v0=-velocity, samples_per_period=0
+    )
+    supports = motion["impact_support"].values
+    times, speeds = motion["impact_tau"].values, motion["impact_velocity"].values
+    for first in range(len(supports) - 1):
+        if supports[first] == 2 and supports[first + 1] == 1:
+            return 2 * float(times[first + 1] - times[first]), float(speeds[first + 1])
+    return math.nan, math.nan
+
+
+def warm_kernels() -> None:
+    """Compile every kernel into the cache by calling each face once on next to nothing."""
+    from vibropipe.batch.conservative import amplitude_frequency
+
+    exciter = Exciter(l=0.5, f=1.0, h=0.2, R1=0.7, R2=0.7)
+    simulate(exciter, tau_end=7.0)
+    simulate(exciter, tau_end=7.0, method="newmark", steps_per_period=100)
+    steady_state(exciter, harmonics=1)
+    sweep(
+        exciter,
+        over={"nu": np.array([0.9, 1.0])},
+        harmonics=1,
+        follow=("nu", "up"),
+        outputs=("harmonics", "impacts", "motion", "stability", "energy"),
+    )
+    sweep(exciter, over={"nu": np.array([0.9, 1.0])}, harmonics=1)
+    amplitude_frequency(Exciter(l=0.5), amplitude=np.array([0.4, 0.8]), harmonics=1)
+
+
+def exciter_of(scene: Scene) -> Exciter:
+    """Return the exciter of a scene; a swept parameter stands with its first value."""
+    return Exciter(**scene.resolved_exciter())

@@ -1,0 +1,162 @@
+# What the rules know of the studies: read once, here, before any job. Each rule depends on its own
+# part of a study through `params` and never on the YAML file: an edit of one scene is seen by the
+# jobs of that scene alone, a touched file by none.
+import hashlib
+import os
+import re
+import sys
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+from vibropipe.jit import kernel_hash
+from vibropipe.plan import drawing_hash, plan_scene, plan_text
+from vibropipe.study import StudyError, canonical_text, load_config, load_study
+from vibropipe.study import fingerprint as fingerprint_of
+
+NAME = "[a-z][a-z0-9_]*"
+HOW_TO_GO_ON = """\
+Not everything was made; the reason stands above, the logs lie under logs/. Give the same command
+again when it is gone: what is finished is kept. If snakemake itself was killed and the next one finds
+the folder locked, `snakemake --unlock` frees it."""
+
+
+def read_studies():
+    """Return the configuration and its studies; one readable message for all mistakes in them."""
+    if workflow.config_settings.config:
+        raise WorkflowError(
+            "--config is not taken: write into config/config.yaml, or name another file with"
+            " --configfile"
+        )
+    files = workflow.overwrite_configfiles or ["config/config.yaml"]
+    try:
+        settings = load_config(files[-1])
+        return settings, {
+            name: load_study(settings.study_file(name)) for name in settings.studies
+        }
+    except StudyError as error:
+        raise WorkflowError(str(error)) from None
+
+
+SETTINGS, STUDIES = read_studies()
+RESULTS = SETTINGS.results
+PLANS = {
+    name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
+    for name, study in STUDIES.items()
+}
+
+# Jobs find `vibropipe` beside the python that runs snakemake, its environment activated or not.
+os.environ.update(
+    PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()])
+)
+
+
+def say(text):
+    """Print for people; on stderr, since stdout may be a graph or a summary."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def costs():
+    """Return what each study will do and cost, finished or not."""
+    return "\n\n".join(plan_text(study) for study in STUDIES.values()) + "\n"
+
+
+def where_results_are():
+    """Return the places a user looks at first."""
+    return "\n".join(f"{RESULTS}/{name}/report.pdf" for name in STUDIES)
+
+
+def study_file(wildcards):
+    """Return the file of a study, as the command line takes it."""
+    return str(SETTINGS.study_file(wildcards.study))
+
+
+def fingerprint(wildcards):
+    """Return the hash of all that the data of a scene depend on."""
+    return fingerprint_of(STUDIES[wildcards.study], wildcards.scene)
+
+
+def scenes_regex(sharded):
+    """Return the names of the scenes that are (or are not) cut, each behind its study's name."""
+    found = [
+        f"(?<=/{study}/)(?:{'|'.join(names)})"
+        for study, plans in PLANS.items()
+        if (
+            names := [
+                name for name, plan in plans.items() if (plan.shards > 1) == sharded
+            ]
+        )
+    ]
+    return "|".join(found) or "(?!)"
+
+
+def shards_of(wildcards):
+    """Return the files of all shards of a sweep."""
+    count = PLANS[wildcards.study][wildcards.scene].shards
+    folder = f"{RESULTS}/{wildcards.study}/shards/{wildcards.scene}"
+    return [f"{folder}/{shard:04d}.nc" for shard in range(1, count + 1)]
+
+
+def sidecars_of(wildcards):
+    """Return what the shards of a sweep tell of their times."""
+    return [path.removesuffix(".nc") + ".json" for path in shards_of(wildcards)]
+
+
+def cut(wildcards):
+    """Return which shard of how many, as the command line takes it."""
+    count = PLANS[wildcards.study][wildcards.scene].shards
+    return f"{int(wildcards.shard)}/{count}"
+
+
+def threads_of(wildcards):
+    """Return how many threads a whole scene is worth: one per four seconds of work."""
+    plan = PLANS[wildcards.study][wildcards.scene]
+    return max(1, round(plan.seconds / 4)) if plan.kind == "sweep" else 1
+
+
+def datasets(name):
+    """Return the datasets of a study."""
+    return [f"{RESULTS}/{name}/{scene}.nc" for scene in STUDIES[name].scenes]
+
+
+def pictures(name, suffix):
+    """Return the figures of a study."""
+    return [
+        f"{RESULTS}/{name}/figures/{scene}.{suffix}" for scene in STUDIES[name].scenes
+    ]
+
+
+def shown(name, scene):
+    """Return how `snakemake --report` shows the figure of a scene."""
+    return {
+        "caption": caption_file(name, scene),
+        "category": STUDIES[name].title,
+        "labels": {"scene": scene.name, "title": scene.title or scene.name},
+    }
+
+
+def pictures_for_report(name):
+    """Return the figures of a study, each with its caption for `snakemake --report`."""
+    drawn = zip(pictures(name, "svg"), STUDIES[name].scenes.values())
+    return [report(path, **shown(name, scene)) for path, scene in drawn]
+
+
+def caption_file(name, scene):
+    """Write the caption of a scene where snakemake's report finds it; text stays only text."""
+    words = " ".join((scene.caption or scene.title or scene.name).split())
+    path = Path(".snakemake", "captions", name, f"{scene.name}.rst").absolute()
+    text = re.sub(r"([^\w\s])", r"\\\1", words) + "\n"
+    if not path.is_file() or path.read_text(encoding="utf-8") != text:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def words_hash(name):
+    """Return the hash of all that a study says, titles and captions too."""
+    return hashlib.sha256(canonical_text(STUDIES[name]).encode()).hexdigest()
+
+
+def study_targets(name):
+    """Return what is made of a study."""
+    return [*datasets(name), *pictures(name, "svg"), f"{RESULTS}/{name}/report.pdf"]

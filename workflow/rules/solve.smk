@@ -1,0 +1,64 @@
+# One compilation per version of the kernels: every solving job waits for it and none repeats it.
+rule warm:
+    output:
+        f"{RESULTS}/.kernels/{kernel_hash()}",
+    log:
+        "logs/warm.log",
+    benchmark:
+        "benchmarks/warm.tsv"
+    threads: 1
+    shell:
+        "vibropipe warm --stamp {output} > {log} 2>&1"
+
+
+# A scene that is one job's work.
+rule solve:
+    input:
+        kernels=ancient(rules.warm.output),
+    output:
+        data=f"{RESULTS}/{{study}}/{{scene}}.nc",
+        taken=f"{RESULTS}/{{study}}/{{scene}}.json",
+    log:
+        "logs/{study}/{scene}.log",
+    benchmark:
+        "benchmarks/{study}/{scene}.tsv"
+    wildcard_constraints:
+        scene=scenes_regex(sharded=False),
+    threads: threads_of
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        code=kernel_hash(),
+        scene=fingerprint,
+        file=study_file,
+    shell:
+        "vibropipe solve {params.file:q} --scene {wildcards.scene} --threads {threads}"
+        " --output {output.data} > {log} 2>&1"
+
+
+# A part of a sweep that is too long for one job; kept until the join has used it.
+rule solve_shard:
+    input:
+        kernels=ancient(rules.warm.output),
+    output:
+        data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
+        taken=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
+    log:
+        "logs/{study}/{scene}/{shard}.log",
+    benchmark:
+        "benchmarks/{study}/{scene}/{shard}.tsv"
+    wildcard_constraints:
+        scene=scenes_regex(sharded=True),
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        code=kernel_hash(),
+        scene=fingerprint,
+        file=study_file,
+        cut=cut,
+    shell:
+        "vibropipe solve {params.file:q} --scene {wildcards.scene} --shard {params.cut}"
+        " --threads {threads} --output {output.data} > {log} 2>&1"

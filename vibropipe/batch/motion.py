@@ -118,7 +118,7 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
         )
     period, step, theta = locate(turns[0], grid.steps)
     empty = np.full(count, np.nan), np.full(count, np.nan)
-    return Samples(*empty, int(per_period), period * grid.steps + step, theta)
+    return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
 
 
 def _run(p, grid, table_p, table_q, state, turns_end, samples, max_impacts):

@@ -35,10 +35,11 @@ class Log(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Arrays for the motion at start + i/per_period periods; the start as (absolute step, theta)."""
+    """Arrays for the motion at start + i stride/per_period periods; the start as (absolute step, theta)."""
 
     displacement: np.ndarray
     velocity: np.ndarray
+    stride: int
     per_period: int
     start_step: int
     start_theta: float
@@ -116,8 +117,9 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
         i = counts[SAMPLES]
         while i < samples.displacement.size:
             # Integer arithmetic: the place of sample i never drifts.
-            step = samples.start_step + (i * grid.steps) // samples.per_period
-            theta = samples.start_theta + ((i * grid.steps) % samples.per_period) / samples.per_period
+            place = i * samples.stride * grid.steps
+            step = samples.start_step + place // samples.per_period
+            theta = samples.start_theta + (place % samples.per_period) / samples.per_period
             if theta >= 1.0:
                 step, theta = step + 1, theta - 1.0
             if step > at_step or (step == at_step and theta > until):

@@ -1,0 +1,94 @@
+"""Results of rows as labelled quantities: dimension `row`, names and words from the vocabulary."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibropipe.batch.rows import PHASES
+from vibropipe.kernels.row import Rows
+
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+
+def label_rows(rows: Rows, nu: np.ndarray) -> Variables:
+    """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results."""
+    m = np.maximum(rows.period_multiple, 1)
+    variables: Variables = {
+        "regime": (("row",), rows.regime),
+        "status": (("row",), rows.status),
+        "period_multiple": (("row",), rows.period_multiple),
+        "impacts_per_orbit": (("row", "support"), rows.impacts),
+        "rests_per_orbit": (("row", "support"), rows.rests),
+        "base_frequency": (("row",), nu / m),
+        "residual": (("row",), rows.residual),
+        "periods_to_settle": (("row",), rows.settled_after),
+        "displacement_strobe": (("row",), rows.section[:, 0]),
+        "velocity_strobe": (("row",), rows.section[:, 1]),
+        "window_periods": (("row",), rows.window),
+    }
+    if rows.amplitudes is not None:
+        variables |= _harmonics(rows.amplitudes, nu / m)
+    if rows.multipliers is not None:
+        radius = np.abs(rows.multipliers).max(axis=1)
+        variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
+        variables["stable"] = (("row",), (radius < 1).astype(np.int8))
+    if rows.impact_count is not None:
+        variables |= _impacts(rows)
+    if rows.energy is not None:
+        variables |= _energy(rows.energy)
+    if rows.motion is not None:
+        variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
+        variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
+    return variables
+
+
+def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
+    """x = mean + sum A_k cos(k w0 tau + phase_k) from X_k; the velocity's are i k w0 X_k, since x is
+    continuous through impacts."""
+    orders = np.arange(amplitudes.shape[1])
+    rates = 1j * orders[None, :] * base_frequency[:, None] * amplitudes
+    variables: Variables = {}
+    for name, values in (("displacement", amplitudes), ("velocity", rates)):
+        variables[f"{name}_mean"] = (("row",), values[:, 0].real)
+        variables[f"{name}_amplitude"] = (("row", "harmonic"), 2 * np.abs(values[:, 1:]))
+        variables[f"{name}_phase"] = (("row", "harmonic"), np.angle(values[:, 1:]))
+    return variables
+
+
+def _impacts(rows: Rows) -> Variables:
+    position = rows.impact_position
+    assert position is not None and rows.impact_velocity is not None and rows.impact_support is not None
+    assert rows.impact_count is not None and rows.largest is not None
+    whole = np.floor(position)
+    return {
+        "row_size": (("row",), rows.impact_count),
+        "impact_phase": (("impact",), position - whole),
+        "impact_period": (("impact",), whole.astype(np.int32)),
+        "impact_support": (("impact",), rows.impact_support),
+        "impact_velocity": (("impact",), rows.impact_velocity),
+        "impact_velocity_max": (("row", "support"), rows.largest),
+    }
+
+
+def _energy(energy: np.ndarray) -> Variables:
+    lost = energy[:, 1] + energy[:, 2] + energy[:, 3]
+    return {
+        "energy_input": (("row",), energy[:, 0]),
+        "energy_damping": (("row",), energy[:, 1]),
+        "energy_impact": (("row", "support"), energy[:, 2:]),
+        "energy_residual": (("row",), energy[:, 0] - lost),
+    }
+
+
+def coordinates(variables: Variables, harmonics: int) -> dict[str, Any]:
+    """Coordinates of the dimensions that `variables` use beside the rows."""
+    used = {dim for dims, _values in variables.values() for dim in dims}
+    known = {
+        "support": np.array([1, 2], np.int8),
+        "harmonic": np.arange(1, harmonics + 1),
+        "multiplier": np.array([1, 2]),
+        "phase": np.arange(PHASES) / PHASES,
+    }
+    return {name: (name, values) for name, values in known.items() if name in used}

@@ -1,0 +1,113 @@
+"""Many rows on all threads: a driver of a few lines over the kernel of one row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import prange
+
+from vibropipe.jit import jit_parallel
+from vibropipe.kernels.record import new_log
+from vibropipe.kernels.row import Rows, solve_row
+from vibropipe.physics.flow import ORDER
+
+OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
+PHASES = 256
+LOG_ROOM = 8192
+REST_ROOM = 512
+# Rows per call of the driver: often enough for a word of progress and Ctrl-C, rare enough to cost nothing.
+ROWS_PER_CALL = 1024
+# Chains are dealt out like cards, so that costly neighbours (aperiodic regions) land on different threads.
+HANDS = 64
+
+
+def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
+    """Empty results of n rows; arrays only for the outputs named."""
+    asked = {name: name in outputs for name in OUTPUTS}
+
+    def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray | None:
+        return np.zeros((n, *shape), kind) if when is None or asked[when] else None
+
+    return Rows(
+        regime=np.zeros(n, np.int8),
+        status=np.zeros(n, np.int8),
+        period_multiple=np.zeros(n, np.int32),
+        settled_after=np.zeros(n, np.int32),
+        window=np.zeros(n, np.int32),
+        residual=np.full(n, np.nan),
+        section=np.zeros((n, 2)),
+        impacts=np.zeros((n, 2)),
+        rests=np.zeros((n, 2)),
+        amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
+        multipliers=zeros(2, kind=complex, when="stability"),
+        impact_count=zeros(kind=np.int64, when="impacts"),
+        impact_position=np.empty((n, LOG_ROOM)) if asked["impacts"] else None,
+        impact_velocity=np.empty((n, LOG_ROOM)) if asked["impacts"] else None,
+        impact_support=np.empty((n, LOG_ROOM), np.int8) if asked["impacts"] else None,
+        largest=zeros(2, when="impacts"),
+        energy=zeros(4, when="energy"),
+        motion=zeros(2, PHASES, when="motion"),
+    )
+
+
+@jit_parallel
+def _drive(parameters, starts, chain_length, max_periods, out):
+    """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
+    it and the first by starts (rows, 2)."""
+    chains = parameters.shape[0] // chain_length
+    hands = min(HANDS, chains)
+    for hand in prange(hands):
+        log = new_log(LOG_ROOM, REST_ROOM)
+        c = np.empty(ORDER + 1)
+        for chain in range(hand, chains, hands):
+            x, v = starts[chain * chain_length, 0], starts[chain * chain_length, 1]
+            for row in range(chain * chain_length, (chain + 1) * chain_length):
+                lower = parameters[row, 4] - parameters[row, 3]
+                upper = parameters[row, 3] + parameters[row, 4]
+                x = min(max(x, lower), upper)
+                x, v = solve_row(parameters[row], x, v, max_periods, log, c, out, row)
+
+
+def solve_rows(
+    parameters: np.ndarray,
+    starts: np.ndarray,
+    chain_length: int,
+    max_periods: int,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    progress: Callable[[int], None] | None = None,
+) -> list[Rows]:
+    """Results of parameters (rows, 7) from starts (rows, 2), in pieces of whole chains; bit for bit the same
+    for every number of threads. progress is told the number of rows done after each piece."""
+    pieces = []
+    rows_per_piece = max(1, ROWS_PER_CALL // chain_length) * chain_length
+    for first in range(0, len(parameters), rows_per_piece):
+        piece = slice(first, min(first + rows_per_piece, len(parameters)))
+        out = new_rows(piece.stop - piece.start, harmonics, outputs)
+        _drive(
+            np.ascontiguousarray(parameters[piece]),
+            np.ascontiguousarray(starts[piece]),
+            chain_length,
+            max_periods,
+            out,
+        )
+        pieces.append(_compact(out))
+        if progress is not None:
+            progress(piece.stop)
+    return pieces
+
+
+def _compact(out: Rows) -> Rows:
+    """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
+    if out.impact_count is None:
+        return out
+    assert out.impact_position is not None and out.impact_velocity is not None
+    assert out.impact_support is not None
+    widest = int(out.impact_count.max())
+    kept = np.arange(widest)[None, :] < out.impact_count[:, None]
+    return out._replace(
+        impact_position=out.impact_position[:, :widest][kept],
+        impact_velocity=out.impact_velocity[:, :widest][kept],
+        impact_support=out.impact_support[:, :widest][kept],
+    )

@@ -1,0 +1,229 @@
+"""Steady states over a grid of parameters: the face `sweep`, and the shards it can be cut into."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.batch.label import Variables, coordinates, label_rows
+from vibropipe.batch.rows import OUTPUTS, solve_rows
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
+DIRECTIONS = ("up", "down")
+MAX_PERIODS = 2000
+Follow = tuple[str, str] | None
+
+
+def sweep(
+    exciter: Exciter,
+    over: Mapping[str, Any],
+    x0: float = 0.0,
+    v0: float = 0.0,
+    harmonics: int = 3,
+    follow: Follow = None,
+    outputs: Sequence[str] = DEFAULT_OUTPUTS,
+) -> xr.Dataset:
+    """Steady states (see `steady_state`) over every combination of the values in `over`.
+
+    over: parameter name (any of nu f h l delta R1 R2) -> values, one dimension each, in the order given.
+    Every row starts from (x0, v0); with follow = ("nu", "up" or "down") the rows of that parameter are
+    seeded by their neighbour from below or above, and only the first starts from (x0, v0): hysteresis shows.
+    outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
+
+    Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
+    flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
+    Raises ParameterError naming the parameter, its value and what is allowed.
+    """
+    arrays = check_over(over)
+    rows, _chain = count_rows(arrays, follow)
+    shard = solve_shard(exciter, arrays, 0, rows, x0, v0, harmonics, follow, outputs)
+    return assemble([shard], exciter, arrays, follow)
+
+
+def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The swept values as one-dimensional arrays of finite floats, in the order given."""
+    arrays = {}
+    for name, values in over.items():
+        if name not in Parameters._fields:
+            raise ParameterError(f"over: {name!r}: allowed are {', '.join(Parameters._fields)}")
+        array = np.atleast_1d(np.asarray(values, dtype=float))
+        if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
+            raise ParameterError(f"over: {name} = {values!r}: allowed is a non-empty list of finite numbers")
+        if np.unique(array).size != array.size:
+            raise ParameterError(f"over: {name} = {values!r}: allowed are values that differ from each other")
+        arrays[name] = array
+    if not arrays:
+        raise ParameterError("over is empty: allowed is at least one parameter with its values")
+    return arrays
+
+
+def _check_follow(over: Mapping[str, np.ndarray], follow: Follow) -> Follow:
+    if follow is None:
+        return None
+    along, direction = follow
+    if along not in over:
+        raise ParameterError(f"follow: along = {along!r}: allowed is one of {', '.join(over)}")
+    if direction not in DIRECTIONS:
+        raise ParameterError(f"follow: direction = {direction!r}: allowed is up or down")
+    return along, direction
+
+
+def count_rows(over: Mapping[str, Any], follow: Follow = None) -> tuple[int, int]:
+    """(rows of the sweep, rows of a chain that can not be cut: 1, or the followed parameter's)."""
+    sizes = {name: np.size(values) for name, values in over.items()}
+    chain = sizes[follow[0]] if follow is not None else 1
+    return math.prod(sizes.values()), chain
+
+
+def row_order(over: Mapping[str, np.ndarray], follow: Follow) -> list[str]:
+    """The dimensions in the order in which rows count: as given, the followed one moved last."""
+    names = list(over)
+    return names if follow is None else [n for n in names if n != follow[0]] + [follow[0]]
+
+
+def solve_shard(
+    exciter: Exciter,
+    over: Mapping[str, Any],
+    row_start: int,
+    row_stop: int,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    harmonics: int = 3,
+    follow: Follow = None,
+    outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    progress: Callable[[int], None] | None = None,
+) -> xr.Dataset:
+    """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`).
+
+    Cuts must fall on ends of chains (`count_rows`); results do not depend on where they fall.
+    """
+    import xarray as xr
+
+    arrays = check_over(over)
+    follow = _check_follow(arrays, follow)
+    asked = _check_outputs(outputs)
+    rows, chain = count_rows(arrays, follow)
+    if not 0 <= row_start < row_stop <= rows or row_start % chain or row_stop % chain:
+        raise ParameterError(
+            f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {rows} at multiples of {chain}"
+        )
+    if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
+        raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
+    parameters = _parameters(exciter, arrays, follow, np.arange(row_start, row_stop))
+    starts = _starts(exciter, arrays, parameters, x0, v0)
+    # A chain followed downwards is solved from its upper end; its rows are put back in order afterwards.
+    order = _chain_order(row_stop - row_start, chain, follow, arrays)
+    pieces = solve_rows(parameters[order], starts[order], chain, MAX_PERIODS, harmonics, asked, progress)
+    parts, done = [], 0
+    for piece in pieces:
+        n = len(piece.regime)
+        parts.append(label_rows(piece, parameters[order][done : done + n, 0]))
+        done += n
+    variables = _take_rows(_concatenate(parts), np.argsort(order))
+    attrs = {"row_start": row_start, "row_stop": row_stop}
+    return describe(xr.Dataset(variables, coordinates(variables, harmonics), attrs))
+
+
+def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
+        raise ParameterError(f"outputs = {outputs!r}: allowed are any of {', '.join(OUTPUTS)}")
+    return tuple(name for name in OUTPUTS if name in outputs)
+
+
+def _parameters(exciter, over, follow, rows: np.ndarray) -> np.ndarray:
+    """The parameters (rows, 7) of numbered rows."""
+    order = row_order(over, follow)
+    places = np.unravel_index(rows, [over[name].size for name in order])
+    parameters = np.tile(np.array(exciter.parameters()), (len(rows), 1))
+    for name, place in zip(order, places, strict=True):
+        parameters[:, Parameters._fields.index(name)] = over[name][place]
+    return parameters
+
+
+def _starts(exciter, over, parameters, x0, v0) -> np.ndarray:
+    """The start (rows, 2), after checking it and the corners of the grid by the exciter's own rules."""
+    base = exciter.parameters()._asdict()
+    for corner in itertools.product(*({float(a.min()), float(a.max())} for a in over.values())):
+        row = Exciter(**{**base, **dict(zip(over, corner, strict=True))})
+        row.check_start(x0, v0)
+    return np.tile(np.array([float(x0), float(v0)]), (len(parameters), 1))
+
+
+def _chain_order(rows: int, chain: int, follow: Follow, over) -> np.ndarray:
+    order = np.arange(rows)
+    if follow is None:
+        return order
+    along = np.argsort(over[follow[0]])
+    if follow[1] == "down":
+        along = along[::-1]
+    starts = np.arange(0, rows, chain)
+    return (starts[:, None] + along[None, :]).ravel()
+
+
+def _concatenate(parts: list[Variables]) -> Variables:
+    return {
+        name: (dims, np.concatenate([part[name][1] for part in parts]))
+        for name, (dims, _values) in parts[0].items()
+    }
+
+
+def ragged_places(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Places, in a flat array of row_size entries a row, of the entries of `rows` in that order."""
+    ends = np.cumsum(row_size)
+    sizes = row_size[rows]
+    shift = np.repeat(ends[rows] - sizes - (np.cumsum(sizes) - sizes), sizes)
+    return np.arange(sizes.sum()) + shift
+
+
+def _take_rows(variables: Variables, rows: np.ndarray) -> Variables:
+    """The variables with their rows in another order, ragged entries moving with their rows."""
+    taken = {}
+    for name, (dims, values) in variables.items():
+        if dims[0] == "row":
+            taken[name] = (dims, values[rows])
+        else:
+            taken[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
+    return taken
+
+
+def assemble(
+    shards: Sequence[xr.Dataset], exciter: Exciter, over: Mapping[str, Any], follow: Follow = None
+) -> xr.Dataset:
+    """Join shards, in the order of their rows, into the dataset of the whole sweep, in memory."""
+    import xarray as xr
+
+    arrays = check_over(over)
+    ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
+    parts = [
+        {name: (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()} for shard in ordered
+    ]
+    sizes = [arrays[name].size for name in arrays]
+    numbers = np.arange(math.prod(sizes))
+    grid_of_rows = numbers.reshape([arrays[name].size for name in row_order(arrays, follow)])
+    if follow is not None:
+        grid_of_rows = np.moveaxis(grid_of_rows, -1, list(arrays).index(follow[0]))
+    flat = _take_rows(_concatenate(parts), grid_of_rows.ravel())
+    variables = {
+        name: ((*arrays, *dims[1:]), values.reshape(*sizes, *values.shape[1:]))
+        if dims[0] == "row"
+        else (dims, values)
+        for name, (dims, values) in flat.items()
+    }
+    coords: dict[str, Any] = {
+        name: ((), value) for name, value in exciter.parameters()._asdict().items() if name not in arrays
+    }
+    coords |= {name: (name, values) for name, values in arrays.items()}
+    coords |= {name: ordered[0][name] for name in ordered[0].coords}
+    joined = describe(xr.Dataset(variables, coords))
+    if "row_size" in joined:
+        joined["row_size"].attrs["sample_dimension"] = "impact"
+    return joined

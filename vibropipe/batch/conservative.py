@@ -1,0 +1,89 @@
+"""The conservative exciter as labelled datasets: the faces `backbone` and `amplitude_frequency`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics.conservative import backbone_velocity, free_harmonics
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.vocabulary import Regime, describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
+    try:
+        array = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} = {values!r}: allowed is {allowed}") from None
+    if array.ndim != 1 or array.size == 0 or not (np.isfinite(array) & (array > least)).all():
+        raise ParameterError(f"{name} = {values!r}: allowed is {allowed}")
+    return array
+
+
+def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
+    """Eq. (10): velocity before impact on support 1 against the period of free vibration.
+
+    delta_over_l: values of delta/l, finite; tau_bar: periods > 0. Returns `velocity_over_l` over
+    (delta_over_l, tau_bar), nan where not both supports are struck, and `omega_bar` = 2 pi/tau_bar over
+    tau_bar. Raises ParameterError.
+    """
+    import xarray as xr
+
+    offsets = _values("delta_over_l", delta_over_l, "a list of finite numbers", -np.inf)
+    periods = _values("tau_bar", tau_bar, "a list of finite numbers > 0", 0.0)
+    velocity = backbone_velocity(offsets[:, None], periods[None, :])
+    return describe(
+        xr.Dataset(
+            {
+                "velocity_over_l": (("delta_over_l", "tau_bar"), velocity),
+                "omega_bar": ("tau_bar", 2 * np.pi / periods),
+            },
+            {"delta_over_l": offsets, "tau_bar": periods},
+        )
+    )
+
+
+def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) -> xr.Dataset:
+    """Free motions of the conservative exciter (h = f = 0, R1 = R2 = 1) with the supports of `exciter`.
+
+    amplitude: values of sqrt(x^2 + x'^2) > 0 at which the mass can be between the supports; harmonics:
+    how many multiples of the eigenfrequency. Returns `eigenfrequency`, `regime` (no_impact, one_sided_1,
+    one_sided_2, two_sided), `displacement_mean, velocity_mean` over `amplitude` and the amplitudes and phases
+    of both over (amplitude, harmonic), tau = 0 at the end of the motion towards support 1. A motion that only
+    grazes a support does not strike it. Raises ParameterError.
+    """
+    import xarray as xr
+
+    lower, upper = exciter.lower, exciter.upper
+    least = max(0.0, lower, -upper)
+    sizes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
+    if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
+        raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
+    frequency, coefficients = free_harmonics(sizes, lower, upper, int(harmonics))
+    orders = np.arange(1, harmonics + 1)
+    # The velocity is -sum c_k k w sin(k w tau) = sum c_k k w cos(k w tau + pi/2).
+    over = ("amplitude", "harmonic")
+    parts, rates = coefficients[:, 1:], coefficients[:, 1:] * orders * frequency[:, None]
+    strikes_1, strikes_2 = sizes > upper, sizes > -lower
+    regime = np.select(
+        [strikes_1 & strikes_2, strikes_1, strikes_2],
+        [Regime.TWO_SIDED, Regime.ONE_SIDED_1, Regime.ONE_SIDED_2],
+        Regime.NO_IMPACT,
+    )
+    turned = np.where(parts < 0, np.pi, 0.0)
+    variables = {
+        "eigenfrequency": ("amplitude", frequency),
+        "regime": ("amplitude", regime.astype(np.int8)),
+        "displacement_mean": ("amplitude", coefficients[:, 0]),
+        "displacement_amplitude": (over, np.abs(parts)),
+        "displacement_phase": (over, turned),
+        "velocity_mean": ("amplitude", np.zeros(sizes.size)),
+        "velocity_amplitude": (over, np.abs(rates)),
+        "velocity_phase": (over, np.where(parts < 0, -0.5 * np.pi, 0.5 * np.pi)),
+    }
+    coords = {"amplitude": sizes, "harmonic": orders, "l": exciter.l, "delta": exciter.delta}
+    return describe(xr.Dataset(variables, coords))

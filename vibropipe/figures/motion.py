@@ -1,0 +1,306 @@
+"""One motion against time: force, displacement and velocity in panels that share tau.
+
+Paper figures 4 and 7 (no force), 6 and 9 to 12.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from vibropipe.figures.options import Options
+from vibropipe.figures.style import (
+    BLACK,
+    EXACT_COLOUR,
+    GREY,
+    NEUTRAL,
+    PURPLE,
+    REST_COLOUR,
+    SMALL_FONT_SIZE,
+    SUPPORT_COLOURS,
+    SUPPORT_MARKERS,
+    legend,
+    new_figure,
+)
+from vibropipe.figures.words import parameter_line
+from vibropipe.vocabulary import label
+
+Floats = NDArray[np.float64]
+
+PANEL_HEIGHT_CM = 3.1
+FORCE_HEIGHT_CM = 1.9
+WALL_SHARE = 0.13  # of the height of the displacement panel, on each side
+FAR_SUPPORT = 3.0  # a support this many times farther than the motion reaches is not drawn
+SAME_INSTANT = 1e-9  # relative
+MANY_IMPACTS = 80  # markers shrink beyond this
+
+
+def draw_motion(dataset: xr.Dataset, options: Options) -> Figure:
+    """Draw one motion (`vp.simulate`) over tau; a motion without forcing has no force panel."""
+    view = window(dataset, options.periods)
+    forced = float(dataset["f"]) != 0.0
+    names = [*(["force"] if forced else []), "displacement", "velocity"]
+    heights = [FORCE_HEIGHT_CM if name == "force" else PANEL_HEIGHT_CM for name in names]
+    figure = new_figure(sum(heights) + 2.2)
+    axes = figure.subplots(len(names), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    panels = dict(zip(names, axes, strict=True))
+    for name, ax in panels.items():
+        ax.set_ylabel(label(name))
+        ax.axhline(0.0, color=NEUTRAL, linewidth=0.6, zorder=0)
+    if forced:
+        panels["force"].plot(dataset["tau"], dataset["force"], color=BLACK)
+    draw_displacement(panels["displacement"], dataset, view)
+    draw_velocity(panels["velocity"], dataset, view)
+    for ax in (panels["displacement"], panels["velocity"]):
+        shade_rests(ax, dataset, view)
+    axes[-1].set_xlabel(label("tau"))
+    axes[-1].set_xlim(view)
+    figure.align_ylabels(axes)
+    figure.suptitle(parameter_line(dataset, leave_out=() if forced else ("nu",)))
+    legend(figure, legend_handles(dataset, view), "lower")
+    return figure
+
+
+def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
+    """Return the first and last tau to show: all, or the last ``periods`` forcing periods."""
+    first, last = float(dataset["tau"][0]), float(dataset["tau"][-1])
+    if periods is None:
+        return first, last
+    return max(first, last - periods * 2.0 * math.pi / float(dataset["nu"])), last
+
+
+def supports(dataset: xr.Dataset) -> dict[int, float]:
+    """Return where the supports lie, eq. (1)."""
+    half, offset = float(dataset["l"]), float(dataset["delta"])
+    return {1: half + offset, 2: -(half - offset)}
+
+
+def events(
+    dataset: xr.Dataset, name: str, view: tuple[float, float]
+) -> dict[int, NDArray[np.intp]]:
+    """Return, per support, the positions of the ``name`` (impact, grazing) that are in view."""
+    if f"{name}_tau" not in dataset:
+        return {1: np.empty(0, np.intp), 2: np.empty(0, np.intp)}
+    tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
+    seen = (tau >= view[0]) & (tau <= view[1])
+    return {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
+
+
+def with_breaks(
+    tau: Floats, values: Floats, at: Floats, before: Floats, after: Floats
+) -> tuple[Floats, Floats]:
+    """Insert (at, before), a gap, (at, after) into a sampled curve so that jumps are not sloped.
+
+    Samples at the instant of an impact are dropped: they hold one side of the jump or the other.
+    """
+    apart = away_from(tau, at)
+    tau, values = tau[apart], values[apart]
+    places = np.repeat(np.searchsorted(tau, at, side="left"), 3)
+    new_tau = np.repeat(at, 3)
+    new_values = np.stack([before, np.full_like(before, np.nan), after], axis=1).ravel()
+    return np.insert(tau, places, new_tau), np.insert(values, places, new_values)
+
+
+def away_from(tau: Floats, at: Floats) -> NDArray[np.bool_]:
+    """Return which samples are at no instant of ``at`` (ascending), to within rounding."""
+    if at.size == 0:
+        return np.ones(tau.shape, dtype=np.bool_)
+    right = np.searchsorted(at, tau)
+    nearest = np.minimum(
+        np.abs(tau - at[np.clip(right, 0, at.size - 1)]),
+        np.abs(tau - at[np.clip(right - 1, 0, at.size - 1)]),
+    )
+    return nearest > SAME_INSTANT * (1.0 + np.abs(tau))
+
+
+def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
+    """Return the sampled ``name`` with its impacts put in: corners of x, jumps of x'."""
+    tau, values = dataset["tau"].values, dataset[name].values
+    if "impact_tau" not in dataset:
+        return tau, values
+    at = dataset["impact_tau"].values
+    inside = (at >= tau[0]) & (at <= tau[-1])
+    at = at[inside]
+    if name == "velocity":
+        before = dataset["impact_velocity"].values[inside]
+        after = dataset["impact_velocity_after"].values[inside]
+        return with_breaks(tau, values, at, before, after)
+    where = supports(dataset)
+    struck = dataset["impact_support"].values[inside]
+    corner = np.where(struck == 1, where[1], where[2])
+    places = np.searchsorted(tau, at, side="left")
+    return np.insert(tau, places, at), np.insert(values, places, corner)
+
+
+def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw the exact motion as a wide pale line under the one asked for, where it is known."""
+    if f"{name}_exact" not in dataset:
+        return
+    values = dataset[f"{name}_exact"].values.copy()
+    tau = dataset["tau"].values
+    if name == "velocity" and "impact_tau" in dataset:
+        places = jumps(tau, values, dataset["impact_tau"].values)
+        tau, values = np.insert(tau, places, np.nan), np.insert(values, places, np.nan)
+    ax.plot(tau, values, color=EXACT_COLOUR, linewidth=4.0, solid_capstyle="round", zorder=1)
+
+
+def jumps(tau: Floats, velocity: Floats, near: Floats) -> NDArray[np.intp]:
+    """Return the samples that start a new piece: the steepest step around each instant of ``near``.
+
+    The exact motion strikes a little earlier or later than the one drawn over it.
+    """
+    if tau.size < 2:
+        return np.empty(0, np.intp)
+    steps = np.abs(np.diff(velocity))
+    around = np.searchsorted(tau, near)[:, None] + np.arange(-3, 3)
+    around = np.clip(around, 0, steps.size - 1)
+    steepest = np.argmax(steps[around], axis=1)
+    return np.unique(around[np.arange(near.size), steepest] + 1)
+
+
+def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Draw x with the supports, the impacts on them and the grazings."""
+    draw_exact(ax, dataset, "displacement")
+    ax.plot(*curve(dataset, "displacement"), color=BLACK, zorder=2)
+    where = supports(dataset)
+    reach = max(float(np.abs(dataset["displacement"]).max()), 1e-300)
+    near = {s: x for s, x in where.items() if abs(x) <= FAR_SUPPORT * reach}
+    bounds = [
+        *near.values(),
+        float(dataset["displacement"].min()),
+        float(dataset["displacement"].max()),
+    ]
+    margin = WALL_SHARE * (max(bounds) - min(bounds) or 1.0)
+    ax.set_ylim(min(bounds) - margin, max(bounds) + margin)
+    for support, x in near.items():
+        edge = ax.get_ylim()[1 if support == 1 else 0]
+        ax.axhspan(*sorted((x, edge)), facecolor=NEUTRAL, alpha=0.55, linewidth=0, zorder=0)
+        ax.axhline(x, color=GREY, linewidth=0.8, zorder=1)
+        ax.annotate(
+            f"support {support}",
+            (1.0, x),
+            xycoords=("axes fraction", "data"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=SMALL_FONT_SIZE,
+            color=GREY,
+        )
+    for support, found in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[found]
+        draw_impacts(ax, support, tau, np.full(tau.size, where[support]))
+    name_grazings(ax, dataset, view)
+
+
+def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
+    """Mark impacts on ``support`` at (tau, values)."""
+    ax.plot(
+        tau,
+        values,
+        linestyle="none",
+        marker=SUPPORT_MARKERS[support],
+        markersize=4.5 if tau.size <= MANY_IMPACTS else 2.5,
+        markerfacecolor=SUPPORT_COLOURS[support],
+        markeredgecolor="white",
+        markeredgewidth=0.4,
+        zorder=3,
+    )
+
+
+def name_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Ring each grazing and write the word at the first one on each support."""
+    for support, found in events(dataset, "grazing", view).items():
+        if found.size == 0:
+            continue
+        tau, x = dataset["grazing_tau"].values[found], supports(dataset)[support]
+        ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
+        # written outside the gap, where the motion never is
+        ax.annotate(
+            "grazing",
+            (tau[0], x),
+            xytext=(9, 3 if support == 1 else -3),
+            textcoords="offset points",
+            va="bottom" if support == 1 else "top",
+            color=PURPLE,
+            fontsize=SMALL_FONT_SIZE,
+        )
+
+
+GRAZING_STYLE: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 7.0,
+    "markerfacecolor": "none",
+    "markeredgecolor": PURPLE,
+    "markeredgewidth": 1.2,
+    "zorder": 4,
+}
+
+
+def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Draw x' in pieces; a dotted line joins the velocities before and after each impact."""
+    draw_exact(ax, dataset, "velocity")
+    ax.plot(*curve(dataset, "velocity"), color=BLACK, zorder=2)
+    for support, found in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[found]
+        before = dataset["impact_velocity"].values[found]
+        after = dataset["impact_velocity_after"].values[found]
+        ax.vlines(
+            tau, before, after, color=SUPPORT_COLOURS[support], linestyle=(0, (1, 1.5)), zorder=1
+        )
+        draw_impacts(ax, support, tau, before)
+
+
+def shade_rests(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Shade the time spent lying on a support; a rest without release runs to the end."""
+    if "rest_start" not in dataset:
+        return
+    for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True):
+        if start <= view[1] and end >= view[0]:
+            ax.axvspan(
+                max(start, view[0]),
+                min(end, view[1]),
+                color=REST_COLOUR,
+                alpha=0.45,
+                lw=0,
+                zorder=0,
+            )
+
+
+def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2D | Patch]:
+    """Return one entry for each kind of mark that the picture holds."""
+    method = str(dataset.attrs.get("method", "")).strip()
+    handles: list[Line2D | Patch] = []
+    if "displacement_exact" in dataset:
+        handles.append(Line2D([], [], color=BLACK, label=method or "motion"))
+        handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact motion"))
+    for support, found in events(dataset, "impact", view).items():
+        if found.size:
+            handles.append(
+                Line2D(
+                    [],
+                    [],
+                    linestyle=(0, (1, 1.5)),
+                    color=SUPPORT_COLOURS[support],
+                    marker=SUPPORT_MARKERS[support],
+                    label=f"impact on support {support}",
+                )
+            )
+    if any(found.size for found in events(dataset, "grazing", view).values()):
+        handles.append(Line2D([], [], label="grazing: touch at zero velocity", **GRAZING_STYLE))
+    if "rest_start" in dataset and any(
+        start <= view[1] and end >= view[0]
+        for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True)
+    ):
+        handles.append(Patch(color=REST_COLOUR, alpha=0.45, linewidth=0, label="rest on a support"))
+    if not handles:
+        handles.append(Line2D([], [], color=BLACK, label="motion"))
+    return handles

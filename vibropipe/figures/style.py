@@ -1,0 +1,180 @@
+"""One look for all figures: sizes, fonts, colours, and files that are the same to the byte.
+
+Colours are those of Okabe and Ito, told apart by colour-blind readers; what they tell apart
+is told a second time by line style, hatch, marker or a label, for print in grey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vibropipe.store import whole_file
+
+PRINT_WIDTH_CM = 16.0
+FONT_SIZE = 9.0
+SMALL_FONT_SIZE = 8.0
+CM_PER_INCH = 2.54
+ROUNDING = 1e-9  # curves below this share of their neighbours are zero
+
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+GREY, NEUTRAL = "#7F7F7F", "#D8D8D8"
+SUPPORT_COLOURS = {1: VERMILLION, 2: BLUE}
+SUPPORT_MARKERS = {1: "^", 2: "v"}
+EXACT_COLOUR = "#A9D3F2"
+REST_COLOUR = YELLOW
+
+LINES: tuple[Mapping[str, Any], ...] = (
+    {"color": BLUE, "linestyle": "-"},
+    {"color": VERMILLION, "linestyle": (0, (5, 1.5))},
+    {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5))},
+    {"color": PURPLE, "linestyle": (0, (1, 1))},
+    {"color": ORANGE, "linestyle": (0, (5, 1.5, 1, 1.5, 1, 1.5))},
+    {"color": SKY, "linestyle": (0, (8, 2))},
+    {"color": BLACK, "linestyle": (0, (3, 1))},
+)
+LINE_MARKERS = ("o", "s", "D", "^", "v", "P", "X")
+
+SETTINGS: Mapping[str, Any] = {
+    "font.family": ["STIXGeneral"],
+    "mathtext.fontset": "stix",
+    "font.size": FONT_SIZE,
+    "axes.labelsize": FONT_SIZE,
+    "axes.titlesize": FONT_SIZE,
+    "legend.fontsize": FONT_SIZE,
+    "legend.title_fontsize": FONT_SIZE,
+    "figure.titlesize": FONT_SIZE,
+    "xtick.labelsize": SMALL_FONT_SIZE,
+    "ytick.labelsize": SMALL_FONT_SIZE,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 4.0,
+    "hatch.linewidth": 0.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.4,
+    "legend.columnspacing": 1.6,
+    "axes.grid": False,
+    "savefig.dpi": 300,
+    "svg.hashsalt": "vibropipe",
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+    "pdf.compression": 6,
+    "path.simplify": True,
+}
+# what a file says of itself, without the instant it was made
+METADATA: Mapping[str, Mapping[str, None]] = {
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+
+
+@dataclass(frozen=True)
+class RegimeStyle:
+    """How one regime looks on a map, in a strip and as a line, in colour and in grey."""
+
+    colour: str
+    hatch: str
+    linestyle: Any = "-"
+
+
+# the brightness rises from unbounded to no impact in steps that survive a grey printer
+REGIME_STYLES: Mapping[str, RegimeStyle] = {
+    "no_impact": RegimeStyle("#EFEFEF", "", (0, (1, 1))),
+    "one_sided_1": RegimeStyle(SKY, "////", (0, (5, 1.5))),
+    "one_sided_2": RegimeStyle(BLUE, "\\\\\\\\", (0, (5, 1.5, 1, 1.5))),
+    "two_sided": RegimeStyle(GREEN, "", "-"),
+    "with_rest": RegimeStyle(YELLOW, "....", (0, (8, 2))),
+    "aperiodic": RegimeStyle(VERMILLION, "xxxx", (0, (3, 1))),
+    "unbounded": RegimeStyle(BLACK, "", (0, (1, 3))),
+    "unresolved": RegimeStyle(PURPLE, "++++", (0, (1, 3))),
+}
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Draw and save inside this: the settings above over matplotlib's own, the user's left out."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(dict[Any, Any](SETTINGS))
+        yield
+
+
+def new_figure(height_cm: float, width_cm: float = PRINT_WIDTH_CM) -> Figure:
+    """Make an empty figure of a printed size, laid out so that nothing overlaps."""
+    figure = Figure(figsize=(width_cm / CM_PER_INCH, height_cm / CM_PER_INCH), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def line_style(position: int) -> dict[str, Any]:
+    """Return colour and dashes of the line at ``position``; they repeat after seven."""
+    return dict(LINES[position % len(LINES)])
+
+
+def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = "") -> None:
+    """Put one legend outside the axes, above or below (``edge``: upper, lower), as wide as fits.
+
+    Its rows are filled evenly; ``title`` stands over it, also where there is nothing to list.
+    """
+    if not handles:
+        figure.suptitle(title)
+        return
+    width = figure.get_window_extent().width
+    where: Any = f"outside {edge} center"
+    for columns in range(len(handles), 0, -1):
+        rows = -(-len(handles) // columns)
+        even = -(-len(handles) // rows)
+        drawn = figure.legend(
+            handles=by_rows(handles, even), loc=where, ncols=even,
+            title=title or None,
+        )  # fmt: skip
+        if drawn.get_window_extent().width <= width or columns == 1:
+            return
+        drawn.remove()
+
+
+def hold_zero(ax: Axes, size: float, largest: float) -> None:
+    """Keep an axis that shows nothing but rounding from being blown up to it.
+
+    ``size`` is the largest magnitude it shows, ``largest`` that of the axes beside it.
+    """
+    if size <= ROUNDING * largest:
+        ax.set_ylim(-0.05 * largest or -1.0, 0.05 * largest or 1.0)
+
+
+def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
+    """Reorder for a legend, which fills its columns first, so that it reads along its rows."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write ``folder/name.svg`` and ``.pdf``; each appears only when whole.
+
+    The bytes depend on the figure alone. Call it inside ``house_style``.
+    """
+    paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
+    for path in paths:
+        save_as(figure, path)
+    return paths
+
+
+def save_as(figure: Figure, path: Path) -> None:
+    """Write one file, in the format its ending names; it appears only when whole."""
+    kind = path.suffix.removeprefix(".").lower()
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, format=kind, metadata=dict(METADATA.get(kind, {})))

@@ -1,0 +1,63 @@
+"""The report of a study: one PDF typeset from its datasets and figures.
+
+The template is the project's own; what differs between studies reaches it as JSON, so that a
+user's text is text whatever it holds. Equal results give equal bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from vibropipe.report.data import Study, report_data
+from vibropipe.store import StoreError, read, read_sidecar, whole_file
+
+__all__ = ["build_report", "typeset"]
+
+TEMPLATE = Path(__file__).parent
+TEMPLATE_FILES = ("template.typ", "exciter.typ")
+
+
+def build_report(study: Study, results: Path, output: Path) -> Path:
+    """Typeset the report of ``study`` from ``results/<study>`` into the PDF ``output``.
+
+    Reads ``<scene>.nc`` with its sidecar and ``figures/<scene>.pdf`` of every scene. Raises
+    StoreError where one of them is missing or damaged. Returns ``output``.
+    """
+    place = results / study.name
+    datasets = {name: read(place / f"{name}.nc") for name in study.scenes}
+    sidecars = {name: read_sidecar(place / f"{name}.nc") for name in study.scenes}
+    pictures = {name: place / "figures" / f"{name}.pdf" for name in study.scenes}
+    for path in pictures.values():
+        if not path.is_file():
+            raise StoreError(f"there is no figure {path}: draw the figures of the study first")
+    pdf = typeset(report_data(study, datasets, sidecars), pictures)
+    with whole_file(output) as temporary:
+        temporary.write_bytes(pdf)
+    return output
+
+
+def typeset(data: dict[str, Any], pictures: dict[str, Path]) -> bytes:
+    """Return the PDF of ``data`` (see `report_data`) with the ``pictures`` by scene.
+
+    Fonts are those the typesetter carries, not the machine's, so that the bytes are the same
+    everywhere; the typesetter sees nothing but the template, the data and the pictures.
+    """
+    import typst
+
+    with TemporaryDirectory(prefix="vibropipe-report-") as made:
+        folder = Path(made)
+        (folder / "figures").mkdir()
+        for name in TEMPLATE_FILES:
+            shutil.copyfile(TEMPLATE / name, folder / name)
+        for name, path in pictures.items():
+            shutil.copyfile(path, folder / "figures" / f"{name}.pdf")
+        text = json.dumps(data, ensure_ascii=False, allow_nan=False, sort_keys=True)
+        (folder / "data.json").write_text(text, encoding="utf-8")
+        pdf: bytes = typst.compile(
+            folder / "template.typ", root=folder, ignore_system_fonts=True, format="pdf"
+        )
+    return pdf

@@ -1,0 +1,122 @@
+"""How far the datasets can be trusted, what they cost, and what they were made from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.captions import departure
+from vibropipe.figures.words import number, series
+from vibropipe.report.table import DASH, Datasets, Table, breakable
+
+Sidecars = Mapping[str, Mapping[str, Any]]
+
+HEAD = ["scene", "method", "asked", "reached", "from exact", "residual", "seconds"]
+# attribute of a dataset -> how the report calls it
+SOURCES = {
+    "source": "made by",
+    "git_commit": "commit",
+    "kernel_hash": "kernels",
+    "study_hash": "study text",
+    "versions": "versions",
+    "machine": "kind of machine",
+}
+HASH_LENGTH = 12
+
+
+def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
+    """Return one row per scene: method, accuracy asked for and reached, measures, time taken."""
+    rows = []
+    for name, dataset in datasets.items():
+        rows.append(
+            [
+                breakable(name),
+                str(dataset.attrs.get("method", DASH)),
+                attribute(dataset, "accuracy_asked"),
+                attribute(dataset, "accuracy_reached"),
+                number(departure(dataset), 2) if "displacement_exact" in dataset else DASH,
+                number(largest_residual(dataset), 2),
+                seconds_words(sidecars.get(name, {})),
+            ]
+        )
+    return Table(HEAD, rows)
+
+
+def attribute(dataset: xr.Dataset, name: str) -> str:
+    """Write a number kept as an attribute; a dash where there is none."""
+    value = dataset.attrs.get(name, "none")
+    return DASH if isinstance(value, str) else number(float(value), 2)
+
+
+def seconds_words(sidecar: Mapping[str, Any]) -> str:
+    """Write the time a scene took, before it the time that was expected where that is known."""
+    taken, expected = sidecar.get("seconds"), sidecar.get("expected_seconds")
+    text = DASH if taken is None else number(float(taken), 2)
+    return text if expected is None else f"{number(float(expected), 2)} / {text}"
+
+
+def largest_residual(dataset: xr.Dataset) -> float:
+    """Return the largest distance by which an orbit of ``dataset`` fails to close, or nan."""
+    if "residual" not in dataset:
+        return float("nan")
+    residual = dataset["residual"].values
+    closed = residual[np.isfinite(residual)]
+    return float(closed.max()) if closed.size else float("nan")
+
+
+def accuracy_text(datasets: Datasets) -> str:
+    """Say how well orbits close and how far a stepping method departs from the exact motion."""
+    residuals = {n: r for n, d in datasets.items() if np.isfinite(r := largest_residual(d))}
+    departures = {n: departure(d) for n, d in datasets.items() if "displacement_exact" in d}
+    said = []
+    if residuals:
+        worst = max(residuals, key=lambda name: residuals[name])
+        said.append(
+            "An orbit is refined until it returns to its own start; the largest distance left is "
+            f"{number(residuals[worst], 2)}, in {breakable(worst)}."
+        )
+    if departures:
+        worst = max(departures, key=lambda name: departures[name])
+        said.append(
+            f"Motions computed in steps depart from the exact motion of the same start by at most "
+            f"{number(departures[worst], 2)} in displacement, in {breakable(worst)}."
+        )
+    said.append("Seconds are those one run took, on the machine it ran on.")
+    return " ".join(said)
+
+
+def provenance_table(datasets: Datasets) -> Table:
+    """Return what the datasets were made from; where they differ, with the scenes of each."""
+    rows = []
+    for key, says in SOURCES.items():
+        found: dict[str, list[str]] = {}
+        for name, dataset in datasets.items():
+            if key in dataset.attrs:
+                found.setdefault(plain(key, dataset.attrs[key]), []).append(breakable(name))
+        if len(found) == 1:
+            rows.append([says, next(iter(found))])
+        elif found:
+            rows.append([says, "; ".join(f"{v} ({series(names)})" for v, names in found.items())])
+    fingerprints = [
+        f"{breakable(name)} {str(dataset.attrs['fingerprint'])[:HASH_LENGTH]}"
+        for name, dataset in datasets.items()
+        if "fingerprint" in dataset.attrs
+    ]
+    if fingerprints:
+        rows.append(["what was asked", ", ".join(fingerprints)])
+    return Table(["", "value"], rows)
+
+
+def plain(key: str, value: Any) -> str:
+    """Write an attribute in one line: JSON as a list of names and values, hashes shortened."""
+    text = str(value)
+    if key == "versions":
+        try:
+            return ", ".join(f"{name} {version}" for name, version in json.loads(text).items())
+        except (ValueError, AttributeError):
+            return text
+    return text[:HASH_LENGTH] if key.endswith("_hash") else text

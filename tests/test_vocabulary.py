@@ -111,7 +111,7 @@ def test_describe_sets_attributes_and_keeps_those_of_others():
     dataset = xr.Dataset(
         {
             "regime": ("nu", np.zeros(2, np.int8)),
-            "row_size": ("nu", [1, 2], {"sample_dimension": "impact"}),
+            "row_size": ("nu", [1, 2], {"note": "kept"}),
             "impact_support": ("impact", np.array([1, 2, 1], np.int16)),
             "stable": ("nu", [True, False]),
         },
@@ -120,6 +120,7 @@ def test_describe_sets_attributes_and_keeps_those_of_others():
     assert describe(dataset) is dataset
     assert dataset["nu"].attrs["long_name"] == "frequency of excitation"
     assert dataset["row_size"].attrs["sample_dimension"] == "impact"
+    assert dataset["row_size"].attrs["note"] == "kept"
     assert dataset["impact_support"].attrs["flag_values"].dtype == np.int16
     assert dataset["stable"].attrs["flag_values"].tolist() == [0, 1]
     assert dataset["stable"].attrs["flag_values"].dtype == np.int8

@@ -50,7 +50,7 @@ class Quantity:
     ``dims`` are the dimensions it has in the smallest dataset that holds it; swept dimensions
     (or ``row`` in a shard) stand in front of them, and a motion over one orbit runs over
     ``phase`` in place of ``tau``. ``symbol`` is matplotlib mathtext. ``flags`` are the names of
-    its integer values, or None.
+    its integer values, or None. A count per row names the dimension of what it counts (CF).
     """
 
     dims: tuple[str, ...]
@@ -58,6 +58,7 @@ class Quantity:
     long_name: str
     symbol: str
     flags: Mapping[str, int] | None = None
+    sample_dimension: str | None = None
 
 
 def _number(dims: str, long_name: str, symbol: str, **more: Any) -> Quantity:
@@ -135,7 +136,7 @@ VOCABULARY: dict[str, Quantity] = {
     "impact_velocity_max": _number(
         "support", "largest velocity before impact", r"$\max|\dot{x}^-|$"
     ),
-    "row_size": _number("", "impacts of the row", r"$p$"),
+    "row_size": _number("", "impacts of the row", r"$p$", sample_dimension="impact"),
     "orbit_impact": _number("orbit_impact", "number of the impact in the orbit", r"$i$"),
     "orbit_impact_phase": _number(
         "orbit_impact", "fraction of the forcing period at impact of the orbit", r"$\nu\tau_i/2\pi$"
@@ -218,6 +219,8 @@ def attributes(name: str) -> dict[str, Any]:
         "long_name": entry.long_name,
         "symbol": entry.symbol,
     }
+    if entry.sample_dimension is not None:
+        attrs["sample_dimension"] = entry.sample_dimension
     named = flags(name)
     if named is not None:
         attrs["flag_values"] = np.array(list(named.values()), dtype=np.int8)
@@ -228,8 +231,8 @@ def attributes(name: str) -> dict[str, Any]:
 def describe(dataset: Described) -> Described:
     """Set the attributes of every variable of ``dataset`` in place, and return it.
 
-    Attributes that are not of the vocabulary (``sample_dimension``) stay. ``flag_values`` take
-    the type of the variable, as CF asks. Raises KeyError on a name that is not in the table.
+    Attributes that are not of the vocabulary stay. ``flag_values`` take the type of the variable,
+    as CF asks. Raises KeyError on a name that is not in the table.
     """
     for name, variable in dataset.variables.items():
         attrs = attributes(str(name))

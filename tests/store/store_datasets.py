@@ -90,9 +90,7 @@ def shard(values: dict[str, np.ndarray], start: int, stop: int, **scalars: float
         phases = values["displacement"].shape[1]
         coords["phase"] = np.arange(phases) / phases
     attrs = IDENTITY | {"row_start": start, "row_stop": stop}
-    dataset = describe(xr.Dataset(variables, coords | scalars, attrs))
-    dataset["row_size"].attrs["sample_dimension"] = "impact"
-    return dataset
+    return describe(xr.Dataset(variables, coords | scalars, attrs))
 
 
 def write_shards(

@@ -26,6 +26,7 @@ from vibropipe.vocabulary import VOCABULARY
         (r"$\dot{x}_1^-/l$", "x\u0307_1^-/l"),
         (r"$\bar{\dot{x}}$", "x\u0307\u0304"),
         (r"$\bar{\omega}$", "ω\u0304"),
+        (r"$\Delta W$", "ΔW"),
         ("regime", "regime"),
     ],
 )
@@ -57,6 +58,7 @@ def test_a_range_is_of_finite_values():
     assert "inf" not in next(line for line in text.splitlines() if " rest_end(" in line)[:60]
     mean = xr.Dataset({"residual": ("row", [np.nan, 2.0, -1.0, np.inf])})
     assert "-1 ... 2" in store.summary(mean)
+    assert next(line.split() for line in text.splitlines() if " grazing_tau(" in line)[2] == "none"
     assert "none finite" in store.summary(xr.Dataset({"residual": ("row", [np.nan])}))
 
 

@@ -36,7 +36,7 @@ def plain_symbol(symbol: str) -> str:
     """Return matplotlib's mathtext as plain text: Greek letters and accents as Unicode."""
     text = symbol.replace("$", "")
     # letters first: an accent may stand over one; then accents from the innermost one
-    text = re.sub(r"\\(" + "|".join(LETTERS) + r")(?![A-Za-z])", lambda m: LETTERS[m[1]], text)
+    text = re.sub(r"\\(" + "|".join(LETTERS) + r")(?![A-Za-z]) ?", lambda m: LETTERS[m[1]], text)
     accent = re.compile(r"\\(" + "|".join(ACCENTS) + r")\{([^{}]*)\}")
     while accent.search(text):
         text = accent.sub(lambda m: m[2] + ACCENTS[m[1]], text)
@@ -92,6 +92,8 @@ def _range(variable: xr.DataArray) -> str:
     values = np.asarray(variable.values)
     if values.dtype.kind == "c":
         values = np.abs(values)
+    if not values.size:
+        return "none"
     if values.dtype.kind not in "iufb":
         return "" if values.ndim else str(values)
     if not values.ndim:

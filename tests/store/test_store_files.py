@@ -218,6 +218,21 @@ def test_a_study_is_opened_lazily(study):
         np.testing.assert_array_equal(multiplier[3:5].values, expected)
 
 
+def test_a_slice_reads_a_slice(tmp_path):
+    # a fault in one chunk stops who reads it, and nobody else
+    values = np.random.default_rng(0).normal(size=400_000)
+    path = written(xr.Dataset({"residual": ("row", values)}), tmp_path)
+    content = bytearray(path.read_bytes())
+    content[int(0.6 * len(content))] ^= 1
+    path.write_bytes(content)
+    with store.open_study(tmp_path) as tree:
+        residual = tree["a/residual"]
+        np.testing.assert_array_equal(residual[:1000].values, values[:1000])
+        np.testing.assert_array_equal(residual[-1000:].values, values[-1000:])
+        with pytest.raises((OSError, RuntimeError), match="HDF error"):
+            residual.load()
+
+
 def test_a_closed_study_can_be_written_again(study):
     with store.open_study(study):
         pass

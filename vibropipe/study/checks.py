@@ -69,6 +69,8 @@ def _exciter(scene: BaseScene) -> Iterator[Problem]:
         yield Problem(("exciter", "l"), "nothing", ALLOWED["l"], hint)
         return
     for corner in corners(scene):
+        if not all(takes(name, value) for name, value in corner.items()):
+            return  # said where that one parameter stands
         try:
             Exciter(**corner)
         except ParameterError as error:

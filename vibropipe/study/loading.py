@@ -20,10 +20,13 @@ from vibropipe.study.problems import (
     distinct,
     repeated,
 )
-from vibropipe.study.reading import read_file
+from vibropipe.study.reading import MAX_DEPTH, read_file, too_deep
 from vibropipe.study.translation import plain_path, problem_of
 from vibropipe.study.values import NAME, Name, NameRule, Words, refuse
 from vibropipe.study.words import latin
+
+# Brackets mark steps of a path that are pydantic's own (`<motion>`, `[key]`).
+_BRACKETS = re.compile(r"[<>\[\]]")
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -71,8 +74,9 @@ def parse_config(
     tree: Any, folder: File, source: str = "config", problems: list[Problem] | None = None
 ) -> Config:
     """Check a list of studies that was read already; the studies lie in `folder`."""
-    config, more = _validated(Config, _mapping(tree, source, Config))
-    told = distinct([*(problems or []), *more])
+    tree, spelled = spell_out(_mapping(tree, source, Config))
+    config, more = _validated(Config, tree)
+    told = distinct([*(problems or []), *spelled, *more])
     if told or config is None:
         raise StudyError(source, told)
     config._folder = folder
@@ -106,8 +110,7 @@ def parse_study(
     tree: Any, name: str = "study", source: str = "study", problems: list[Problem] | None = None
 ) -> Study:
     """Check a study that was read already; `problems` are the faults the reading found."""
-    tree = _mapping(tree, source, Study)
-    tree, spelled = spell_out(tree)
+    tree, spelled = spell_out(_mapping(tree, source, Study))
     told = [*(problems or []), *spelled]
     study, found = _validated(Study, tree)
     broken = frozenset(problem.path for problem in (*told, *found) if problem.covers)
@@ -130,6 +133,8 @@ def _mapping(tree: Any, source: str, model: type[BaseModel]) -> dict[str, Any]:
 
 def spell_out(tree: Any, path: Path = ()) -> tuple[Any, list[Problem]]:
     """Return the tree with Greek keys in Latin letters; names of scenes stay as they are."""
+    if len(path) > MAX_DEPTH:
+        return None, [too_deep(path)]
     if isinstance(tree, list):
         pairs = [spell_out(entry, (*path, place)) for place, entry in enumerate(tree)]
         return [entry for entry, _ in pairs], [problem for _, more in pairs for problem in more]
@@ -140,6 +145,12 @@ def spell_out(tree: Any, path: Path = ()) -> tuple[Any, list[Problem]]:
     for key, value in tree.items():
         if not isinstance(key, str):
             problems.append(Problem((*path, str(key)), f"the key {describe(key)}", "text as key"))
+            continue
+        if _BRACKETS.search(key):
+            allowed = (
+                NameRule().allowed if path == ("scenes",) else "a key of letters, digits and _"
+            )
+            problems.append(Problem((*path, key), f"the key {describe(key)}", allowed))
             continue
         word = key if path == ("scenes",) else latin(key)
         inner, more = spell_out(value, (*path, word))

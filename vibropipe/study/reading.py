@@ -123,7 +123,7 @@ class _Builder:
         if isinstance(event, yaml.ScalarEvent):
             built = _Built(self.scalar(event, path))
         elif len(path) >= MAX_DEPTH:
-            raise _StopError(_too_deep(path))
+            raise _StopError(too_deep(path))
         elif isinstance(event, yaml.MappingStartEvent):
             built = self.mapping(path)
         else:
@@ -142,7 +142,7 @@ class _Builder:
                 Problem(path, found, "aliases of an anchor that is complete before them")
             )
         if len(path) + built.depth > MAX_DEPTH + 1:
-            raise _StopError(_too_deep(path))
+            raise _StopError(too_deep(path))
         return built
 
     def mapping(self, path: Path) -> _Built:
@@ -199,7 +199,8 @@ class _Builder:
         return text
 
 
-def _too_deep(path: Path) -> Problem:
+def too_deep(path: Path) -> Problem:
+    """Return the fault of nesting that no study needs; its path is cut short."""
     return Problem(
         path[:3], f"more than {MAX_DEPTH} levels", f"at most {MAX_DEPTH} levels of nesting"
     )

@@ -1,0 +1,154 @@
+"""The configuration, the schema, the table of keys and the studies that are shipped."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from study_texts import BASE, faults, study_of
+
+from vibropipe.study import (
+    StudyError,
+    json_schema,
+    load_config,
+    load_studies,
+    load_study,
+    parse_config,
+)
+from vibropipe.study.schema import readme_text, schema_text
+
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / "config"
+FILES = [*CONFIG.glob("*.yaml"), *(ROOT / ".test" / "config").glob("*.yaml")]
+STUDIES = sorted(file for file in FILES if file.name != "config.yaml")
+
+
+def test_config_lists_studies_beside_it():
+    config = load_config(CONFIG / "config.yaml")
+    assert config.studies[:2] == ["paper", "regimes"]
+    assert config.results == "results"
+    assert config.study_file("paper") == CONFIG / "paper.yaml"
+    assert list(load_studies(config)) == config.studies
+
+
+def test_config_takes_names_as_one_text(tmp_path):
+    assert parse_config({"studies": "paper, regimes"}, tmp_path).studies == ["paper", "regimes"]
+
+
+def test_faults_of_all_studies_are_told_at_once(tmp_path):
+    (tmp_path / "config.yaml").write_text("studies: [one, two, three]\n")
+    (tmp_path / "one.yaml").write_text(BASE.replace("h: 0.2", "h: -1"))
+    (tmp_path / "two.yaml").write_text(BASE)
+    with pytest.raises(StudyError) as caught:
+        load_studies(load_config(tmp_path / "config.yaml"))
+    one, three = str(caught.value).splitlines()
+    assert one.startswith(f"{tmp_path / 'one.yaml'}: exciter.h: found -1")
+    assert three.startswith(f"{tmp_path / 'three.yaml'}: found no such file")
+    assert len(caught.value.problems) == 2
+    (tmp_path / "config.yaml").write_text("studys: [one]\n")
+    with pytest.raises(StudyError, match=r"studys: found an unknown key.*did you mean 'studies'"):
+        load_config(tmp_path / "config.yaml")
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.stem)
+def test_shipped_studies_are_sound_and_named_in_the_schema(file):
+    study = load_study(file)
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(yaml.safe_load(file.read_text(encoding="utf-8")), schema)
+    first = file.read_text(encoding="utf-8").splitlines()[0]
+    _, _, where = first.partition("# yaml-language-server: $schema=")
+    assert (file.parent / where).resolve() == CONFIG / "study.schema.json"
+    for name, scene in study.scenes.items():
+        assert scene.title, name
+        assert scene.caption, name
+
+
+def test_schema_takes_greek_and_refuses_what_the_models_refuse():
+    schema = json_schema()
+    greek = BASE.replace("nu:", "ν:").replace("delta:", "δ:").replace("R1", "R₁")
+    jsonschema.validate(yaml.safe_load(greek), schema)
+    for bad in ("h: -1", "q: 1", "R₂: 2", "l: 0"):
+        tree = yaml.safe_load(BASE.replace("R2: 0.7", bad))
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(tree, schema)
+
+
+def test_schema_and_table_of_keys_have_not_drifted():
+    remedy = "run `python -m vibropipe.study`"
+    assert (CONFIG / "study.schema.json").read_text(encoding="utf-8") == schema_text(), remedy
+    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
+    assert readme_text(readme) == readme, remedy
+
+
+def test_drift_is_seen_and_mended(tmp_path):
+    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "README.md").write_text(
+        readme.replace("| `tau_end` |", "| `tau` |"), encoding="utf-8"
+    )
+    command = [sys.executable, "-m", "vibropipe.study", str(tmp_path)]
+    subprocess.run(command, check=True, cwd=ROOT)
+    assert (tmp_path / "README.md").read_text(encoding="utf-8") == readme
+    assert (tmp_path / "study.schema.json").read_bytes() == (
+        CONFIG / "study.schema.json"
+    ).read_bytes()
+    with pytest.raises(StudyError, match="found no table of keys"):
+        readme_text("# Nothing here")
+
+
+def test_example_of_the_readme_is_a_study(tmp_path):
+    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
+    text = readme.split("```yaml\n")[1].split("```")[0]
+    assert set(study_of(text, tmp_path).scenes) == {"offset", "response"}
+    bad = text.replace("delta: [0, 0.01, 0.1]", "R1: [0, 1.2]")
+    (line,) = faults(bad, tmp_path)
+    assert f"config/mine.yaml: {line}" in readme
+
+
+def test_the_paper_is_all_there():
+    """The sets of parameters of eqs. (11), (12) and (14) to (18), and the curves of figure 2."""
+    paper = load_study(CONFIG / "paper.yaml")
+    forced = {"nu": 1, "f": -1, "h": 0.2, "l": 0.5}
+    sets = {
+        "forced_symmetric": (0.7, 0.7, 0),
+        "forced_offset": (0.7, 0.7, 0.01),
+        "forced_unequal": (0.6, 0.8, 0),
+        "forced_both": (0.6, 0.8, 0.01),
+        "forced_both_swapped": (0.8, 0.6, 0.01),
+    }
+    for name, (R1, R2, delta) in sets.items():
+        scene = paper.scene(name)
+        assert scene.resolved_exciter() == {**forced, "R1": R1, "R2": R2, "delta": delta}
+        assert scene.solver.arguments() == {"method": "newmark", "steps_per_period": 2000}
+        assert scene.tau_end == pytest.approx(6 * math.pi, rel=1e-15)
+    for name, delta in (("conservative_0", 0), ("conservative_offset", 0.01)):
+        scene = paper.scene(name)
+        assert scene.resolved_exciter() == {
+            **{"nu": 1, "f": 0, "h": 0, "l": 0.5, "delta": delta, "R1": 1, "R2": 1}
+        }
+        assert (scene.start.x0, scene.start.v0) == (0, -0.51)
+    assert paper.scene("backbone").over_arrays()["delta_over_l"].tolist() == [0, 0.1, 0.2, 0.3]
+    captions = " ".join(scene.caption for scene in paper.scenes.values())
+    assert all(f"figure {number}" in captions for number in range(2, 13))
+
+
+def test_importing_studies_is_light():
+    code = "import sys, vibropipe.study; print(*sys.modules)"
+    out = subprocess.run(
+        [sys.executable, "-c", code], check=True, cwd=ROOT, capture_output=True, text=True
+    )
+    loaded = {name.partition(".")[0] for name in out.stdout.split()}
+    assert "pydantic" in loaded
+    assert not loaded & {
+        "numba",
+        "xarray",
+        "matplotlib",
+        "scipy",
+        "pandas",
+        "netCDF4",
+        "h5py",
+        "dask",
+    }

@@ -27,7 +27,10 @@ StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YA
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
 OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
 ResultsFolder = Annotated[
-    Path, typer.Option("--results", metavar="DIR", help="Folder of the study's datasets.")
+    Path,
+    typer.Option(
+        "--results", metavar="DIR", help="Folder of all results; the study has its own in it."
+    ),
 ]
 Threads = Annotated[
     int | None, typer.Option(min=1, metavar="T", help="Threads to use; all there are if left out.")
@@ -167,10 +170,7 @@ def join(
 
 
 @app.command()
-def figure(
-    file: StudyFile,
-    results: ResultsFolder,
-) -> None:
+def figure(file: StudyFile, results: ResultsFolder = Path("results")) -> None:
     """Draw every figure of a study from its datasets."""
     from vibropipe.figures import draw_study
     from vibropipe.study import load_study
@@ -180,16 +180,12 @@ def figure(
 
 
 @app.command()
-def report(
-    file: StudyFile,
-    output: OutputFile,
-    results: ResultsFolder,
-) -> None:
+def report(file: StudyFile, output: OutputFile, results: ResultsFolder = Path("results")) -> None:
     """Typeset the report of a study from its datasets and figures."""
     from vibropipe.report import build_report
     from vibropipe.study import load_study
 
-    build_report(load_study(file), results, output)
+    typer.echo(build_report(load_study(file), results, output))
 
 
 @app.command()

@@ -20,6 +20,8 @@ rule join:
         code=kernel_hash(),
         scene=fingerprint,
         file=study_file,
+    message:
+        "{wildcards.study}: joining the shards of {wildcards.scene}"
     shell:
         "vibropipe join {params.file:q} --scene {wildcards.scene} --output {output.data} {input.shards}"
         " > {log} 2>&1"

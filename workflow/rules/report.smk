@@ -21,7 +21,9 @@ for name in STUDIES:
             code=drawing_hash(),
             words=words_hash(name),
             file=str(SETTINGS.study_file(name)),
-            results=lambda wildcards, input: str(Path(input[0]).parent),
+            results=lambda wildcards: RESULTS,
+        message:
+            f"{name}: drawing the figures"
         shell:
             "vibropipe figure {params.file:q} --results {params.results:q} > {log} 2>&1"
 
@@ -29,7 +31,7 @@ for name in STUDIES:
 rule study_report:
     input:
         lambda wildcards: datasets(wildcards.study),
-        lambda wildcards: pictures(wildcards.study, "svg"),
+        lambda wildcards: pictures(wildcards.study, "pdf"),
     output:
         report(
             f"{RESULTS}/{{study}}/report.pdf",
@@ -49,7 +51,9 @@ rule study_report:
         code=drawing_hash(),
         words=lambda wildcards: words_hash(wildcards.study),
         file=study_file,
-        results=lambda wildcards, output: str(Path(output[0]).parent),
+        results=lambda wildcards: RESULTS,
+    message:
+        "{wildcards.study}: typesetting the report"
     shell:
         "vibropipe report {params.file:q} --results {params.results:q} --output {output}"
         " > {log} 2>&1"

@@ -7,6 +7,8 @@ rule warm:
     benchmark:
         "benchmarks/warm.tsv"
     threads: 1
+    message:
+        "compiling the kernels"
     shell:
         "vibropipe warm --stamp {output} > {log} 2>&1"
 
@@ -32,6 +34,8 @@ rule solve:
         code=kernel_hash(),
         scene=fingerprint,
         file=study_file,
+    message:
+        "{wildcards.study}: solving {wildcards.scene}"
     shell:
         "vibropipe solve {params.file:q} --scene {wildcards.scene} --threads {threads}"
         " --output {output.data} > {log} 2>&1"
@@ -59,6 +63,8 @@ rule solve_shard:
         scene=fingerprint,
         file=study_file,
         cut=cut,
+    message:
+        "{wildcards.study}: solving {wildcards.scene}, shard {params.cut}"
     shell:
         "vibropipe solve {params.file:q} --scene {wildcards.scene} --shard {params.cut}"
         " --threads {threads} --output {output.data} > {log} 2>&1"

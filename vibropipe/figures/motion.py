@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from vibropipe.figures.options import Options
+from vibropipe.figures.pieces import Floats, curve, jumps, supports
 from vibropipe.figures.style import (
     BLACK,
     EXACT_COLOUR,
@@ -33,13 +34,10 @@ from vibropipe.figures.style import (
 from vibropipe.figures.words import parameter_line
 from vibropipe.vocabulary import label
 
-Floats = NDArray[np.float64]
-
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
 WALL_SHARE = 0.13  # of the height of the displacement panel, on each side
 FAR_SUPPORT = 3.0  # a support this many times farther than the motion reaches is not drawn
-SAME_INSTANT = 1e-9  # relative
 MANY_IMPACTS = 80  # markers shrink beyond this
 
 
@@ -77,12 +75,6 @@ def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
     return max(first, last - periods * 2.0 * math.pi / float(dataset["nu"])), last
 
 
-def supports(dataset: xr.Dataset) -> dict[int, float]:
-    """Return where the supports lie, eq. (1)."""
-    half, offset = float(dataset["l"]), float(dataset["delta"])
-    return {1: half + offset, 2: -(half - offset)}
-
-
 def events(
     dataset: xr.Dataset, name: str, view: tuple[float, float]
 ) -> dict[int, NDArray[np.intp]]:
@@ -92,52 +84,6 @@ def events(
     tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
     seen = (tau >= view[0]) & (tau <= view[1])
     return {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
-
-
-def with_breaks(
-    tau: Floats, values: Floats, at: Floats, before: Floats, after: Floats
-) -> tuple[Floats, Floats]:
-    """Insert (at, before), a gap, (at, after) into a sampled curve so that jumps are not sloped.
-
-    Samples at the instant of an impact are dropped: they hold one side of the jump or the other.
-    """
-    apart = away_from(tau, at)
-    tau, values = tau[apart], values[apart]
-    places = np.repeat(np.searchsorted(tau, at, side="left"), 3)
-    new_tau = np.repeat(at, 3)
-    new_values = np.stack([before, np.full_like(before, np.nan), after], axis=1).ravel()
-    return np.insert(tau, places, new_tau), np.insert(values, places, new_values)
-
-
-def away_from(tau: Floats, at: Floats) -> NDArray[np.bool_]:
-    """Return which samples are at no instant of ``at`` (ascending), to within rounding."""
-    if at.size == 0:
-        return np.ones(tau.shape, dtype=np.bool_)
-    right = np.searchsorted(at, tau)
-    nearest = np.minimum(
-        np.abs(tau - at[np.clip(right, 0, at.size - 1)]),
-        np.abs(tau - at[np.clip(right - 1, 0, at.size - 1)]),
-    )
-    return nearest > SAME_INSTANT * (1.0 + np.abs(tau))
-
-
-def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
-    """Return the sampled ``name`` with its impacts put in: corners of x, jumps of x'."""
-    tau, values = dataset["tau"].values, dataset[name].values
-    if "impact_tau" not in dataset:
-        return tau, values
-    at = dataset["impact_tau"].values
-    inside = (at >= tau[0]) & (at <= tau[-1])
-    at = at[inside]
-    if name == "velocity":
-        before = dataset["impact_velocity"].values[inside]
-        after = dataset["impact_velocity_after"].values[inside]
-        return with_breaks(tau, values, at, before, after)
-    where = supports(dataset)
-    struck = dataset["impact_support"].values[inside]
-    corner = np.where(struck == 1, where[1], where[2])
-    places = np.searchsorted(tau, at, side="left")
-    return np.insert(tau, places, at), np.insert(values, places, corner)
 
 
 def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
@@ -150,20 +96,6 @@ def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         places = jumps(tau, values, dataset["impact_tau"].values)
         tau, values = np.insert(tau, places, np.nan), np.insert(values, places, np.nan)
     ax.plot(tau, values, color=EXACT_COLOUR, linewidth=4.0, solid_capstyle="round", zorder=1)
-
-
-def jumps(tau: Floats, velocity: Floats, near: Floats) -> NDArray[np.intp]:
-    """Return the samples that start a new piece: the steepest step around each instant of ``near``.
-
-    The exact motion strikes a little earlier or later than the one drawn over it.
-    """
-    if tau.size < 2:
-        return np.empty(0, np.intp)
-    steps = np.abs(np.diff(velocity))
-    around = np.searchsorted(tau, near)[:, None] + np.arange(-3, 3)
-    around = np.clip(around, 0, steps.size - 1)
-    steepest = np.argmax(steps[around], axis=1)
-    return np.unique(around[np.arange(near.size), steepest] + 1)
 
 
 def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:

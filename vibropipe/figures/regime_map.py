@@ -15,8 +15,9 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from vibropipe.figures.options import Options
+from vibropipe.figures.strips import cell_edges, regime_patches
 from vibropipe.figures.style import BLACK, NEUTRAL, REGIME_STYLES, SMALL_FONT_SIZE, new_figure
-from vibropipe.figures.sweep import cell_edges, regime_patches, stack_columns, swept
+from vibropipe.figures.sweep import stack_columns, swept
 from vibropipe.figures.words import REGIME_SHORT, parameter_line, regime_name
 from vibropipe.vocabulary import REGIMES, label, quantity
 

@@ -6,23 +6,20 @@ Further swept parameters are lines (the first of them) and columns (the next).
 from __future__ import annotations
 
 from collections.abc import Hashable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from vibropipe.figures.options import Options
+from vibropipe.figures.strips import draw_strips, regime_patches
 from vibropipe.figures.style import (
     BLACK,
     GREY,
-    REGIME_STYLES,
-    SMALL_FONT_SIZE,
     hold_zero,
     legend,
     line_style,
@@ -30,17 +27,19 @@ from vibropipe.figures.style import (
 )
 from vibropipe.figures.words import (
     ORDINALS,
-    REGIME_WORDS,
     mathtext,
     parameter_line,
-    regime_name,
 )
 from vibropipe.vocabulary import REGIMES, label, quantity
 
 MOST_LINES = 8
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
-PANEL_HEIGHT_CM = 4.1
-STRIP_CM = 0.42
+PANEL_HEIGHT_CM = 3.3
+COLUMN_HEIGHT_CM = 3.6
+STRIP_CM = 0.36
+MARGINS_CM = 3.0  # legends and the words of the abscissa
+MANY_POINTS = 200  # marks shrink beyond this
+SMALL_MARKS = 0.6
 
 
 def swept(dataset: xr.Dataset) -> list[str]:
@@ -90,36 +89,58 @@ def draw_sweep(dataset: xr.Dataset, options: Options) -> Figure:
     lines_dim = rest[0] if rest else None
     columns = stack_columns(dataset, rest[1:])
     panels = panels_of(dataset)
-    lines = 1 if lines_dim is None else dataset.sizes[lines_dim]
-    side = len(columns) if len(columns) > 1 else min(2, max(1, len(panels)))
-    rows = len(panels) if len(columns) > 1 else -(-len(panels) // side)
-    strip = STRIP_CM * lines + 0.3
-    figure = new_figure(rows * PANEL_HEIGHT_CM + strip + 3.6)
-    grid = figure.add_gridspec(rows + 1, side, height_ratios=[PANEL_HEIGHT_CM] * rows + [strip])
+    figure, spots, bottoms = lay_out(len(panels), len(columns), lines_of(dataset, lines_dim))
     shared: Axes | None = None
     first_of_row: dict[int, Axes] = {}
     for column, (title, part) in enumerate(columns):
         for place, panel in enumerate(panels):
-            spot = grid[place, column] if len(columns) > 1 else grid[place // side, place % side]
-            ax = figure.add_subplot(spot, sharex=shared, sharey=first_of_row.get(place))
+            spot, beside = spots[place][column], first_of_row.get(place)
+            ax = figure.add_subplot(spot, sharex=shared, sharey=beside)
             shared = shared or ax
+            first_of_row.setdefault(place, ax)
             draw_panel(ax, part, panel, along, lines_dim, options)
             ax.set_title(title if place == 0 else "")
-            ax.tick_params(labelbottom=False)
-            if column > 0:
-                ax.tick_params(labelleft=False)
-                ax.set_ylabel("")
-            first_of_row.setdefault(place, ax)
-        spot = grid[rows, column] if len(columns) > 1 else grid[rows, :]
-        bottom = figure.add_subplot(spot, sharex=shared)
+            # folded panels stand above one half of the bars and need numbers of their own
+            folded = len(columns) == 1 and place >= len(panels) - 2
+            ax.tick_params(labelbottom=folded, labelleft=column == 0)
+            ax.set_ylabel(panel[0] if column == 0 else "")
+        bottom = figure.add_subplot(bottoms[column], sharex=shared)
         shared = shared or bottom
         draw_strips(bottom, part, along, lines_dim, named=column == 0)
         bottom.set_xlabel(label(along))
     settle_ordinates(first_of_row, panels, dataset)
-    above = legend_handles(dataset, along, lines_dim, options)
-    legend(figure, above, "upper", title=parameter_line(dataset))
-    legend(figure, regime_patches(dataset), "lower")
+    legend(
+        figure, line_handles(dataset, along, lines_dim, options), "upper", parameter_line(dataset)
+    )
+    legend(figure, [*mark_handles(dataset), *regime_patches(dataset)], "lower")
     return figure
+
+
+def lines_of(dataset: xr.Dataset, lines_dim: str | None) -> int:
+    """Return how many lines a panel has."""
+    return 1 if lines_dim is None else dataset.sizes[lines_dim]
+
+
+Spots = list[list[SubplotSpec]]
+
+
+def lay_out(panels: int, columns: int, lines: int) -> tuple[Figure, Spots, list[SubplotSpec]]:
+    """Make the figure and the places of its panels [panel][column] and of the bars under them.
+
+    One column of panels is folded into two beside each other, with the bars under both.
+    """
+    strip = STRIP_CM * lines + 0.25
+    if columns > 1:
+        figure = new_figure(panels * COLUMN_HEIGHT_CM + strip + MARGINS_CM)
+        heights = [*[COLUMN_HEIGHT_CM] * panels, strip]
+        grid = figure.add_gridspec(panels + 1, columns, height_ratios=heights)
+        spots = [[grid[place, column] for column in range(columns)] for place in range(panels)]
+        return figure, spots, [grid[panels, column] for column in range(columns)]
+    side = min(2, max(1, panels))
+    rows = -(-panels // side)
+    figure = new_figure(rows * PANEL_HEIGHT_CM + strip + MARGINS_CM)
+    grid = figure.add_gridspec(rows + 1, side, height_ratios=[*[PANEL_HEIGHT_CM] * rows, strip])
+    return figure, [[grid[n // side, n % side]] for n in range(panels)], [grid[rows, :]]
 
 
 def stack_columns(dataset: xr.Dataset, dims: list[str]) -> list[tuple[str, xr.Dataset]]:
@@ -143,10 +164,8 @@ def draw_panel(
     ax: Axes, part: xr.Dataset, panel: Panel, along: str, lines_dim: str | None, options: Options
 ) -> None:
     """Draw one quantity: stable orbits of one forcing period as lines, all else as marks."""
-    ax.set_ylabel(panel[0])
     draw_beside(ax, panel, along, options)
-    count = 1 if lines_dim is None else part.sizes[lines_dim]
-    for position in range(count):
+    for position in range(lines_of(part, lines_dim)):
         row = part if lines_dim is None else part.isel({lines_dim: position})
         x, y = row[along].values, values_of(row, panel).values
         style = line_style(position)
@@ -155,7 +174,9 @@ def draw_panel(
             if kind == "line":
                 ax.plot(x, shown, **style, zorder=2)
             elif np.isfinite(shown).any():
-                ax.plot(x, shown, **ROW_MARKS[kind], markeredgecolor=style["color"], zorder=3)
+                marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
+                marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
+                ax.plot(x, shown, **marks, zorder=3)
 
 
 def settle_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:
@@ -178,9 +199,9 @@ ROW_MARKS: dict[str, dict[str, Any]] = {
     "no_orbit": {"linestyle": "none", "marker": ".", "markersize": 2.8, "markeredgewidth": 0.5},
 }  # fmt: skip
 ROW_WORDS = {
-    "multiple": "orbit of $m>1$ forcing periods",
-    "unstable": "unstable orbit",
-    "no_orbit": "no orbit: averaged over a window",
+    "multiple": "$m>1$ forcing periods",
+    "unstable": "unstable",
+    "no_orbit": "no orbit: averaged",
 }
 
 
@@ -211,73 +232,26 @@ def draw_beside(ax: Axes, panel: Panel, along: str, options: Options) -> None:
 BESIDE_STYLE: dict[str, Any] = {"color": GREY, "linewidth": 3.2, "alpha": 0.45, "zorder": 1}
 
 
-def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, named: bool) -> None:
-    """Draw one bar per line: the regime of every row of the sweep, in colour and hatch."""
-    edges = cell_edges(part[along].values)
-    count = 1 if lines_dim is None else part.sizes[lines_dim]
-    for position in range(count):
-        row = part if lines_dim is None else part.isel({lines_dim: position})
-        regime = row["regime"].values
-        cuts = [0, *(np.flatnonzero(np.diff(regime)) + 1), regime.size]
-        boxes: dict[int, list[list[tuple[float, float]]]] = {}
-        for start, stop in pairwise(cuts):
-            left, right = edges[start], edges[stop]
-            low, high = position - 0.36, position + 0.36
-            box = [(left, low), (right, low), (right, high), (left, high)]
-            boxes.setdefault(int(regime[start]), []).append(box)
-        for code, polygons in boxes.items():
-            style = REGIME_STYLES[regime_name(code)]
-            ax.add_collection(
-                PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
-                               edgecolor="black", linewidth=0.2)
-            )  # fmt: skip
-    ax.set_ylim(count - 0.4, -0.6)
-    ax.set_xlim(edges[0], edges[-1])
-    ax.spines["left"].set_visible(False)
-    ax.tick_params(axis="y", length=0)
-    says = [""] if lines_dim is None else [mathtext(float(v)) for v in part[lines_dim].values]
-    ax.set_yticks(range(count), says if named else [""] * count)
-    if named:
-        name = "regime" if lines_dim is None else f"regime\nat {quantity(lines_dim).symbol} ="
-        ax.set_ylabel(name, fontsize=SMALL_FONT_SIZE)
-
-
-def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders between neighbouring grid values, half-way; one value gets a width."""
-    if values.size == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
-    middle = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-
-
-def legend_handles(
+def line_handles(
     dataset: xr.Dataset, along: str, lines_dim: str | None, options: Options
 ) -> list[Line2D]:
-    """Return lines by value, marks that occur, and the curve beside."""
+    """Return the legend of the lines by value, and of the curve beside them."""
     handles: list[Line2D] = []
     if lines_dim is not None:
         symbol = quantity(lines_dim).symbol
         for position, value in enumerate(dataset[lines_dim].values):
-            handles.append(
-                Line2D([], [], **line_style(position), label=f"{symbol} = {mathtext(float(value))}")
-            )
-    kinds = row_kinds(dataset)
-    for kind, marks in ROW_MARKS.items():
-        if kinds[kind].any():
-            handles.append(Line2D([], [], **marks, markeredgecolor=BLACK, label=ROW_WORDS[kind]))
+            says = f"{symbol} = {mathtext(float(value))}"
+            handles.append(Line2D([], [], **line_style(position), label=says))
     if options.beside is not None and along == "nu" and "eigenfrequency" in options.beside:
         handles.append(Line2D([], [], **BESIDE_STYLE, label="conservative exciter"))
     return handles
 
 
-def regime_patches(dataset: xr.Dataset) -> list[Patch]:
-    """Return a legend entry for each regime that occurs in ``dataset``."""
-    patches = []
-    for code in np.unique(dataset["regime"].values):
-        name = regime_name(int(code))
-        style = REGIME_STYLES[name]
-        patches.append(
-            Patch(facecolor=style.colour, hatch=style.hatch, edgecolor=BLACK, linewidth=0.4,
-                  label=REGIME_WORDS[name])
-        )  # fmt: skip
-    return patches
+def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
+    """Return the legend of the marks that occur."""
+    kinds = row_kinds(dataset)
+    return [
+        Line2D([], [], **marks, markeredgecolor=BLACK, label=ROW_WORDS[kind])
+        for kind, marks in ROW_MARKS.items()
+        if kinds[kind].any()
+    ]

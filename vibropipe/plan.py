@@ -24,7 +24,8 @@ SHARD_SECONDS = 20.0
 SHARD_BYTES = 128e6
 MAX_SHARDS = 1000
 
-SECONDS_PER_ROW = 20e-6
+SECONDS_PER_ROW = 2e-3
+SECONDS_PER_POINT = 20e-6
 SECONDS_PER_STEP = 10e-9
 SECONDS_PER_PERIOD = 1e-6
 
@@ -209,7 +210,7 @@ def _backbone(scene: BackboneScene) -> ScenePlan:
         method="exact",
         outputs=("harmonics",) if scene.over_amplitude else (),
         shards=1,
-        seconds=scene.row_count * SECONDS_PER_ROW,
+        seconds=scene.row_count * SECONDS_PER_POINT,
         bytes=scene.row_count * each,
     )
 

@@ -54,6 +54,8 @@ rule solve_shard:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
         scene=scenes_regex(sharded=True),
+    # the longest work of a study begins first, so that no core waits for it in the end
+    priority: 10
     threads: 1
     resources:
         mem_mb=1000,

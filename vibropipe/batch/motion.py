@@ -52,11 +52,11 @@ def simulate(
     """
     x, v = exciter.check_start(x0, v0)
     turns = _turns(exciter, tau_start, tau_end)
-    grid, table_p, table_q = _grid(exciter, method, steps_per_period)
+    grid = _grid(exciter, method, steps_per_period)
     samples = _samples(grid, turns, samples_per_period)
     p = exciter.parameters()
     state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
-    state, status, log = _run(p, grid, table_p, table_q, state, turns[1], samples, max_impacts)
+    state, status, log = _run(p, grid, state, turns[1], samples, max_impacts)
     finished = status == Status.OK
     end = (
         to_displacement(p, state.home, state.y) if finished else math.nan,
@@ -80,7 +80,7 @@ def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, f
 
 def _grid(
     exciter: Exciter, method: str, steps_per_period: int | None
-) -> tuple[Grid, np.ndarray, np.ndarray]:
+) -> Grid:
     if method not in METHODS:
         raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
     if method == "exact":
@@ -121,16 +121,16 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
     return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
 
 
-def _run(p, grid, table_p, table_q, state, turns_end, samples, max_impacts):
+def _run(p, grid, state, turns_end, samples, max_impacts):
     """March to the end, emptying the log whenever it is full; returns (state, Status, log columns)."""
     log = new_log(LOG_ROOM, LOG_ROOM)
-    work = np.empty(ORDER + 1)
+    work = np.empty(3 if grid.exact is None else ORDER + 1)
     end = locate(turns_end, grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
     events = 0
     while True:
         state, status = march(
-            ALL_EFFECTS, p, grid, table_p, table_q, state, *end, log, samples, work, max_impacts - events
+            ALL_EFFECTS, p, grid, state, *end, log, samples, work, max_impacts - events
         )
         pieces.append(_take(log))
         events += len(pieces[-1]["position"]) + len(pieces[-1]["rest_start"])

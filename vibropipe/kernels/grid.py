@@ -7,8 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit
-from vibropipe.physics.flow import ORDER, exact_map, steps_for_exact
+from vibropipe.jit import jit, jit_allocating
+from vibropipe.physics.flow import (
+    ORDER,
+    displacement,
+    exact_basis,
+    exact_map,
+    steps_for_exact,
+    velocity,
+)
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 from vibropipe.physics.newmark import newmark_map
 
@@ -19,11 +26,12 @@ class Grid(NamedTuple):
     Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
     y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
     margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
+    basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
+    basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
     """
 
     exact: int | None
     steps: int
-    degree: int
     dt: float
     a11: float
     a12: float
@@ -33,6 +41,9 @@ class Grid(NamedTuple):
     b2: float
     margin0: float
     margin1: float
+    table_p: np.ndarray
+    table_q: np.ndarray
+    basis: np.ndarray
 
 
 @jit
@@ -49,12 +60,13 @@ def _margins(h, nu, f, dt):
     return share * fourth0, share * fourth1
 
 
-@jit
+@jit_allocating
 def exact_grid(e, p):
-    """Grid of the exact method and the tables p, q of the force's part of each step, shape (steps,)."""
+    """Grid of the exact method."""
     steps = steps_for_exact(p.nu, p.h)
     dt = TWO_PI / p.nu / steps
-    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(p.h, p.nu, dt)
+    basis = exact_basis(p.h, p.nu, dt)
+    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
     table_p, table_q = np.zeros(steps), np.zeros(steps)
     if e.forcing is not None:
         for j in range(steps):
@@ -62,13 +74,14 @@ def exact_grid(e, p):
             table_p[j] = p.f * (p1 * s + p2 * c)
             table_q[j] = p.f * (q1 * s + q2 * c)
     margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
-    grid = Grid(1, steps, ORDER, dt, a11, a12, b1, a21, a22, b2, margin0, margin1)
-    return grid, table_p, table_q
+    return Grid(
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, table_p, table_q, basis
+    )
 
 
-@jit
+@jit_allocating
 def newmark_grid(e, p, steps):
-    """Grid of Newmark's method with `steps` steps per forcing period, and its tables."""
+    """Grid of Newmark's method with `steps` steps per forcing period."""
     dt = TWO_PI / p.nu / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
     table_p, table_q = np.zeros(steps), np.zeros(steps)
@@ -77,7 +90,39 @@ def newmark_grid(e, p, steps):
             mean = 0.5 * p.f * (sincos_turns(j / steps)[0] + sincos_turns((j + 1) / steps)[0])
             table_p[j] = b1 * mean
             table_q[j] = b2 * mean
-    return Grid(None, steps, 2, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0), table_p, table_q
+    basis = np.zeros((0, 0))
+    return Grid(None, steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, table_p, table_q, basis)
+
+
+@jit
+def evaluate(grid, c, theta):
+    """(y, w) of the method's polynomial at theta; the degree is known to the compiler."""
+    if grid.exact is not None:
+        return displacement(c, ORDER, theta), velocity(c, ORDER, theta, grid.dt)
+    return c[0] + theta * (c[1] + theta * c[2]), (c[1] + 2.0 * theta * c[2]) / grid.dt
+
+
+@jit
+def stays_between(grid, departs, y, w, y1, w1, span, load, near, far):
+    """Certificate, from its two ends, that a motion over `span` of a step touches neither near nor far.
+
+    It lies within a margin of the hull of its Bezier points: of the cubic through the ends (exact method), or
+    of the quadratic it is (Newmark). departs: 0 in flight; 1 it leaves near = y = 0 with speed w, and then
+    the cubic's first term, 3 b1 theta (1 - theta)^2, must outweigh the error of Hermite interpolation,
+    16 margin theta^2 (1 - theta)^2.
+    """
+    if grid.exact is not None:
+        share = span * grid.dt / 3.0
+        margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
+    else:
+        share = span * grid.dt / 2.0
+        margin = 0.0
+    b1, b2 = y + share * w, y1 - share * w1
+    if not max(max(y, y1), max(b1, b2)) + margin < far:
+        return False
+    if departs == 0:
+        return min(min(y, y1), min(b1, b2)) - margin > near
+    return 3.0 * b1 > 16.0 * margin and b1 > 0.0 and b2 > 0.0 and y1 > 0.0
 
 
 @jit

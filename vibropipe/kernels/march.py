@@ -16,8 +16,8 @@ from vibropipe.kernels.record import (
     log_rest,
     record,
 )
-from vibropipe.kernels.grid import locate
-from vibropipe.kernels.roots import BOUND, GRAZING, NONE, first_root
+from vibropipe.kernels.grid import evaluate, locate, stays_between
+from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
 from vibropipe.physics.contact import (
     NEVER,
     chatter_duration,
@@ -26,7 +26,7 @@ from vibropipe.physics.contact import (
     release_turn,
     reset,
 )
-from vibropipe.physics.flow import displacement, taylor, velocity
+from vibropipe.physics.flow import combine
 from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
@@ -108,26 +108,19 @@ def begin(e, p, grid, turns, x, v):
 
 
 @jit
-def coast(e, p, grid, table_p, table_q, state, end_period, end_step, counts):
+def coast(e, p, grid, state, end_period, end_step, counts):
     """Whole steps in flight while it is certified that neither support is reached in them."""
     sigma, load, near, far = frame(p, state.home)
     period, step, y, w = state.period, state.step, state.y, state.w
     load1, load2 = grid.b1 * load, grid.b2 * load
-    share = grid.dt / 3.0 if grid.exact is not None else grid.dt / 2.0
     made = 0
     while period < end_period or step < end_step:
         y1 = grid.a11 * y + grid.a12 * w + load1
         w1 = grid.a21 * y + grid.a22 * w + load2
         if e.forcing is not None:
-            y1 += sigma * table_p[step]
-            w1 += sigma * table_q[step]
-        # The motion lies within `margin` of the hull of its Bezier points.
-        b1, b2, margin = y + share * w, y1 - share * w1, 0.0
-        if grid.exact is not None:
-            margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
-        if not (
-            min(min(y, y1), min(b1, b2)) - margin > near and max(max(y, y1), max(b1, b2)) + margin < far
-        ):
+            y1 += sigma * grid.table_p[step]
+            w1 += sigma * grid.table_q[step]
+        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far):
             break
         y, w = y1, w1
         made += 1
@@ -146,7 +139,7 @@ def fill(e, p, grid, state, sigma, load, c):
     if e.forcing is not None:
         s, s_rate = force_at(p, sigma, (state.step + state.theta) / grid.steps)
     if grid.exact is not None:
-        taylor(c, state.y, state.w, s, s_rate, load, p.h, p.nu, grid.dt)
+        combine(grid.basis, c, state.y, state.w, load, s, s_rate)
     else:
         end = s
         if e.forcing is not None:
@@ -161,13 +154,21 @@ def fill(e, p, grid, state, sigma, load, c):
 @jit
 def first_contact(grid, state, load, near, far, c, span, counts):
     """(theta from the state, kind, on the near support) of the first contact within `span`."""
+    if state.order == FLIGHT:
+        theta = monotone_root(grid, c, 1.0, -near, span)
+        if theta >= 0.0:
+            return theta, CROSSING, True
+        theta = monotone_root(grid, c, -1.0, far, span)
+        if theta >= 0.0:
+            return theta, CROSSING, False
     p = 0
     if state.order > FLIGHT:
         p = state.order if grid.exact is not None else min(state.order, 2)
     offset = -near if p == 0 else 0.0
-    theta, kind = first_root(c, p, grid.degree, 1.0, offset, load, span, counts)
+    theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
     reach = theta if kind != NONE else span
-    other, other_kind = first_root(c, 0, grid.degree, -1.0, far, load, reach, counts)
+    # numba compiles a literal zero to code of its own: the order of flight is the same number.
+    other, other_kind = first_root(c, p - p, -1.0, far, load, reach, counts)
     if other_kind != NONE and (kind == NONE or other < theta):
         return other, other_kind, False
     return theta, kind, True
@@ -213,7 +214,7 @@ def contact(e, p, grid, state, kind, at_near, c, theta, room, log):
     else:
         side = home if at_near else 3 - home
     sigma, load, near, far = frame(p, home)
-    rate = velocity(c, grid.degree, theta, grid.dt)
+    _y, rate = evaluate(grid, c, theta)
     if grid.exact is None and kind != GRAZING:
         target = near if at_near else far
         refined, at_rate = step_to_contact(e, p, grid, state, sigma, load, target, theta, room)
@@ -295,7 +296,7 @@ def rest(e, p, grid, state, end_period, end_step, end_theta, log, samples):
 
 
 @jit
-def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, log, samples, c):
+def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
     """(state, status) from a state in flight to its next contact, or to the end of its step."""
     sigma, load, near, far = frame(p, state.home)
     fill(e, p, grid, state, sigma, load, c)
@@ -306,10 +307,12 @@ def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, lo
     order = state.order
     stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
     kind, at_near, theta = NONE, True, limit - state.theta
-    if not stuck:
-        theta, kind, at_near = first_contact(
-            grid, state, load, near, far, c, limit - state.theta, log.counts
-        )
+    y, w = evaluate(grid, c, theta)
+    if not stuck and not (
+        order <= WITH_SPEED
+        and stays_between(grid, order, state.y, state.w, y, w, theta, load, near, far)
+    ):
+        theta, kind, at_near = first_contact(grid, state, load, near, far, c, theta, log.counts)
     if kind == BOUND:
         return state, ROOT_BOUND
     until = limit if kind == NONE else state.theta + theta
@@ -335,8 +338,6 @@ def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, lo
         turn = (step + at) / grid.steps
         order, _wait = departure(e, p, grid, state.home, 0.0, turn)
         return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
-    y = displacement(c, grid.degree, theta)
-    w = velocity(c, grid.degree, theta, grid.dt)
     if grid.exact is None and limit < 1.0:
         # As at a contact: the method's own shorter step, not its linear velocity.
         y, w = step_by(e, p, grid, state, sigma, load, theta)
@@ -345,7 +346,7 @@ def fly(e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, lo
 
 @jit
 def march(
-    e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, log, samples, c, max_events
+    e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events
 ):
     """March from `state` to the end; returns (state, Status).
 
@@ -365,14 +366,14 @@ def march(
         else:
             if state.order == FLIGHT and state.theta == 0.0 and samples is None:
                 state = coast(
-                    e, p, grid, table_p, table_q, state, end_period, end_step, log.counts
+                    e, p, grid, state, end_period, end_step, log.counts
                 )
                 if not is_before(
                     state.period, state.step, state.theta, end_period, end_step, end_theta
                 ):
                     break
             state, status = fly(
-                e, p, grid, table_p, table_q, state, end_period, end_step, end_theta, log, samples, c
+                e, p, grid, state, end_period, end_step, end_theta, log, samples, c
             )
             if status != OK:
                 return state, status

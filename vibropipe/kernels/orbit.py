@@ -34,7 +34,7 @@ def at_period_zero(state):
 
 
 @jit
-def periods(e, p, grid, table_p, table_q, state, m, log, c, max_events):
+def periods(e, p, grid, state, m, log, c, max_events):
     """(state, status) after m forcing periods; status LOG_FULL when the log had no room for all contacts.
 
     The march goes on with an emptied log, so counts and list are then those of the last part only.
@@ -43,7 +43,7 @@ def periods(e, p, grid, table_p, table_q, state, m, log, c, max_events):
     until = state.period + m
     while True:
         state, status = march(
-            e, p, grid, table_p, table_q, state, until, 0, 0.0, log, None, c, max_events
+            e, p, grid, state, until, until - until, 0.0, log, None, c, max_events
         )
         if status != LOG_FULL:
             break

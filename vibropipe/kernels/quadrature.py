@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
 from vibropipe.kernels.march import REST
 from vibropipe.kernels.record import IMPACTS, RESTS
@@ -81,7 +81,7 @@ def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
             now, r = until, r + 1
 
 
-@jit
+@jit_allocating
 def mend_resonance(p, x, v, end, log, m, out, energy, c) -> None:
     """Replace the harmonics that `harmonics.close` could not divide out by their quadrature."""
     direct = np.zeros(out.size, np.complex128)

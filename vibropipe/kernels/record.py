@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_allocating
+from vibropipe.kernels.grid import evaluate
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.flow import displacement, velocity
 
 # Places in the array of counts.
 IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
@@ -45,7 +45,7 @@ class Samples(NamedTuple):
     start_theta: float
 
 
-@jit
+@jit_allocating
 def new_log(impacts, rests):
     """An empty log with room for so many impacts, and for so many rests and grazings."""
     return Log(
@@ -126,8 +126,7 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
                 break
             y, w = 0.0, 0.0
             if c is not None:
-                y = displacement(c, grid.degree, theta - origin)
-                w = velocity(c, grid.degree, theta - origin, grid.dt)
+                y, w = evaluate(grid, c, theta - origin)
             samples.displacement[i] = to_displacement(p, home, y)
             samples.velocity[i] = to_velocity(home, w)
             i += 1

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.jit import jit
+from vibropipe.kernels.grid import evaluate
 
 NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3
 MAX_STRIDES = 400
@@ -20,8 +21,9 @@ TOUCH = 2.0**-44
 
 
 @jit
-def gap(c, p, degree, sign, offset, theta):
+def gap(c, p, sign, offset, theta):
     """Value, slope and curvature of the gap at theta."""
+    degree = c.size - 1
     value, slope, half_curvature = c[degree], 0.0, 0.0
     for n in range(degree - 1, p - 1, -1):
         half_curvature = half_curvature * theta + slope
@@ -31,19 +33,19 @@ def gap(c, p, degree, sign, offset, theta):
 
 
 @jit
-def stays_open(c, p, degree, sign, offset, span) -> bool:
+def stays_open(c, p, sign, offset, span) -> bool:
     """Quick certificate: even with every opening term left out the gap does not close on [0, span]."""
     power, least = 1.0, offset + sign * c[p]
-    for n in range(p + 1, degree + 1):
+    for n in range(p + 1, c.size):
         power *= span
         least += min(0.0, sign * c[n] * power)
     return least > 0.0
 
 
 @jit
-def _third_derivative_bound(c, p, degree, span):
+def _third_derivative_bound(c, p, span):
     bound = 0.0
-    for n in range(degree, p + 2, -1):
+    for n in range(c.size - 1, p + 2, -1):
         k = n - p
         bound = bound * span + k * (k - 1) * (k - 2) * abs(c[n])
     return bound
@@ -73,10 +75,10 @@ def _stride(value, slope, curvature, third, room):
 
 
 @jit
-def _polish(c, p, degree, sign, offset, theta, span):
+def _polish(c, p, sign, offset, theta, span):
     """Newton's method on the gap from just before its simple zero."""
     for _ in range(MAX_POLISH):
-        value, slope, _curvature = gap(c, p, degree, sign, offset, theta)
+        value, slope, _curvature = gap(c, p, sign, offset, theta)
         if slope >= 0.0:
             break
         change = -value / slope
@@ -87,19 +89,42 @@ def _polish(c, p, degree, sign, offset, theta, span):
 
 
 @jit
-def first_root(c, p, degree, sign, offset, load, span, counts):
+def monotone_root(grid, c, sign, offset, span):
+    """Root of a gap that surely falls all the way on [0, span] and is closed at its end; -1 if not sure.
+
+    The quick way: nearly all impacts arrive so. Newton's method from the chord, on the one root there is.
+    """
+    rise = sign * c[1]
+    for n in range(2, c.size):
+        rise += max(0.0, sign * n * c[n])
+    if rise >= 0.0:
+        return -1.0
+    first = offset + sign * c[0]
+    last = offset + sign * evaluate(grid, c, span)[0]
+    theta = span * first / (first - last)
+    for _ in range(MAX_POLISH):
+        y, w = evaluate(grid, c, theta)
+        change = (offset + sign * y) / (sign * w * grid.dt)
+        theta = min(max(theta - change, 0.0), span)
+        if abs(change) <= 2.0**-50 * theta:
+            return theta
+    return -1.0
+
+
+@jit
+def first_root(c, p, sign, offset, load, span, counts):
     """(theta, kind) of the first closing of the gap on (0, span]: NONE, CROSSING, GRAZING (touched with zero
     velocity, within rounding) or BOUND (MAX_STRIDES reached). Adds the evaluations made to counts[6]."""
-    if stays_open(c, p, degree, sign, offset, span):
+    if stays_open(c, p, sign, offset, span):
         return span, NONE
     scale = abs(offset) + abs(load)
-    for n in range(p, degree + 1):
+    for n in range(p, c.size):
         scale += abs(c[n])
     touch = TOUCH * scale
-    third = _third_derivative_bound(c, p, degree, span)
+    third = _third_derivative_bound(c, p, span)
     theta, shift = 0.0, 0.0
     for stride_number in range(MAX_STRIDES):
-        value, slope, curvature = gap(c, p, degree, sign, offset, theta)
+        value, slope, curvature = gap(c, p, sign, offset, theta)
         counts[6] += 1
         if stride_number == 0:
             # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
@@ -120,7 +145,7 @@ def first_root(c, p, degree, sign, offset, load, span, counts):
                     return span, NONE
                 if least >= theta or p == 0:
                     return max(least, 0.0), GRAZING
-        theta = _polish(c, p, degree, sign, offset, theta, span)
+        theta = _polish(c, p, sign, offset, theta, span)
         if theta > span:
             return span, NONE
         return theta, CROSSING

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, close
 from vibropipe.kernels.march import OK, REST, begin, march
 from vibropipe.kernels.orbit import LOG_FULL, at_period_zero, clear, periods, section
 from vibropipe.kernels.quadrature import along_orbit, mend_resonance
 from vibropipe.kernels.record import IMPACTS, RESTS, SAMPLES, Samples
-from vibropipe.kernels.steady import PERIODIC, UNBOUNDED, settle_motion
+from vibropipe.kernels.steady import EVENTS_PER_PERIOD, ONE, PERIODIC, UNBOUNDED, settle_motion
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.forcing import TWO_PI
@@ -81,7 +81,7 @@ def _regime(impacts, rests) -> int:
 # output has a function of its own, with its array as an argument.
 
 
-@jit
+@jit_allocating
 def _write_harmonics(p, settled, log, c, amplitudes, row) -> None:
     """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
     if amplitudes is not None:
@@ -100,7 +100,7 @@ def _write_multipliers(first, second, multipliers, row) -> None:
         multipliers[row, 1] = second
 
 
-@jit
+@jit_allocating
 def _write_energy(p, settled, log, c, energy, row) -> None:
     """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
     if energy is not None:
@@ -144,15 +144,15 @@ def _write_largest(largest_seen, impacts, largest, row) -> None:
             largest[row, side] = largest_seen[side] if impacts[side] > 0.0 else math.nan
 
 
-@jit
-def _write_motion(e, p, grid, table_p, table_q, settled, log, c, motion, row) -> None:
+@jit_allocating
+def _write_motion(e, p, grid, settled, log, c, motion, row) -> None:
     """Samples of the closed orbit at equal fractions of it; empties the log."""
     if motion is not None:
         samples = Samples(motion[row, 0], motion[row, 1], settled.m, motion.shape[2], 0, 0.0)
         clear(log)
         log.counts[SAMPLES] = 0
         march(
-            e, p, grid, table_p, table_q, settled.state, settled.m, 0, 0.0, log, samples, c, 10_000_000
+            e, p, grid, settled.state, settled.m, 0, 0.0, log, samples, c, 10_000_000
         )
 
 
@@ -176,15 +176,15 @@ def _close_window(p, dx, dv, amplitudes, row) -> None:
                 amplitudes[row, k] = complex(math.nan, math.nan)
 
 
-@jit
-def _window(e, p, grid, table_p, table_q, state, log, c, amplitudes, row, impacts, rests, largest):
+@jit_allocating
+def _window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, largest):
     """What a motion without an orbit shows over WINDOW forcing periods: means per period, and amplitudes at
     multiples of nu; returns its last state."""
     x0, v0 = section(p, state)
     for _ in range(WINDOW):
         state = at_period_zero(state)
         clear(log)
-        state, status = periods(e, p, grid, table_p, table_q, state, 1, log, c, 100_000)
+        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             break
         count_contacts(log, state, impacts, rests, largest)
@@ -197,7 +197,7 @@ def _window(e, p, grid, table_p, table_q, state, log, c, amplitudes, row, impact
     return state
 
 
-@jit
+@jit_allocating
 def solve_row(parameters, x, v, max_periods, log, c, out, row):
     """Solve one row into `out`; returns the (x, v) at its section, to seed a neighbour.
 
@@ -207,9 +207,9 @@ def solve_row(parameters, x, v, max_periods, log, c, out, row):
     p = Parameters(
         parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6]
     )  # fmt: skip
-    grid, table_p, table_q = exact_grid(e, p)
+    grid = exact_grid(e, p)
     state = begin(e, p, grid, 0.0, x, v)
-    settled = settle_motion(e, p, grid, table_p, table_q, state, log, c, max_periods)
+    settled = settle_motion(e, p, grid, state, log, c, max_periods)
     impacts, rests, largest = out.impacts[row], out.rests[row], np.zeros(2)
     status, last = settled.status, settled.state
     if settled.kind == PERIODIC:
@@ -221,14 +221,14 @@ def solve_row(parameters, x, v, max_periods, log, c, out, row):
         _write_impacts(
             log, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support, row
         )
-        _write_motion(e, p, grid, table_p, table_q, settled, log, c, out.motion, row)
+        _write_motion(e, p, grid, settled, log, c, out.motion, row)
         if status == LOG_FULL:
             out.regime[row] = UNRESOLVED
     elif status == MAX_PERIODS:
         out.regime[row] = UNBOUNDED_REGIME if settled.kind == UNBOUNDED else APERIODIC_REGIME
         out.window[row] = WINDOW
         last = _window(
-            e, p, grid, table_p, table_q, settled.end, log, c, out.amplitudes, row, impacts, rests, largest
+            e, p, grid, settled.end, log, c, out.amplitudes, row, impacts, rests, largest
         )
     else:
         out.regime[row] = UNRESOLVED

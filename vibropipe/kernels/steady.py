@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.march import OK, REST, State
 from vibropipe.kernels.orbit import (
     LOG_FULL,
@@ -42,7 +42,9 @@ REACH = 20.0
 GROWTH = 1.5
 PERIODIC, APERIODIC, UNBOUNDED = 0, 1, 2
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
-EVENTS_PER_PERIOD = 100_000
+# numpy integers: numba compiles a plain constant to code of its own, march and all.
+EVENTS_PER_PERIOD = np.int64(100_000)
+ONE = np.int64(1)
 
 
 class Settled(NamedTuple):
@@ -71,7 +73,7 @@ def size_of(p, state, log):
 
 
 @jit
-def close_orbit(e, p, grid, table_p, table_q, state, m, log, c):
+def close_orbit(e, p, grid, state, m, log, c):
     """Newton on the return map over m periods; (found, Settled) with `found` False if it is not an orbit
     that the motion at `state` settles on."""
     z = at_period_zero(state)
@@ -80,7 +82,7 @@ def close_orbit(e, p, grid, table_p, table_q, state, m, log, c):
     none = complex(math.nan, 0.0)
     for iteration in range(MAX_NEWTON):
         clear(log)
-        end, status = periods(e, p, grid, table_p, table_q, z, m, log, c, EVENTS_PER_PERIOD * m)
+        end, status = periods(e, p, grid, z, m, log, c, EVENTS_PER_PERIOD * m)
         if status != OK and status != LOG_FULL:
             return False, Settled(APERIODIC, status, 0, z, z, math.inf, 0, none, none)
         dy, dw = difference(p, end, z)
@@ -115,8 +117,8 @@ def _repeats(xs, vs, k, m, size) -> bool:
     return abs(xs[now] - xs[then]) + abs(vs[now] - vs[then]) <= NEARLY * size
 
 
-@jit
-def settle_motion(e, p, grid, table_p, table_q, state, log, c, max_periods):
+@jit_allocating
+def settle_motion(e, p, grid, state, log, c, max_periods):
     """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods."""
     xs, vs = np.empty(HISTORY), np.empty(HISTORY)
     none = complex(math.nan, 0.0)
@@ -127,7 +129,7 @@ def settle_motion(e, p, grid, table_p, table_q, state, log, c, max_periods):
     for k in range(1, max_periods + 1):
         clear(log)
         state, status = periods(
-            e, p, grid, table_p, table_q, state, 1, log, c, EVENTS_PER_PERIOD
+            e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD
         )
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
@@ -145,7 +147,7 @@ def settle_motion(e, p, grid, table_p, table_q, state, log, c, max_periods):
         for m in range(1, min(k, MAX_MULTIPLE) + 1):
             if _repeats(xs, vs, k, m, largest):
                 tried = True
-                found, orbit = close_orbit(e, p, grid, table_p, table_q, state, m, log, c)
+                found, orbit = close_orbit(e, p, grid, state, m, log, c)
                 if found:
                     return Settled(
                         PERIODIC, orbit.status, m, orbit.state, orbit.end, orbit.residual, k,

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_allocating
 
 ORDER = 18
 # With every rate times the step at most this, the first neglected term is below 1e-18 of the motion.
@@ -70,30 +70,68 @@ def velocity(c, degree: int, theta: float, dt: float) -> float:
     return w / dt
 
 
+@jit_allocating
+def exact_basis(h: float, nu: float, dt: float):
+    """Polynomials, shape (5, ORDER + 1), of a unit y, w, load, sigma f sin and sigma f cos at t0.
+
+    The motion is linear in these five, so any other polynomial is a sum of five vectors, which the
+    vector units add far quicker than the recurrence runs.
+    """
+    basis = np.empty((5, ORDER + 1))
+    unit = np.zeros(5)
+    for column in range(5):
+        unit[:] = 0.0
+        unit[column] = 1.0
+        taylor(basis[column], unit[0], unit[1], unit[3], unit[4], unit[2], h, nu, dt)
+    return basis
+
+
 @jit
-def exact_map(h: float, nu: float, dt: float):
+def combine(basis, c, y, w, load, s, s_rate) -> None:
+    """Fill c[0..ORDER] with the motion from (y, w) under load and force (s, s_rate)."""
+    for n in range(ORDER + 1):
+        c[n] = (y * basis[0, n] + w * basis[1, n]) + (
+            load * basis[2, n] + (s * basis[3, n] + s_rate * basis[4, n])
+        )
+
+
+@jit_allocating
+def exact_basis(h: float, nu: float, dt: float):
+    """Polynomials, shape (5, ORDER + 1), of a unit y, w, load, sigma f sin and sigma f cos at t0.
+
+    The motion is linear in these five, so any other polynomial is a sum of five vectors, which the
+    vector units add far quicker than the recurrence runs.
+    """
+    basis = np.empty((5, ORDER + 1))
+    unit = np.zeros(5)
+    for column in range(5):
+        unit[:] = 0.0
+        unit[column] = 1.0
+        taylor(basis[column], unit[0], unit[1], unit[3], unit[4], unit[2], h, nu, dt)
+    return basis
+
+
+@jit
+def combine(basis, c, y, w, load, s, s_rate) -> None:
+    """Fill c[0..ORDER] with the motion from (y, w) under load and force (s, s_rate)."""
+    for n in range(ORDER + 1):
+        c[n] = (y * basis[0, n] + w * basis[1, n]) + (
+            load * basis[2, n] + (s * basis[3, n] + s_rate * basis[4, n])
+        )
+
+
+@jit_allocating
+def exact_map(basis, dt: float):
     """The exact one-step map: y' = a11 y + a12 w + b1 load + p1 s + p2 c, w' = a21 y + ... + q2 c.
 
     Returned as (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2); the load's column is the response to a
     constant force, kept apart from 1 - a11, which would cancel for short steps.
     """
-    c = np.empty(ORDER + 1)
-    a = np.empty((2, 5))
+    y, w = np.empty(5), np.empty(5)
     for column in range(5):
-        taylor(
-            c,
-            1.0 if column == 0 else 0.0,
-            1.0 if column == 1 else 0.0,
-            1.0 if column == 3 else 0.0,
-            1.0 if column == 4 else 0.0,
-            1.0 if column == 2 else 0.0,
-            h,
-            nu,
-            dt,
-        )
-        a[0, column] = displacement(c, ORDER, 1.0)
-        a[1, column] = velocity(c, ORDER, 1.0, dt)
-    return (a[0, 0], a[0, 1], a[0, 2], a[0, 3], a[0, 4], a[1, 0], a[1, 1], a[1, 2], a[1, 3], a[1, 4])
+        y[column] = displacement(basis[column], ORDER, 1.0)
+        w[column] = velocity(basis[column], ORDER, 1.0, dt)
+    return (y[0], y[1], y[2], y[3], y[4], w[0], w[1], w[2], w[3], w[4])
 
 
 @jit

@@ -76,10 +76,10 @@ def fingerprint(wildcards):
     return fingerprint_of(STUDIES[wildcards.study], wildcards.scene)
 
 
-def scenes_regex(sharded):
-    """Return the names of the scenes that are (or are not) cut, each behind its study's name."""
+def scenes_regex(sharded, folder=""):
+    """Return the names of the scenes that are (or are not) cut, each behind its study's folder."""
     found = [
-        f"(?<=/{study}/)(?:{'|'.join(names)})"
+        f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
         for study, plans in PLANS.items()
         if (
             names := [

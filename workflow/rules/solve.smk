@@ -53,7 +53,7 @@ rule solve_shard:
     benchmark:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(sharded=True),
+        scene=scenes_regex(sharded=True, folder="shards/"),
     # the longest work of a study begins first, so that no core waits for it in the end
     priority: 10
     threads: 1

@@ -1,0 +1,107 @@
+"""A project of its own for each test: a copy of package and workflow, and a study of seconds."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[2]
+COPIED = ("Snakefile", "workflow", "profiles", "vibropipe")
+STUDY = """\
+title: A study of seconds
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  free: {kind: motion, tau_end: 7, exciter: {f: 0}, start: {v0: -0.51}, samples_per_period: 16}
+  forced:
+    kind: motion
+    caption: Impacts {{ on }} *both* supports.
+    tau_end: 20
+    samples_per_period: 16
+  response:
+    kind: sweep
+    over: {f: [0.2, 0.6, 1], nu: [0.9, 1, 1.1, 1.2]}
+    follow: {along: nu, direction: down}
+"""
+
+
+@dataclass
+class Project:
+    """A folder with the workflow in it."""
+
+    folder: Path
+
+    def path(self, name: str) -> Path:
+        return self.folder / name
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        text = self.path(name).read_text()
+        assert text.count(old) == 1
+        self.path(name).write_text(text.replace(old, new))
+
+    def snakemake(self, *arguments: str, code: int = 0) -> str:
+        """Run snakemake and return all that it says."""
+        # the copied package is found before the installed one, and nothing is fetched from anywhere
+        nowhere = "http://127.0.0.1:9"
+        environment = os.environ | {
+            "PYTHONPATH": str(self.folder),
+            "http_proxy": nowhere,
+            "https_proxy": nowhere,
+        }
+        done = subprocess.run(
+            [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+            cwd=self.folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == code, done.stdout
+        return done.stdout
+
+    def planned(self, *arguments: str) -> set[str]:
+        """Return what the next run would do, job by job."""
+        said = self.snakemake("--dry-run", *arguments)
+        assert "Nothing to be done" in said or "This was a dry-run" in said
+        return set(re.findall(r"^Job \d+: (?:tiny: )?(.+)$", said, re.MULTILINE))
+
+
+@pytest.fixture(scope="session")
+def fresh(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """A project in which nothing has run."""
+    folder = tmp_path_factory.mktemp("fresh")
+    for name in COPIED:
+        source = REPOSITORY / name
+        if source.is_dir():
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(source, folder / name, ignore=ignored)
+        else:
+            shutil.copy2(source, folder / name)
+    (folder / "config").mkdir()
+    (folder / "config" / "config.yaml").write_text("studies: [tiny]\n")
+    (folder / "config" / "tiny.yaml").write_text(STUDY)
+    return Project(folder)
+
+
+@pytest.fixture(scope="session")
+def finished(fresh: Project, tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """A project in which everything has run once."""
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    shutil.copytree(fresh.folder, folder)
+    project = Project(folder)
+    project.snakemake()
+    return project
+
+
+@pytest.fixture
+def project(finished: Project, tmp_path: Path) -> Project:
+    """A copy of the finished project, to be changed at will; times of files are kept."""
+    folder = tmp_path / "project"
+    shutil.copytree(finished.folder, folder)
+    return Project(folder)

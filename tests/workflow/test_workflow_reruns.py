@@ -1,0 +1,60 @@
+"""Only what changed is computed again."""
+
+import os
+import time
+
+FIGURES = {"drawing the figures", "typesetting the report", "everything is made"}
+SCENES = {"solving free", "solving forced", "solving response"}
+
+
+def test_a_finished_study_has_nothing_to_do(project):
+    assert project.planned() == set()
+
+
+def test_one_number_in_one_scene_recomputes_that_scene_alone(project):
+    others = ["free", "response"]
+    kept = {name: project.path(f"results/tiny/{name}.nc").stat().st_mtime_ns for name in others}
+    before = project.path("results/tiny/forced.nc").read_bytes()
+    project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 21")
+    assert project.planned() == {"solving forced", *FIGURES}
+
+    project.snakemake()
+    assert project.path("results/tiny/forced.nc").read_bytes() != before
+    for name, stamp in kept.items():
+        assert project.path(f"results/tiny/{name}.nc").stat().st_mtime_ns == stamp
+    assert project.planned() == set()
+
+
+def test_a_shared_number_recomputes_the_scenes_that_use_it(project):
+    project.edit("config/tiny.yaml", "f: -1,", "f: -0.9,")
+    assert project.planned() == {"solving forced", *FIGURES}
+
+
+def test_edited_kernels_recompute_all(project):
+    with project.path("vibropipe/kernels/march.py").open("a") as source:
+        source.write("# an edit\n")
+    assert project.planned() == {"compiling the kernels", *SCENES, *FIGURES}
+
+
+def test_touched_files_recompute_nothing(project):
+    later = time.time() + 60
+    for path in project.folder.rglob("*"):
+        if path.is_file() and ".snakemake" not in path.parts:
+            os.utime(path, (later, later))
+    assert project.planned() == set()
+
+
+def test_comments_and_spelling_recompute_nothing(project):
+    project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 2.0e1  # as long as it was")
+    assert project.planned() == set()
+
+
+def test_edited_figures_and_captions_recompute_no_data(project):
+    with project.path("vibropipe/figures/style.py").open("a") as source:
+        source.write("# an edit\n")
+    assert project.planned() == FIGURES
+
+    project.snakemake()
+    assert project.planned() == set()
+    project.edit("config/tiny.yaml", "*both*", "both")
+    assert project.planned() == FIGURES

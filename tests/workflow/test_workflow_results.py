@@ -1,0 +1,74 @@
+"""What the workflow makes, and what it says before and instead."""
+
+import json
+import re
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.store import read
+
+
+def test_all_results_are_there(finished):
+    names = ["free", "forced", "response"]
+    expected = {f"{name}.{suffix}" for name in names for suffix in ("nc", "json")}
+    folder = finished.path("results/tiny")
+    assert {path.name for path in folder.iterdir()} == {*expected, "figures", "report.pdf"}
+    drawn = {path.name for path in (folder / "figures").iterdir()}
+    assert drawn == {f"{name}.{suffix}" for name in names for suffix in ("svg", "pdf")}
+    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert json.loads((folder / "forced.json").read_text())["seconds"] > 0
+    for name in names:
+        assert finished.path(f"logs/tiny/{name}.log").is_file()
+        assert finished.path(f"benchmarks/tiny/{name}.tsv").is_file()
+
+
+def test_a_single_output_is_made_by_its_name(fresh):
+    jobs = {"compiling the kernels", "solving forced"}
+    assert fresh.planned("results/tiny/forced.nc") == jobs
+
+
+def test_a_dry_run_tells_the_cost_of_each_study(fresh):
+    said = fresh.snakemake("--dry-run")
+    assert re.search(r"^response +sweep +3 f x 4 nu +exact, nu down ", said, re.MULTILINE)
+    assert re.search(r"^3 scenes, 14 rows, roughly < 1 s of work", said, re.MULTILINE)
+
+
+def test_shards_solved_apart_make_the_same_dataset(project):
+    """The cut depends on the work of a row; here a row is so much that each chain is a job."""
+    whole = read(project.path("results/tiny/response.nc"))
+    project.edit("vibropipe/plan.py", "SECONDS_PER_ROW = 2e-3", "SECONDS_PER_ROW = 20.0")
+    jobs = {f"solving response, shard {shard}/3" for shard in (1, 2, 3)}
+    name = "results/tiny/response.nc"
+    assert project.planned(name) == {*jobs, "joining the shards of response"}
+
+    project.snakemake(name)
+    joined = read(project.path(name))
+    xr.testing.assert_identical(whole, joined)
+    for variable in whole.variables:
+        assert np.asarray(whole[variable]).tobytes() == np.asarray(joined[variable]).tobytes()
+    assert not list(project.path("results/tiny/shards").rglob("*.nc"))
+    assert json.loads(project.path("results/tiny/response.json").read_text())["shards"] == 3
+
+
+def test_the_html_report_shows_captions_without_a_network(project):
+    project.snakemake("--report", "report.html")
+    html = project.path("report.html").read_text()
+    assert "Impacts {{ on }} *both* supports." in html
+    assert not re.search(r"<(script|link)[^>]+(src|href)=\"https?:", html)
+
+
+def test_a_bad_study_stops_before_any_job(fresh, tmp_path):
+    text = fresh.path("config/tiny.yaml").read_text()
+    (tmp_path / "tiny.yaml").write_text(text.replace("tau_end: 20", "tau_ende: 20"))
+    (tmp_path / "config.yaml").write_text("studies: [tiny]\n")
+    said = fresh.snakemake("--configfile", str(tmp_path / "config.yaml"), code=1)
+    assert "scenes.forced.tau_ende" in said
+    assert "tau_end" in said
+    assert "Traceback" not in said
+    assert not fresh.path("results").exists()
+
+
+def test_options_on_the_command_line_are_not_passed_over_in_silence(fresh):
+    said = fresh.snakemake("--dry-run", "--config", "results=elsewhere", code=1)
+    assert "--configfile" in said

@@ -9,7 +9,15 @@ import numpy as np
 
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.march import REST, begin, march
-from vibropipe.kernels.record import COUNTS, GRAZINGS, IMPACTS, RESTS, Samples, new_log
+from vibropipe.kernels.record import (
+    COUNTS,
+    GRAZINGS,
+    IMPACTS,
+    RESTS,
+    SHORT_FLIGHTS,
+    Samples,
+    new_log,
+)
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Exciter, ParameterError, number
@@ -47,8 +55,8 @@ def simulate(
     last sample exactly tau_end); `impact_tau, impact_support, impact_velocity` (before, signed),
     `impact_velocity_after` over `impact`; `rest_start, rest_end` (inf if not released before tau_end),
     `rest_support` over `rest`; `grazing_tau, grazing_support` over `grazing`; `displacement_end, velocity_end`
-    (after an impact at tau_end itself); `status`: `max_impacts` when more contacts happen than allowed, then
-    the motion is nan from there on. Raises ParameterError for a value outside what is allowed.
+    (after an impact at tau_end itself); `status`: `short_flights` when Newmark flights were shorter than a
+    step, `max_impacts` when more contacts happen than allowed, then the motion is nan from there on. Raises ParameterError for a value outside what is allowed.
     """
     x, v = exciter.check_start(x0, v0)
     turns = _turns(exciter, tau_start, tau_end)
@@ -57,7 +65,7 @@ def simulate(
     p = exciter.parameters()
     state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
     state, status, log = _run(p, grid, state, turns[1], samples, max_impacts)
-    finished = status == Status.OK
+    finished = status in (Status.OK, Status.SHORT_FLIGHTS)
     end = (
         to_displacement(p, state.home, state.y) if finished else math.nan,
         to_velocity(state.home, state.w) if finished else math.nan,
@@ -111,7 +119,8 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
     if per_period == 0:
         return None
     # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
-    count = max(0, math.ceil((turns[1] - turns[0]) * per_period - 1e-6))
+    span = (turns[1] - turns[0]) * per_period
+    count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
     if count > MAX_SAMPLES:
         raise ParameterError(
             f"samples_per_period = {per_period!r}: {count} samples up to tau_end; allowed are {MAX_SAMPLES}"
@@ -138,6 +147,8 @@ def _run(p, grid, state, turns_end, samples, max_impacts):
             status = Status.MAX_IMPACTS
         if status != Status.LOG_FULL:
             break
+    if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
+        status = Status.SHORT_FLIGHTS
     if state.order == REST:
         ended = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
         pieces.append({name: np.array([value]) for name, value in ended.items()})

@@ -66,10 +66,15 @@ def _first_zero(a, b, curvature):
 @jit
 def _stride(value, slope, curvature, third, room):
     """How far the gap surely stays positive: the zero of a parabola below it, taken twice, the second time
-    with the curvature's bound over that shorter way only."""
+    with the curvature's bound over that shorter way only. While it opens, slope and curvature both
+    positive, the cubic below it is positive up to 3 curvature/third."""
+    if slope >= 0.0 and curvature * 3.0 >= third * room:
+        return room
     first = _first_zero(value, slope, curvature - third * room)
     if first >= room:
         return room
+    if slope >= 0.0 and curvature > 0.0:
+        first = max(first, 3.0 * curvature / third)
     near = min(room, 2.0 * first)
     return max(first, min(near, _first_zero(value, slope, curvature - third * near)))
 

@@ -28,7 +28,7 @@ from vibropipe.figures.impacts import draw_impacts_only
 from vibropipe.figures.motion import draw_motion
 from vibropipe.figures.options import Options, options_of
 from vibropipe.figures.regime_map import draw_regime_map
-from vibropipe.figures.style import house_style, save, save_as
+from vibropipe.figures.style import house_style, save, save_as, settle
 from vibropipe.figures.sweep import MOST_LINES, axis_and_rest, draw_sweep
 from vibropipe.store import read
 
@@ -138,6 +138,7 @@ def save_motion(motion: xr.Dataset, path: Path) -> None:
     """Draw one motion (`vp.simulate`) into ``path``, which ends in .svg, .pdf or .png."""
     with house_style():
         figure = picture_of("motion", motion).draw(motion, Options())
+        settle(figure)
         save_as(figure, path)
 
 

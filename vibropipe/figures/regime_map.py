@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -16,13 +15,21 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.options import Options
 from vibropipe.figures.strips import cell_edges, regime_patches
-from vibropipe.figures.style import BLACK, NEUTRAL, REGIME_STYLES, SMALL_FONT_SIZE, new_figure
+from vibropipe.figures.style import (
+    BLACK,
+    NEUTRAL,
+    REGIME_STYLES,
+    SMALL_FONT_SIZE,
+    legend,
+    new_figure,
+)
 from vibropipe.figures.sweep import stack_columns, swept
 from vibropipe.figures.words import REGIME_SHORT, parameter_line, regime_name
 from vibropipe.vocabulary import REGIMES, label, quantity
 
 VELOCITY_COLOURS = "cividis"
 HIGHEST_SHARE = 0.995  # the colour bar ends here, so that a few hard rows do not darken the rest
+REGIMES_CM, VELOCITIES_CM, LEGEND_CM = 7.6, 6.0, 1.4
 REGION = "region"
 LABEL_MARGIN = 0.03  # of the grid that a region must reach around its label
 
@@ -43,20 +50,21 @@ def draw_regime_map(dataset: xr.Dataset, options: Options) -> Figure:
     x, y, further = map_axes(dataset)
     bands = stack_columns(dataset, further)
     struck = "impact_velocity_max" in dataset
-    figure = new_figure((14.2 if struck else 8.2) * len(bands) + 1.4)
-    outer = figure.subfigures(len(bands), 1, squeeze=False)[:, 0]
+    heights = [REGIMES_CM, VELOCITIES_CM] if struck else [REGIMES_CM]
+    figure = new_figure(sum(heights) * len(bands) + LEGEND_CM)
+    grid = figure.add_gridspec(len(heights) * len(bands), 2, height_ratios=heights * len(bands))
     norm = velocity_norm(dataset) if struck else None
-    for band, (title, part) in zip(outer, bands, strict=True):
-        maps = band.subfigures(2, 1, height_ratios=[1.18, 1.0]) if struck else [band]
-        ax = maps[0].subplots()
+    for band, (title, part) in enumerate(bands):
+        top = band * len(heights)
+        ax = figure.add_subplot(grid[top, :])
         draw_regimes(ax, part, x, y)
         ax.set(xlabel=label(x), ylabel=label(y))
-        ax.legend(handles=legend_handles(part), loc="upper left", bbox_to_anchor=(1.01, 1.0),
-                  borderaxespad=0.0, handlelength=1.8, handleheight=1.1)  # fmt: skip
-        ax.set_title(", ".join(filter(None, [title, parameter_line(dataset)])))
+        ax.set_title(",  ".join(filter(None, [title, parameter_line(dataset)])))
         if norm is not None:
-            pair = maps[1].subplots(1, 2, sharey=True)
-            draw_velocities(maps[1], pair, part, x, y, norm)
+            left = figure.add_subplot(grid[top + 1, 0])
+            pair = [left, figure.add_subplot(grid[top + 1, 1], sharey=left)]
+            draw_velocities(figure, pair, part, x, y, norm)
+    legend(figure, legend_handles(dataset), "lower")
     thin_labels(figure)
     return figure
 
@@ -136,9 +144,8 @@ def velocity_norm(dataset: xr.Dataset) -> Normalize:
 
 
 def draw_velocities(
-    figure: mpl.figure.FigureBase, pair: NDArray[np.object_], part: xr.Dataset, x: str, y: str,
-    norm: Normalize,
-) -> None:  # fmt: skip
+    figure: Figure, pair: list[Axes], part: xr.Dataset, x: str, y: str, norm: Normalize
+) -> None:
     """Draw impact_velocity_max of each support on one colour scale; grey where none is struck."""
     grid = cell_edges(part[x].values), cell_edges(part[y].values)
     for ax, support in zip(pair, part["support"].values, strict=True):
@@ -151,17 +158,14 @@ def draw_velocities(
         ax.set_xlabel(label(x))
         frame(ax)
     pair[0].set_ylabel(label(y))
+    pair[1].tick_params(labelleft=False)
     highest = np.nanmax(part["impact_velocity_max"].values, initial=0.0)
     entry = quantity("impact_velocity_max")
     figure.colorbar(
-        ScalarMappable(norm, VELOCITY_COLOURS), ax=list(pair), aspect=30, pad=0.02,
+        ScalarMappable(norm, VELOCITY_COLOURS), ax=pair, aspect=30, pad=0.02,
         extend="max" if highest > (norm.vmax or 0.0) else "neither",
         label=f"{entry.long_name}\n{entry.symbol}",
     )  # fmt: skip
-    figure.legend(
-        handles=[Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label="not struck")],
-        loc="outside lower center",
-    )
 
 
 def frame(ax: Axes) -> None:
@@ -170,16 +174,19 @@ def frame(ax: Axes) -> None:
         ax.spines[side].set_visible(True)
 
 
-def legend_handles(part: xr.Dataset) -> list[Patch | Line2D]:
-    """Return the regimes present and, where there are any, the mark of period multiples."""
+def legend_handles(dataset: xr.Dataset) -> list[Patch | Line2D]:
+    """Return the regimes present, the mark of period multiples, the tone of no impact."""
     handles: list[Patch | Line2D] = []
-    for patch in regime_patches(part):
+    for patch in regime_patches(dataset):
         patch.set_hatch("")
         handles.append(patch)
-    largest = int(multiples(part).max())
+    largest = int(multiples(dataset).max())
     if largest > 1:
         handles.append(
             Line2D([], [], linestyle="none", marker=".", markersize=4, color=BLACK,
                    label=f"$m>1$ (up to {largest})")
         )  # fmt: skip
+    if "impact_velocity_max" in dataset:
+        unstruck = "support not struck"
+        handles.append(Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label=unstruck))
     return handles

@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from vibropipe.store import whole_file
 
@@ -24,6 +26,7 @@ PRINT_WIDTH_CM = 16.0
 FONT_SIZE = 9.0
 SMALL_FONT_SIZE = 8.0
 CM_PER_INCH = 2.54
+PLACES = 6  # decimals of the figure's width or height: below what a printer shows
 ROUNDING = 1e-9  # curves below this share of their neighbours are zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -167,10 +170,26 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
     The bytes depend on the figure alone. Call it inside ``house_style``.
     """
+    settle(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
     for path in paths:
         save_as(figure, path)
     return paths
+
+
+def settle(figure: Figure) -> None:
+    """Lay the figure out once and for all, every place rounded.
+
+    The layout's solver leaves the last bits of a place to chance, and names in an SVG file are made
+    from places.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for ax in figure.axes:
+        ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), PLACES)))
+    title = figure._suptitle  # type: ignore[attr-defined]
+    if title is not None:
+        title.set_y(round(title.get_position()[1], PLACES))
 
 
 def save_as(figure: Figure, path: Path) -> None:

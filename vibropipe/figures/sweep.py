@@ -199,7 +199,7 @@ ROW_MARKS: dict[str, dict[str, Any]] = {
     "no_orbit": {"linestyle": "none", "marker": ".", "markersize": 2.8, "markeredgewidth": 0.5},
 }  # fmt: skip
 ROW_WORDS = {
-    "multiple": "$m>1$ forcing periods",
+    "multiple": r"$m>1$ periods: harmonics of $\nu/m$",
     "unstable": "unstable",
     "no_orbit": "no orbit: averaged",
 }

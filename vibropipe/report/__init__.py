@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,7 +17,7 @@ from typing import Any
 from vibropipe.report.data import Study, report_data
 from vibropipe.store import StoreError, read, read_sidecar, whole_file
 
-__all__ = ["build_report", "typeset"]
+__all__ = ["build_report", "laid_out", "typeset"]
 
 TEMPLATE = Path(__file__).parent
 TEMPLATE_FILES = ("template.typ", "exciter.typ")
@@ -40,14 +42,9 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
     return output
 
 
-def typeset(data: dict[str, Any], pictures: dict[str, Path]) -> bytes:
-    """Return the PDF of ``data`` (see `report_data`) with the ``pictures`` by scene.
-
-    Fonts are those the typesetter carries, not the machine's, so that the bytes are the same
-    everywhere; the typesetter sees nothing but the template, the data and the pictures.
-    """
-    import typst
-
+@contextmanager
+def laid_out(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Path]:
+    """Yield a folder with all the typesetter sees: template, ``data``, ``pictures`` by scene."""
     with TemporaryDirectory(prefix="vibropipe-report-") as made:
         folder = Path(made)
         (folder / "figures").mkdir()
@@ -57,7 +54,18 @@ def typeset(data: dict[str, Any], pictures: dict[str, Path]) -> bytes:
             shutil.copyfile(path, folder / "figures" / f"{name}.pdf")
         text = json.dumps(data, ensure_ascii=False, allow_nan=False, sort_keys=True)
         (folder / "data.json").write_text(text, encoding="utf-8")
-        pdf: bytes = typst.compile(
-            folder / "template.typ", root=folder, ignore_system_fonts=True, format="pdf"
-        )
+        yield folder
+
+
+def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
+    """Return the PDF of ``data`` (see `report_data`) with the ``pictures`` by scene.
+
+    Fonts are those the typesetter carries, not the machine's, so that the bytes are the same
+    everywhere.
+    """
+    import typst
+
+    with laid_out(data, pictures) as folder:
+        template = folder / "template.typ"
+        pdf: bytes = typst.compile(template, root=folder, ignore_system_fonts=True, format="pdf")
     return pdf

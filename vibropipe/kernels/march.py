@@ -36,6 +36,12 @@ ROOT_BOUND, NOT_FINITE, LOG_FULL = int(Status.ROOT_BOUND), int(Status.NOT_FINITE
 FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, REST = 0, 1, 2, 3, 9
 # Rounding of a phase in turns: a contact this soon after the release belongs to it.
 SAME_INSTANT = 1e-13
+# Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
+# the rounding of x (this share of l, twice), the mass rests.
+LOWEST_HOP = 2.0**-52
+# Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
+# the next step.
+SHORTEST_FLIGHT = 1e-4
 
 
 class State(NamedTuple):
@@ -70,18 +76,6 @@ def release_wait(e, p, home, turn):
 
 
 @jit
-def lies_down(p, grid, w, push) -> bool:
-    """Whether hops that never lose speed at the support are too small to follow.
-
-    Damped ones end by themselves, though in algebraic time: below the rounding of x they are at rest. A
-    flight of a ten thousandth of a Newmark step is none of that method's; it is counted as short.
-    """
-    if grid.exact is None:
-        return 2.0 * w <= 1e-4 * grid.dt * -push
-    return p.h > 0.0 and w * w <= 2.0**-52 * p.l * -push
-
-
-@jit
 def departure(e, p, grid, home, w, turn):
     """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
     (the rest of a chatter, completed; 0 when it is at rest already)."""
@@ -97,7 +91,7 @@ def departure(e, p, grid, home, w, turn):
             wait = chatter_duration(w, push, rate, restitution, p.h, p.nu)
             if wait < NEVER:
                 return REST, wait / (grid.steps * grid.dt)
-            if restitution >= 1.0 and lies_down(p, grid, w, push):
+            if restitution >= 1.0 and p.h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
                 return REST, 0.0
         return WITH_SPEED, 0.0
     if push > 0.0:
@@ -343,6 +337,10 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         )
         if kind == GRAZING:
             return after, OK
+        if grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT:
+            if (p.R1 if after.home == 1 else p.R2) >= 1.0:
+                at = after.theta
+                return State(state.period, state.step, at, after.home, 0.0, 0.0, WITH_PULL, 0.0), OK
         return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
     log.counts[STEPS] += 1
     period, step, at = state.period, state.step, limit

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -54,10 +54,11 @@ def main(arguments: list[str] | None = None) -> None:
 def exit_code(error: Exception) -> int | None:
     """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
     from vibropipe.physics.exciter import ParameterError
+    from vibropipe.plan import PlanError
     from vibropipe.store import StoreError
     from vibropipe.study import StudyError
 
-    if isinstance(error, StudyError | StoreError | ParameterError):
+    if isinstance(error, StudyError | StoreError | ParameterError | PlanError):
         return 2
     return 1 if isinstance(error, OSError) else None
 
@@ -138,11 +139,14 @@ def solve(
     threads: Threads = None,
 ) -> None:
     """Solve one scene of a study, or one shard of it, into a dataset."""
+    from vibropipe.plan import check_cut
     from vibropipe.study import load_study
 
     study = load_study(file)
-    part = None if shard is None else shard_of(study.scene(scene), shard)
+    part = None if shard is None else shard_of(shard)
+    check_cut(study.scene(scene), part)
 
+    # only now, so that a mistake is told at once
     from vibropipe.scenes import solve_to_file
 
     solve_to_file(study, scene, output, part, use_threads(threads))
@@ -156,13 +160,11 @@ def join(
     output: OutputFile,
 ) -> None:
     """Join all shards of a sweep, in any order, into its dataset."""
+    from vibropipe.plan import as_sweep
     from vibropipe.study import load_study
 
     study = load_study(file)
-    if study.scene(scene).kind != "sweep":
-        raise typer.BadParameter(
-            f"{scene} is a {study.scene(scene).kind}; only sweeps have shards", param_hint="--scene"
-        )
+    as_sweep(study.scene(scene))
 
     from vibropipe.scenes import join_to_file
 
@@ -220,23 +222,12 @@ def warm(
         stamp.touch()
 
 
-def shard_of(scene: Any, text: str) -> tuple[int, int]:
-    """Read `I/N`; a usage error says how far this scene can be cut."""
-    from vibropipe.plan import row_range
-
+def shard_of(text: str) -> tuple[int, int]:
+    """Read `I/N`, the I-th of N shards."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if found is None:
         raise typer.BadParameter(f"found {text!r}, allowed I/N such as 3/8", param_hint="--shard")
-    shard, shards = int(found[1]), int(found[2])
-    if scene.kind != "sweep":
-        raise typer.BadParameter(
-            f"{scene.name} is a {scene.kind}; only sweeps are cut into shards", param_hint="--shard"
-        )
-    try:
-        row_range(scene, shard, shards)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--shard") from None
-    return shard, shards
+    return int(found[1]), int(found[2])
 
 
 def use_threads(threads: int | None) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +19,10 @@ from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene
 
 Scene = MotionScene | SweepScene | BackboneScene
 
-# A job costs about a second to start: below this work, cutting costs more than it gains.
+# A job costs about a second to start: below this work, cutting costs more than it gains. On a
+# cluster, where a job costs ten seconds, set the variable to some minutes.
 SHARD_SECONDS = 20.0
+SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
 # Results of a shard are held in memory until they are written.
 SHARD_BYTES = 128e6
 MAX_SHARDS = 1000
@@ -35,6 +38,10 @@ USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
 
 DRAWN = ("figures", "report", "vocabulary.py", "analysis")
+
+
+class PlanError(ValueError):
+    """A study cannot be cut as asked; the message says what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -71,22 +78,49 @@ def chain_length(scene: SweepScene) -> int:
 
 def shard_count(scene: SweepScene, seconds: float, count: float) -> int:
     """Return into how many shards a sweep is cut; cuts fall between chains."""
-    wanted = max(math.ceil(seconds / SHARD_SECONDS), math.ceil(count / SHARD_BYTES), 1)
+    wanted = max(math.ceil(seconds / shard_seconds()), math.ceil(count / SHARD_BYTES), 1)
     return min(wanted, MAX_SHARDS, scene.row_count // chain_length(scene))
+
+
+def shard_seconds() -> float:
+    """Return the work of one shard in seconds of one core, from the environment if it says so."""
+    text = os.environ.get(SHARD_VARIABLE)
+    if text is None:
+        return SHARD_SECONDS
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise PlanError(f"{SHARD_VARIABLE} = {text!r}: allowed is a number of seconds above 0")
+    return seconds
 
 
 def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
 
-    Raises ValueError for a shard that does not exist or more shards than chains.
+    Raises PlanError for a shard that does not exist or more shards than chains.
     """
     length = chain_length(scene)
     chains = scene.row_count // length
     if not 1 <= shards <= chains:
-        raise ValueError(f"{shards} shards: this scene can be cut into 1 to {chains}")
+        raise PlanError(f"{shards} shards: this scene can be cut into 1 to {chains}")
     if not 1 <= shard <= shards:
-        raise ValueError(f"shard {shard}: shards are counted from 1 to {shards}")
+        raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
     return (shard - 1) * chains // shards * length, shard * chains // shards * length
+
+
+def check_cut(scene: Scene, shard: tuple[int, int] | None) -> None:
+    """Raise PlanError unless shard I of N, given as (I, N), can be cut from the scene."""
+    if shard is not None:
+        row_range(as_sweep(scene), *shard)
+
+
+def as_sweep(scene: Scene) -> SweepScene:
+    """Return a scene that is a sweep; PlanError if it is none."""
+    if not isinstance(scene, SweepScene):
+        raise PlanError(f"scene {scene.name} is a {scene.kind}: only sweeps are cut into shards")
+    return scene
 
 
 def plan_text(study: Study) -> str:

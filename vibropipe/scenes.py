@@ -15,7 +15,7 @@ from vibropipe.batch.motion import simulate
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import solve_shard, sweep
 from vibropipe.physics.exciter import Exciter
-from vibropipe.plan import Scene, row_range
+from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.status import Status
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene, fingerprint
@@ -41,12 +41,10 @@ def solve_to_file(
 def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) -> None:
     """Join all shards of a sweep, in any order; the sidecar tells the time of all jobs together.
 
-    Raises StudyError when there is no such scene, ValueError when it is no sweep, StoreError when
+    Raises StudyError when there is no such scene, PlanError when it is no sweep, StoreError when
     the shards are not those of this scene.
     """
-    scene = study.scene(name)
-    if not isinstance(scene, SweepScene):
-        raise ValueError(f"scene {name!r} is a {scene.kind}: only sweeps have shards")
+    scene = as_sweep(study.scene(name))
     begin = time.perf_counter()
     followed = scene.follow_pair()
     join(
@@ -66,13 +64,12 @@ def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) ->
 def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -> xr.Dataset:
     """Solve a scene, or shard I of N of a sweep given as (I, N), I counted from 1.
 
-    Raises StudyError when there is no such scene, ValueError when it cannot be cut so.
+    Raises StudyError when there is no such scene, PlanError when it cannot be cut so.
     """
     scene = study.scene(name)
+    check_cut(scene, shard)
     if isinstance(scene, SweepScene):
         dataset = solve_sweep(scene, shard)
-    elif shard is not None:
-        raise ValueError(f"scene {name!r} is a {scene.kind}: only sweeps are cut into shards")
     elif isinstance(scene, MotionScene):
         dataset = solve_motion(scene)
     else:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
-COPIED = ("Snakefile", "workflow", "profiles", "vibropipe")
+COPIED = ("Snakefile", "workflow", "profiles")
 STUDY = """\
 title: A study of seconds
 exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
@@ -38,24 +38,25 @@ class Project:
     def path(self, name: str) -> Path:
         return self.folder / name
 
+    def own_package(self) -> None:
+        """Give the project a package of its own to edit; its kernels would have to be compiled."""
+        copy(REPOSITORY / "vibropipe", self.folder / "vibropipe")
+
     def edit(self, name: str, old: str, new: str) -> None:
         text = self.path(name).read_text()
         assert text.count(old) == 1
         self.path(name).write_text(text.replace(old, new))
 
-    def snakemake(self, *arguments: str, code: int = 0) -> str:
-        """Run snakemake and return all that it says."""
-        # the copied package is found before the installed one, and nothing is fetched from anywhere
+    def snakemake(self, *arguments: str, code: int = 0, **environment: str) -> str:
+        """Run snakemake and return all that it says; nothing can be fetched from anywhere."""
         nowhere = "http://127.0.0.1:9"
-        environment = os.environ | {
-            "PYTHONPATH": str(self.folder),
-            "http_proxy": nowhere,
-            "https_proxy": nowhere,
-        }
+        # a package of its own is found before the installed one
+        path = str(self.folder if self.path("vibropipe").is_dir() else REPOSITORY)
+        proxies = {"http_proxy": nowhere, "https_proxy": nowhere}
         done = subprocess.run(
             [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
             cwd=self.folder,
-            env=environment,
+            env=os.environ | {"PYTHONPATH": path} | proxies | environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -65,11 +66,18 @@ class Project:
         assert done.returncode == code, done.stdout
         return done.stdout
 
-    def planned(self, *arguments: str) -> set[str]:
+    def planned(self, *arguments: str, **environment: str) -> set[str]:
         """Return what the next run would do, job by job."""
-        said = self.snakemake("--dry-run", *arguments)
+        said = self.snakemake("--dry-run", *arguments, **environment)
         assert "Nothing to be done" in said or "This was a dry-run" in said
         return set(re.findall(r"^Job \d+: (?:tiny: )?(.+)$", said, re.MULTILINE))
+
+
+def copy(source: Path, target: Path) -> None:
+    if source.is_dir():
+        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+    else:
+        shutil.copy2(source, target)
 
 
 @pytest.fixture(scope="session")
@@ -77,12 +85,7 @@ def fresh(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """A project in which nothing has run."""
     folder = tmp_path_factory.mktemp("fresh")
     for name in COPIED:
-        source = REPOSITORY / name
-        if source.is_dir():
-            ignored = shutil.ignore_patterns("__pycache__")
-            shutil.copytree(source, folder / name, ignore=ignored)
-        else:
-            shutil.copy2(source, folder / name)
+        copy(REPOSITORY / name, folder / name)
     (folder / "config").mkdir()
     (folder / "config" / "config.yaml").write_text("studies: [tiny]\n")
     (folder / "config" / "tiny.yaml").write_text(STUDY)

@@ -31,12 +31,15 @@ def test_a_shared_number_recomputes_the_scenes_that_use_it(project):
 
 
 def test_edited_kernels_recompute_all(project):
+    project.own_package()
+    assert project.planned() == set()
     with project.path("vibropipe/kernels/march.py").open("a") as source:
         source.write("# an edit\n")
     assert project.planned() == {"compiling the kernels", *SCENES, *FIGURES}
 
 
 def test_touched_files_recompute_nothing(project):
+    project.own_package()
     later = time.time() + 60
     for path in project.folder.rglob("*"):
         if path.is_file() and ".snakemake" not in path.parts:
@@ -50,6 +53,8 @@ def test_comments_and_spelling_recompute_nothing(project):
 
 
 def test_edited_figures_and_captions_recompute_no_data(project):
+    project.own_package()
+    assert project.planned() == set()
     with project.path("vibropipe/figures/style.py").open("a") as source:
         source.write("# an edit\n")
     assert project.planned() == FIGURES

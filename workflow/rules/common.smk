@@ -10,7 +10,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from vibropipe.jit import kernel_hash
-from vibropipe.plan import drawing_hash, plan_scene, plan_text
+from vibropipe.plan import PlanError, drawing_hash, plan_scene, plan_text
 from vibropipe.study import StudyError, canonical_text, load_config, load_study
 from vibropipe.study import fingerprint as fingerprint_of
 
@@ -22,7 +22,7 @@ the folder locked, `snakemake --unlock` frees it."""
 
 
 def read_studies():
-    """Return the configuration and its studies; one readable message for all mistakes in them."""
+    """Return the configuration, its studies and their plans; mistakes in them are told readably."""
     if workflow.config_settings.config:
         raise WorkflowError(
             "--config is not taken: write into config/config.yaml, or name another file with"
@@ -31,19 +31,20 @@ def read_studies():
     files = workflow.overwrite_configfiles or ["config/config.yaml"]
     try:
         settings = load_config(files[-1])
-        return settings, {
+        studies = {
             name: load_study(settings.study_file(name)) for name in settings.studies
         }
-    except StudyError as error:
+        plans = {
+            name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
+            for name, study in studies.items()
+        }
+        return settings, studies, plans
+    except (StudyError, PlanError) as error:
         raise WorkflowError(str(error)) from None
 
 
-SETTINGS, STUDIES = read_studies()
+SETTINGS, STUDIES, PLANS = read_studies()
 RESULTS = SETTINGS.results
-PLANS = {
-    name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
-    for name, study in STUDIES.items()
-}
 
 # Jobs find `vibropipe` beside the python that runs snakemake, its environment activated or not.
 os.environ.update(

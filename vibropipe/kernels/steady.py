@@ -32,7 +32,7 @@ from vibropipe.status import Status
 MAX_MULTIPLE = 32
 HISTORY = 64
 # Share of the motion's size within which the section counts as nearly repeating.
-NEARLY = 1e-4
+NEARLY = 1e-5
 CLOSED = 1e-13
 MAX_NEWTON = 12
 # A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
@@ -93,7 +93,7 @@ def close_orbit(e, p, grid, state, m, log, c):
             first_change = change
         j11, j12, j21, j22 = derivative(p, log, z, end, m)
         same = (z.order == REST) == (end.order == REST)
-        if same and (residual <= CLOSED or (iteration > 3 and residual >= best and residual <= 1e3 * CLOSED)):
+        if same and (residual <= CLOSED or (residual >= best and residual <= 1e3 * CLOSED)):
             first, second = multipliers(j11, j12, j21, j22)
             radius = abs(first)
             away = difference(p, z, start)
@@ -104,11 +104,28 @@ def close_orbit(e, p, grid, state, m, log, c):
             if near or iteration == 0:
                 return True, Settled(PERIODIC, status, m, z, end, residual, 0, first, second)
             return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, first, second)
+        if iteration > 2 and residual > 0.5 * best:
+            # Newton's method near an orbit gains digits at every step; a chance return does not.
+            break
         best = min(best, residual)
         z, inside = newton_step(p, z, end, j11, j12, j21, j22)
         if not inside:
             break
     return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, none, none)
+
+
+@jit
+def with_least_multiple(e, p, grid, orbit, log, c):
+    """The same orbit closed over its least multiple: a motion that spirals in can nearly repeat after m
+    periods before it does after one. The log is left with the contacts of the orbit returned."""
+    for m in range(1, orbit.m // 2 + 1):
+        if orbit.m % m == 0:
+            found, least = close_orbit(e, p, grid, orbit.state, m, log, c)
+            if found:
+                return least
+    if orbit.m > 1:
+        return close_orbit(e, p, grid, orbit.state, orbit.m, log, c)[1]
+    return orbit
 
 
 @jit
@@ -149,8 +166,9 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
                 tried = True
                 found, orbit = close_orbit(e, p, grid, state, m, log, c)
                 if found:
+                    orbit = with_least_multiple(e, p, grid, orbit, log, c)
                     return Settled(
-                        PERIODIC, orbit.status, m, orbit.state, orbit.end, orbit.residual, k,
+                        PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k,
                         orbit.first, orbit.second,
                     )  # fmt: skip
         if tried:

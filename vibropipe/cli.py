@@ -66,7 +66,7 @@ def exit_code(error: Exception) -> int | None:
 @app.command()
 def plan(file: StudyFile) -> None:
     """Check a study and say, scene by scene, what it will compute and how much of it."""
-    from vibropipe.plan import plan_text
+    from vibropipe.listing import plan_text
     from vibropipe.study import load_study
 
     typer.echo(plan_text(load_study(file)))

@@ -1,14 +1,72 @@
-"""One motion as a table for a terminal."""
+"""Plans and motions as tables for a terminal."""
 
 from __future__ import annotations
 
-import xarray as xr
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from vibropipe.plan import columns
+from vibropipe.plan import plan_scene
 from vibropipe.status import Status
 from vibropipe.vocabulary import PARAMETERS
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibropipe.study import Study
+
 MOST_LINES = 60
+
+
+def plan_text(study: Study) -> str:
+    """Return the plan of a study as a table for people."""
+    plans = [plan_scene(scene) for scene in study.scenes.values()]
+    head = ("scene", "kind", "size", "method", "outputs", "jobs", "work", "size of data")
+    body = [
+        (
+            plan.name,
+            plan.kind,
+            plan.size,
+            plan.method,
+            " ".join(plan.outputs),
+            str(plan.shards + (plan.shards > 1)),
+            seconds_text(plan.seconds),
+            bytes_text(plan.bytes),
+        )
+        for plan in plans
+    ]
+    total = (
+        f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
+        f" roughly {seconds_text(sum(plan.seconds for plan in plans))} of work on one core,"
+        f" {bytes_text(sum(plan.bytes for plan in plans))} before compression"
+    )
+    return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
+
+
+def columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of text as lines with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def seconds_text(seconds: float) -> str:
+    """Return a duration with a unit that suits it."""
+    if seconds < 1:
+        return "< 1 s"
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def bytes_text(count: float) -> str:
+    """Return a number of bytes with a unit that suits it."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.1f} {unit}"
+    return f"{count:.0f} B"
 
 
 def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:

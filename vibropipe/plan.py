@@ -10,12 +10,12 @@ import functools
 import hashlib
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene
+from vibropipe.study import BackboneScene, MotionScene, SweepScene
 
 Scene = MotionScene | SweepScene | BackboneScene
 
@@ -121,58 +121,6 @@ def as_sweep(scene: Scene) -> SweepScene:
     if not isinstance(scene, SweepScene):
         raise PlanError(f"scene {scene.name} is a {scene.kind}: only sweeps are cut into shards")
     return scene
-
-
-def plan_text(study: Study) -> str:
-    """Return the plan of a study as a table for people."""
-    plans = [plan_scene(scene) for scene in study.scenes.values()]
-    head = ("scene", "kind", "size", "method", "outputs", "jobs", "work", "size of data")
-    body = [
-        (
-            plan.name,
-            plan.kind,
-            plan.size,
-            plan.method,
-            " ".join(plan.outputs),
-            str(plan.shards + (plan.shards > 1)),
-            seconds_text(plan.seconds),
-            bytes_text(plan.bytes),
-        )
-        for plan in plans
-    ]
-    total = (
-        f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
-        f" roughly {seconds_text(sum(plan.seconds for plan in plans))} of work on one core,"
-        f" {bytes_text(sum(plan.bytes for plan in plans))} before compression"
-    )
-    return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
-
-
-def columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows of text as lines with aligned columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
-
-
-def seconds_text(seconds: float) -> str:
-    """Return a duration with a unit that suits it."""
-    if seconds < 1:
-        return "< 1 s"
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.0f} {unit}"
-    return f"{seconds:.0f} s"
-
-
-def bytes_text(count: float) -> str:
-    """Return a number of bytes with a unit that suits it."""
-    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if count >= size:
-            return f"{count / size:.1f} {unit}"
-    return f"{count:.0f} B"
 
 
 @functools.cache

@@ -10,7 +10,8 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from vibropipe.jit import kernel_hash
-from vibropipe.plan import PlanError, drawing_hash, plan_scene, plan_text
+from vibropipe.listing import plan_text
+from vibropipe.plan import PlanError, drawing_hash, plan_scene
 from vibropipe.study import StudyError, canonical_text, load_config, load_study
 from vibropipe.study import fingerprint as fingerprint_of
 

@@ -24,7 +24,7 @@ from vibropipe.figures.style import (
     SUPPORT_COLOURS,
     house_style,
 )
-from vibropipe.figures.sweep import row_kinds
+from vibropipe.figures.sweep import isolated, row_kinds
 from vibropipe.figures.words import REGIME_WORDS, regime_name
 from vibropipe.vocabulary import REGIMES, quantity
 
@@ -212,6 +212,21 @@ def test_every_row_of_a_sweep_is_drawn_once(name, made):
     assert (masks.sum(axis=0) == 1).all()
 
 
+def test_a_row_between_two_others_is_a_point(made):
+    assert np.array_equal(
+        isolated(np.array([True, False, True, True, False, True])),
+        [True, False, False, False, False, True],
+    )
+    dataset = made["line"][1].copy(deep=True)
+    dataset["period_multiple"][:] = 2
+    dataset["period_multiple"][10] = 1
+    with house_style():
+        figure = draw("sweep", dataset)
+    points = [line for line in figure.axes[1].lines if line.get_marker() == "."]
+    heights = np.concatenate([line.get_ydata() for line in points])
+    assert float(dataset["displacement_amplitude"][10, 0]) in heights
+
+
 def test_bars_show_every_row_of_a_sweep(figures, made):
     dataset = made["lines"][1]
     bars = figures["lines"].axes[-1]
@@ -241,6 +256,38 @@ def test_the_curve_beside_is_drawn_under_the_sweep(made):
         assert np.array_equal(two.lines[0].get_xdata(), free["eigenfrequency"].values)
         assert two.lines[0].get_zorder() < two.lines[1].get_zorder()
     assert "conservative exciter" in words(beside)
+
+
+def test_grids_of_constant_factor_get_log_axes(made):
+    nu = np.geomspace(0.01, 10, made["line"][1].sizes["nu"])
+    line = made["line"][1].assign_coords(nu=nu)
+    over = made["map"][1].assign_coords(nu=np.geomspace(0.01, 10, 60))
+    with house_style():
+        assert all(ax.get_xscale() == "log" for ax in draw("sweep", line).axes)
+        chart = draw("sweep", over)
+        chart.draw_without_rendering()
+    assert (chart.axes[0].get_xscale(), chart.axes[0].get_yscale()) == ("log", "linear")
+    edges = cell_edges(nu)
+    assert edges.size == nu.size + 1
+    assert np.allclose(edges[1:-1] ** 2, nu[1:] * nu[:-1])
+
+
+def test_a_descending_grid_is_drawn_ascending(made):
+    dataset = made["line"][1]
+    with house_style():
+        up = draw("sweep", dataset)
+        down = draw("sweep", dataset.isel(nu=slice(None, None, -1)))
+    for one, two in zip(up.axes, down.axes, strict=True):
+        assert one.get_xlim() == two.get_xlim()
+        for line, other in zip(one.lines, two.lines, strict=True):
+            assert np.array_equal(line.get_xdata(), other.get_xdata())
+
+
+def test_a_sweep_of_one_point(made):
+    with house_style():
+        figure = draw("sweep", made["line"][1].isel(nu=[30]))
+        figure.draw_without_rendering()
+    assert "two-sided" in words(figure)
 
 
 def test_marks_of_a_map(figures, made):

@@ -14,7 +14,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from vibropipe.figures.options import Options
-from vibropipe.figures.strips import cell_edges, regime_patches
+from vibropipe.figures.strips import cell_edges, regime_patches, scale_of
 from vibropipe.figures.style import (
     BLACK,
     NEUTRAL,
@@ -48,6 +48,7 @@ def draw_regime_map(dataset: xr.Dataset, options: Options) -> Figure:
     Each combination of further swept parameters gets its own band of maps.
     """
     x, y, further = map_axes(dataset)
+    dataset = dataset.sortby([x, y])
     bands = stack_columns(dataset, further)
     struck = "impact_velocity_max" in dataset
     heights = [REGIMES_CM, VELOCITIES_CM] if struck else [REGIMES_CM]
@@ -57,6 +58,7 @@ def draw_regime_map(dataset: xr.Dataset, options: Options) -> Figure:
     for band, (title, part) in enumerate(bands):
         top = band * len(heights)
         ax = figure.add_subplot(grid[top, :])
+        scale(ax, part, x, y)
         draw_regimes(ax, part, x, y)
         ax.set(xlabel=label(x), ylabel=label(y))
         ax.set_title(",  ".join(filter(None, [title, parameter_line(dataset)])))
@@ -150,6 +152,7 @@ def draw_velocities(
     grid = cell_edges(part[x].values), cell_edges(part[y].values)
     for ax, support in zip(pair, part["support"].values, strict=True):
         values = part["impact_velocity_max"].sel(support=support).transpose(y, x).values
+        scale(ax, part, x, y)
         ax.set_facecolor(NEUTRAL)
         ax.pcolormesh(
             *grid, np.ma.masked_invalid(values), cmap=VELOCITY_COLOURS, norm=norm, rasterized=True
@@ -166,6 +169,12 @@ def draw_velocities(
         extend="max" if highest > (norm.vmax or 0.0) else "neither",
         label=f"{entry.long_name}\n{entry.symbol}",
     )  # fmt: skip
+
+
+def scale(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
+    """Give both axes the scale of their grids."""
+    ax.set_xscale(scale_of(part[x].values))
+    ax.set_yscale(scale_of(part[y].values))
 
 
 def frame(ax: Axes) -> None:

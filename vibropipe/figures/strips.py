@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -13,6 +14,8 @@ from matplotlib.patches import Patch
 from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
 from vibropipe.figures.words import REGIME_WORDS, mathtext, regime_name
 from vibropipe.vocabulary import quantity
+
+FEWEST_OF_LOG = 4
 
 
 def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, named: bool) -> None:
@@ -47,11 +50,24 @@ def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, n
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders between neighbouring grid values, half-way; one value gets a width."""
+    """Return the borders between neighbouring grid values, half-way; one value gets a width.
+
+    ``values`` ascend. Half-way is meant on the scale they are drawn on.
+    """
     if values.size == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
+    if scale_of(values) == "log":
+        return np.exp(cell_edges(np.log(values)))
     middle = 0.5 * (values[1:] + values[:-1])
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
+    """Return the scale of an axis over ``values``: log where they grow by a constant factor."""
+    if values.size < FEWEST_OF_LOG or values.min() <= 0.0 or values.max() < 5.0 * values.min():
+        return "linear"
+    steps = np.diff(np.log(np.sort(values)))
+    return "log" if np.ptp(steps) <= 1e-6 * steps.mean() else "linear"
 
 
 def regime_patches(dataset: xr.Dataset) -> list[Patch]:

@@ -69,8 +69,8 @@ SETTINGS: Mapping[str, Any] = {
     "lines.markersize": 4.0,
     "hatch.linewidth": 0.5,
     "legend.frameon": False,
-    "legend.handlelength": 2.4,
-    "legend.columnspacing": 1.6,
+    "legend.handlelength": 2.2,
+    "legend.columnspacing": 1.1,
     "axes.grid": False,
     "savefig.dpi": 300,
     "svg.hashsalt": "vibropipe",
@@ -184,7 +184,7 @@ def settle(figure: Figure) -> None:
     from places.
     """
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)  # "none" keeps a placeholder, and costs a draw per file
     for ax in figure.axes:
         ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), PLACES)))
     title = figure._suptitle  # type: ignore[attr-defined]

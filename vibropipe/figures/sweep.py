@@ -16,10 +16,11 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.options import Options
-from vibropipe.figures.strips import draw_strips, regime_patches
+from vibropipe.figures.strips import draw_strips, regime_patches, scale_of
 from vibropipe.figures.style import (
     BLACK,
     GREY,
+    LINES,
     hold_zero,
     legend,
     line_style,
@@ -32,12 +33,12 @@ from vibropipe.figures.words import (
 )
 from vibropipe.vocabulary import REGIMES, label, quantity
 
-MOST_LINES = 8
+MOST_LINES = len(LINES)
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
-PANEL_HEIGHT_CM = 3.3
+PANEL_HEIGHT_CM = 3.0
 COLUMN_HEIGHT_CM = 3.6
 STRIP_CM = 0.36
-MARGINS_CM = 3.0  # legends and the words of the abscissa
+MARGINS_CM = 2.7  # legends and the words of the abscissa
 MANY_POINTS = 200  # marks shrink beyond this
 SMALL_MARKS = 0.6
 
@@ -86,6 +87,7 @@ def values_of(dataset: xr.Dataset, panel: Panel) -> xr.DataArray:
 def draw_sweep(dataset: xr.Dataset, options: Options) -> Figure:
     """Draw a sweep whose further parameters have few values; see the module's first line."""
     along, rest = axis_and_rest(dataset)
+    dataset = dataset.sortby(along)
     lines_dim = rest[0] if rest else None
     columns = stack_columns(dataset, rest[1:])
     panels = panels_of(dataset)
@@ -105,6 +107,7 @@ def draw_sweep(dataset: xr.Dataset, options: Options) -> Figure:
             ax.tick_params(labelbottom=folded, labelleft=column == 0)
             ax.set_ylabel(panel[0] if column == 0 else "")
         bottom = figure.add_subplot(bottoms[column], sharex=shared)
+        bottom.set_xscale(scale_of(part[along].values))
         shared = shared or bottom
         draw_strips(bottom, part, along, lines_dim, named=column == 0)
         bottom.set_xlabel(label(along))
@@ -173,10 +176,18 @@ def draw_panel(
             shown = np.where(mask, y, np.nan)
             if kind == "line":
                 ax.plot(x, shown, **style, zorder=2)
+                alone = np.where(isolated(mask & np.isfinite(y)), y, np.nan)
+                ax.plot(x, alone, ".", markersize=2.8, color=style["color"], zorder=2)
             elif np.isfinite(shown).any():
                 marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
                 marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
                 ax.plot(x, shown, **marks, zorder=3)
+
+
+def isolated(mask: np.ndarray) -> np.ndarray:
+    """Return which points have no neighbour in ``mask``: a line would not show them."""
+    padded = np.concatenate([[False], mask, [False]])
+    return mask & ~padded[:-2] & ~padded[2:]
 
 
 def settle_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:

@@ -150,9 +150,8 @@ def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) 
     names = {*steady.variables, *steady.dims}
     steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})
     weaker = motion if int(motion["status"]) == Status.OK else steady
-    return xr.merge(
-        [item.drop_vars("status") if item is weaker else item for item in (motion, steady)]
-    )
+    parts = [item.drop_vars("status") if item is weaker else item for item in (motion, steady)]
+    return xr.merge(parts, compat="no_conflicts", join="exact")
 
 
 def solve_backbone(scene: BackboneScene) -> xr.Dataset:

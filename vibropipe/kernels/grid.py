@@ -9,12 +9,10 @@ import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.physics.flow import (
-    ORDER,
-    displacement,
     exact_basis,
     exact_map,
+    motion,
     steps_for_exact,
-    velocity,
 )
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 from vibropipe.physics.newmark import newmark_map
@@ -96,9 +94,9 @@ def newmark_grid(e, p, steps):
 
 @jit
 def evaluate(grid, c, theta):
-    """(y, w) of the method's polynomial at theta; the degree is known to the compiler."""
+    """(y, w) of the method's polynomial at theta."""
     if grid.exact is not None:
-        return displacement(c, ORDER, theta), velocity(c, ORDER, theta, grid.dt)
+        return motion(c, theta, grid.dt)
     return c[0] + theta * (c[1] + theta * c[2]), (c[1] + 2.0 * theta * c[2]) / grid.dt
 
 

@@ -159,13 +159,13 @@ def fill(e, p, grid, state, sigma, load, limit, c):
 
 
 @jit
-def first_contact(grid, state, load, near, far, c, span, counts):
-    """(theta from the state, kind, on the near support) of the first contact within `span`."""
+def first_contact(grid, state, load, near, far, c, y, span, counts):
+    """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
     if state.order == FLIGHT:
-        theta = monotone_root(grid, c, 1.0, -near, span)
+        theta = monotone_root(grid, c, 1.0, -near, state.y - near, y - near, span)
         if theta >= 0.0:
             return theta, CROSSING, True
-        theta = monotone_root(grid, c, -1.0, far, span)
+        theta = monotone_root(grid, c, -1.0, far, far - state.y, far - y, span)
         if theta >= 0.0:
             return theta, CROSSING, False
     p = 0
@@ -324,7 +324,9 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         order <= WITH_SPEED
         and stays_between(grid, order, state.y, state.w, y, w, theta, load, near, far)
     ):
-        theta, kind, at_near = first_contact(grid, state, load, near, far, c, theta, log.counts)
+        theta, kind, at_near = first_contact(
+            grid, state, load, near, far, c, y, theta, log.counts
+        )
     if kind == BOUND:
         return state, ROOT_BOUND
     until = limit if kind == NONE else state.theta + theta

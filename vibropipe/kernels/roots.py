@@ -94,24 +94,28 @@ def _polish(c, p, sign, offset, theta, span):
 
 
 @jit
-def monotone_root(grid, c, sign, offset, span):
-    """Root of a gap that surely falls all the way on [0, span] and is closed at its end; -1 if not sure.
+def monotone_root(grid, c, sign, offset, first, last, span) -> float:
+    """Root of a gap that surely falls all the way on [0, span], from `first` > 0 to `last` <= 0; -1 if not sure.
 
-    The quick way: nearly all impacts arrive so. Newton's method from the chord, on the one root there is.
+    The quick way: nearly all impacts arrive so. Newton's method on the one root there is, from the root of
+    the quadratic through both ends with the gap's initial slope.
     """
-    rise = sign * c[1]
+    slope = sign * c[1]
+    if last > 0.0 or slope >= 0.0:
+        return -1.0
+    rise = slope
     for n in range(2, c.size):
         rise += max(0.0, sign * n * c[n])
     if rise >= 0.0:
         return -1.0
-    first = offset + sign * c[0]
-    last = offset + sign * evaluate(grid, c, span)[0]
-    theta = span * first / (first - last)
+    bend = ((last - first) / span - slope) / span
+    theta = 2.0 * first / (math.sqrt(max(slope * slope - 4.0 * bend * first, 0.0)) - slope)
     for _ in range(MAX_POLISH):
         y, w = evaluate(grid, c, theta)
         change = (offset + sign * y) / (sign * w * grid.dt)
         theta = min(max(theta - change, 0.0), span)
-        if abs(change) <= 2.0**-50 * theta:
+        # Newton's error after this step is of the order of change^2: below rounding.
+        if abs(change) <= 1e-9 * theta:
             return theta
     return -1.0
 

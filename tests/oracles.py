@@ -2,8 +2,9 @@
 
 Nothing here is fast and nothing is shared with the package. Between events the motion is the
 textbook solution of x'' + h x' + x = f sin(nu tau), evaluated afresh for every instant. The first
-contact is approached from the left by steps too short to reach a support, whatever the mass does:
-inside the supports |x| <= X, so d|v|/dtau <= -h |v| + X + |f|, so |v| never exceeds
+contact is approached from the left by steps too short to reach a support, because |x''| has bounds:
+the transient y has y''^2 + y'''^2 never growing (y'' is itself a free damped vibration), and inside
+the supports |x| <= X, so d|v|/dtau <= -h |v| + X + |f|, so |v| never exceeds
 max(|v now|, (X + |f|)/h), so |x''| never exceeds X + |f| + max(h |v now|, X + |f|).
 
 The arithmetic is an mpmath context: `digits(p)` for many digits (the default), `mpmath.fp` for
@@ -18,7 +19,7 @@ from typing import Any, NamedTuple
 
 import mpmath
 
-MOST_EVENTS = 200_000
+MOST_EVENTS = 20_000
 GRAZING_DEPTH = 1e-13  # of the size of the room between the supports
 
 
@@ -82,7 +83,7 @@ class Motion:
         return x, v
 
 
-def digits(p: Parameters, wanted: int = 60) -> Any:
+def digits(p: Parameters, wanted: int = 50) -> Any:
     """A context of `wanted` digits, and as many more as near-resonant amplitudes eat."""
     context = mpmath.MPContext()
     context.dps = 800
@@ -106,6 +107,8 @@ class Flight:
         self.tau0, x0, v0 = start
         xp, vp = self.particular(self.tau0)
         self.y0, self.w0 = x0 - xp, v0 - vp
+        square = (1 - nu**2) ** 2 + (h * nu) ** 2
+        self.most_forced = nu**2 * abs(f) / c.sqrt(square) if square else c.inf
 
     def particular(self, tau: Any) -> tuple[Any, Any]:
         c, nu, f, h = self.c, self.nu, self.f, self.h
@@ -134,9 +137,16 @@ class Flight:
         return one + two, fast * one + slow * two
 
     def __call__(self, tau: Any) -> tuple[Any, Any]:
+        x, v, _ = self.look(tau)
+        return x, v
+
+    def look(self, tau: Any) -> tuple[Any, Any, Any]:
+        """Displacement, velocity, and what |x''| never exceeds from here on."""
         xp, vp = self.particular(tau)
         y, w = self.transient(tau - self.tau0)
-        return xp + y, vp + w
+        second = -self.h * w - y
+        third = -self.h * second - w
+        return xp + y, vp + w, self.most_forced + self.c.sqrt(second**2 + third**2)
 
 
 class Twin:
@@ -155,7 +165,7 @@ class Twin:
         self.room, self.most_force = max(abs(upper), abs(lower)), abs(self.f)
         # A chatter is followed down to flights this high (in rooms), then summed up.
         is_double = c is mpmath.fp
-        self.last_height = c.mpf("1e-13" if is_double else "1e-33")
+        self.last_height = c.mpf("1e-13" if is_double else "1e-25")
         self.shortest = c.mpf(1e-15) if is_double else c.mpf(10) ** (8 - c.dps)
 
     def run(self, tau_end: Any, x0: Any = 0.0, v0: Any = 0.0, tau_start: Any = 0.0) -> Motion:
@@ -238,9 +248,10 @@ class Twin:
             tau += self.first_step(on, tau, v, released)
         before = None  # the nearest support, the speed towards it and tau, one step ago
         while tau <= self.tau_end:
-            x, v = flight(tau)
-            near = 1 if self.safe_step(1, x, v) < self.safe_step(2, x, v) else 2
-            closing, step = side_of(near) * v, self.safe_step(near, x, v)
+            x, v, most = flight.look(tau)
+            steps = [self.safe_step(k, x, v, min(most, self.most_inside(v))) for k in (1, 2)]
+            near, step = (1, steps[0]) if steps[0] < steps[1] else (2, steps[1])
+            closing = side_of(near) * v
             if before is not None and before[0] == near and before[1] > 0 >= closing:
                 self.passed(flight, near, before[2], tau)
             before = near, closing, tau
@@ -253,16 +264,17 @@ class Twin:
             tau, before = turn + self.first_step(near, turn, self.c.mpf(0), False), None
         return None
 
-    def most_acceleration(self, v: Any) -> Any:
+    def most_inside(self, v: Any) -> Any:
+        """What |x''| never exceeds between the supports."""
         pull = self.room + self.most_force
         return pull + max(self.h * abs(v), pull)
 
     def gap(self, support: int, x: Any) -> Any:
         return side_of(support) * (self.bound[support] - x)
 
-    def safe_step(self, support: int, x: Any, v: Any) -> Any:
-        """Positive root of gap - closing s - A s^2/2: the support is not reached sooner."""
-        gap, closing, most = self.gap(support, x), side_of(support) * v, self.most_acceleration(v)
+    def safe_step(self, support: int, x: Any, v: Any, most: Any) -> Any:
+        """Positive root of gap - closing s - most s^2/2: the support is not reached sooner."""
+        gap, closing = self.gap(support, x), side_of(support) * v
         if gap <= 0:
             return self.c.mpf(0)
         root = self.c.sqrt(closing**2 + 2 * most * gap)
@@ -273,7 +285,7 @@ class Twin:
 
         The lowest derivative of the gap that is not zero, divided by a bound on the next one.
         """
-        a_most = self.most_acceleration(v)
+        a_most = self.most_inside(v)
         v_most = abs(v) + 2 * (self.room + self.most_force)  # over the next unit of time
         j_most = self.h * a_most + v_most + self.most_force * self.nu
         if v != 0:
@@ -285,7 +297,7 @@ class Twin:
             next_most = self.h * j_most + a_most + self.most_force * self.nu**2
             step = slope / next_most if slope else self.c.sqrt(self.shortest)
         away = -side_of(on) * abs(v)
-        return min(1, step, self.safe_step(3 - on, self.bound[on], away) / 2)
+        return min(1, step, self.safe_step(3 - on, self.bound[on], away, a_most) / 2)
 
     def grazes(self, near: int, tau: Any, v: Any) -> Any:
         """Turning time if the mass turns back by itself within the grazing depth, else None."""

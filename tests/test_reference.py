@@ -60,8 +60,8 @@ def test_the_twin_gives_the_reference_motion(name: str) -> None:
 
     assert same(motion.displacement_end, entry["x_end"])
     assert same(motion.velocity_end, entry["v_end"])
-    known = [i for i in entry["impacts"] if abs(float(i["velocity_before"])) > 1e-12]
-    found = [i for i in motion.impacts if abs(i.before) > 1e-12]
+    known = [i for i in entry["impacts"] if abs(float(i["velocity_before"])) > 1e-10]
+    found = [i for i in motion.impacts if abs(i.before) > 1e-10]
     assert [i.support for i in found] == [i["support"] for i in known]
     for got, want in zip(found, known, strict=True):
         assert same(got.tau, want["tau"])
@@ -204,7 +204,7 @@ SETTLING = [
 @pytest.mark.parametrize("p", SETTLING)
 def test_determinant_of_the_return_map(p: Parameters) -> None:
     """exp(-h T) prod R_i^2; a rest forgets where it came from, so that it is zero."""
-    ds = vp.steady_state(vp.Exciter(**p._asdict()))
+    ds = vp.steady_state(vp.Exciter(**p._asdict()), x0=max(0.0, p.lower))
     m = int(ds.period_multiple)
     assert m > 0
     struck_1, struck_2 = ds.impacts_per_orbit.values

@@ -1,0 +1,163 @@
+"""What holds for every exciter, by both methods, whatever the numbers.
+
+The strategies run over the whole space of parameters, corners favoured; horizons are short in
+crossings of the room, so that each example is cheap. `check_*` state the invariant once; each runs
+over 300 examples, and over 20,000 when asked for the slow ones.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from judging import impacts_of, rests_of
+
+import vibropipe as vp
+
+MIRRORED = ("displacement", "velocity", "force", "impact_velocity", "impact_velocity_after")
+KEPT = ("tau", "impact_tau", "rest_start", "rest_end", "grazing_tau")
+SWAPPED = ("impact_support", "rest_support", "grazing_support")
+
+
+class Case(NamedTuple):
+    exciter: Any
+    tau_end: float
+    x0: float
+    v0: float
+    method: dict[str, Any]
+
+    def run(self, **changed: Any) -> Any:
+        start = {"tau_end": self.tau_end, "x0": self.x0, "v0": self.v0, "samples_per_period": 16}
+        return vp.simulate(self.exciter, **{**start, **self.method, **changed})
+
+    @property
+    def rooms(self) -> tuple[float, float]:
+        return -(self.exciter.l - self.exciter.delta), self.exciter.l + self.exciter.delta
+
+
+def log(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+def signed(magnitudes: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
+    return st.tuples(st.sampled_from([-1.0, 1.0]), magnitudes).map(math.prod)
+
+
+def restitutions() -> st.SearchStrategy[float]:
+    return st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0, 1), log(-12, 0))
+
+
+@st.composite
+def exciters(draw: Callable[..., Any]) -> Any:
+    length = draw(st.one_of(st.just(0.5), log(-9, 9)))
+    offsets = st.one_of(
+        st.sampled_from([0.0, 1.0, -1.0, 1.5, -1.5]), st.floats(-2, 2), signed(log(-12, 2))
+    )
+    return vp.Exciter(
+        l=length,
+        nu=draw(st.one_of(st.sampled_from([1.0, 1 + 1e-9, 1 - 1e-12, 2.0]), log(-4, 4))),
+        f=draw(st.one_of(st.sampled_from([0.0, 1.0, -1.0, 1e-300]), signed(log(-9, 6)))),
+        h=draw(st.one_of(st.sampled_from([0.0, 2.0, 2 + 1e-12, 2 - 1e-12]), log(-12, 4))),
+        delta=draw(offsets) * length,
+        R1=draw(restitutions()),
+        R2=draw(restitutions()),
+    )
+
+
+@st.composite
+def cases(draw: Callable[..., Any]) -> Case:
+    exciter = draw(exciters())
+    lower, upper = -(exciter.l - exciter.delta), exciter.l + exciter.delta
+    within = st.floats(0, 1).map(lambda share: lower + share * (upper - lower))
+    x0 = draw(st.one_of(st.sampled_from([lower, upper]), within))
+    v0 = draw(st.one_of(st.just(0.0), signed(log(-12, 3))))
+    # as long as ten crossings of the room at the speed that the forces can give, or two periods
+    pull = abs(exciter.f) + max(abs(lower), abs(upper))
+    crossing = min(math.sqrt(4 * exciter.l / pull), 2 * exciter.l / max(abs(v0), 1e-300))
+    tau_end = draw(st.floats(0.01, 10)) * min(crossing, 4 * math.pi / exciter.nu, 10.0)
+    steps = st.integers(8, 200).map(lambda n: {"method": "newmark", "steps_per_period": n})
+    method = draw(st.one_of(st.just({}), steps))
+    return Case(exciter, tau_end, min(max(x0, lower), upper), v0, method)
+
+
+def over_all(check: Callable[[Case], None]) -> tuple[Any, Any]:
+    """The check as a test over 300 examples and as a slow one over 20,000."""
+    short = given(cases())(check)
+    patient = settings(max_examples=20_000, derandomize=False)(given(cases())(check))
+    return short, pytest.mark.slow(patient)
+
+
+def check_numbers_are_finite_and_inside(case: Case) -> None:
+    ds = case.run()
+    lower, upper = case.rooms
+    for name in ("displacement", "velocity", "force", "impact_tau", "impact_velocity"):
+        assert np.isfinite(ds[name].values).all(), name
+    x = np.append(ds.displacement.values, float(ds.displacement_end))
+    assert np.isfinite(float(ds.velocity_end))
+    assert (lower <= x).all()
+    assert (x <= upper).all()
+
+
+def check_events_are_in_order_and_resets_lose_energy(case: Case) -> None:
+    ds = case.run()
+    tau = ds.impact_tau.values
+    assert (np.diff(tau) >= 0).all()
+    assert ((tau >= 0) & (tau <= case.tau_end)).all()
+    R = {1: case.exciter.R1, 2: case.exciter.R2}
+    for _, support, before, after in impacts_of(ds):
+        side = 1 if support == 1 else -1
+        assert side * before > 0
+        assert after == pytest.approx(-R[support] * before, rel=1e-15, abs=0)
+        assert abs(after) <= abs(before)
+    rests = rests_of(ds)
+    for start, end, support in rests:
+        assert 0 <= start < end
+        assert not ((tau > start) & (tau < end)).any()
+        assert support in (1, 2)
+    assert all(one[1] <= two[0] for one, two in itertools.pairwise(rests))
+
+
+def check_mirror(case: Case) -> None:
+    one = case.run()
+    two = case._replace(exciter=case.exciter.mirrored(), x0=-case.x0, v0=-case.v0).run()
+    for name in MIRRORED:
+        np.testing.assert_array_equal(one[name].values, -two[name].values, err_msg=name)
+    for name in KEPT:
+        np.testing.assert_array_equal(one[name].values, two[name].values, err_msg=name)
+    for name in SWAPPED:
+        np.testing.assert_array_equal(one[name].values, 3 - two[name].values, err_msg=name)
+    assert float(one.displacement_end) == -float(two.displacement_end)
+    assert float(one.velocity_end) == -float(two.velocity_end)
+    assert int(one.status) == int(two.status)
+
+
+def check_time_is_bounded(case: Case) -> None:
+    started = time.perf_counter()
+    case.run(samples_per_period=0)
+    assert time.perf_counter() - started < 2.0
+
+
+def check_samples_end_at_tau_end(case: Case) -> None:
+    ds = case.run()
+    tau = ds.tau.values
+    assert tau[0] == 0
+    assert tau[-1] == case.tau_end
+    assert (np.diff(tau) > 0).all()
+    assert float(ds.displacement[-1]) == float(ds.displacement_end)
+    assert float(ds.velocity[-1]) == float(ds.velocity_end)
+
+
+test_finite_and_inside, test_finite_and_inside_at_length = over_all(
+    check_numbers_are_finite_and_inside
+)
+test_events, test_events_at_length = over_all(check_events_are_in_order_and_resets_lose_energy)
+test_mirror, test_mirror_at_length = over_all(check_mirror)
+test_bounded_time, test_bounded_time_at_length = over_all(check_time_is_bounded)
+test_samples, test_samples_at_length = over_all(check_samples_end_at_tau_end)

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.conservative import backbone_velocity, free_harmonics
+from vibropipe.jit import jit
+from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.vocabulary import Regime, describe
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@jit
+def _arcs(p, amplitude, harmonics, frequency, meets, coefficients) -> None:
+    """Free motions of each amplitude, tau = 0 at their upper end."""
+    for i in range(amplitude.size):
+        a = arc(p, 0.0, amplitude[i])
+        a = Arc(a.amplitude, a.top, a.half, 0.0, a.meets_1, a.meets_2)
+        frequency[i] = math.pi / a.half
+        meets[i, 0], meets[i, 1] = a.meets_1, a.meets_2
+        for k in range(harmonics + 1):
+            coefficients[i, k] = arc_harmonic(a, k).real
 
 
 def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
@@ -63,12 +77,15 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     sizes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
     if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
         raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
-    frequency, coefficients = free_harmonics(sizes, lower, upper, int(harmonics))
+    frequency, meets = np.empty(sizes.size), np.empty((sizes.size, 2), np.int64)
+    coefficients = np.empty((sizes.size, harmonics + 1))
+    _arcs(exciter.parameters(), sizes, int(harmonics), frequency, meets, coefficients)
     orders = np.arange(1, harmonics + 1)
     # The velocity is -sum c_k k w sin(k w tau) = sum c_k k w cos(k w tau + pi/2).
     over = ("amplitude", "harmonic")
-    parts, rates = coefficients[:, 1:], coefficients[:, 1:] * orders * frequency[:, None]
-    strikes_1, strikes_2 = sizes > upper, sizes > -lower
+    parts = 2 * coefficients[:, 1:]
+    rates = parts * orders * frequency[:, None]
+    strikes_1, strikes_2 = meets[:, 0] == 1, meets[:, 1] == 1
     regime = np.select(
         [strikes_1 & strikes_2, strikes_1, strikes_2],
         [Regime.TWO_SIDED, Regime.ONE_SIDED_1, Regime.ONE_SIDED_2],

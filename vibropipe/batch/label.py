@@ -7,21 +7,22 @@ from typing import Any
 import numpy as np
 
 from vibropipe.batch.rows import PHASES
-from vibropipe.kernels.row import Rows
+from vibropipe.kernels.outputs import Rows
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
 def label_rows(rows: Rows, nu: np.ndarray) -> Variables:
     """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results."""
-    m = np.maximum(rows.period_multiple, 1)
+    # A motion without an orbit is measured at multiples of the forcing frequency.
+    base = np.where(rows.period_multiple > 0, rows.frequency, nu)
     variables: Variables = {
         "regime": (("row",), rows.regime),
         "status": (("row",), rows.status),
         "period_multiple": (("row",), rows.period_multiple),
         "impacts_per_orbit": (("row", "support"), rows.impacts),
         "rests_per_orbit": (("row", "support"), rows.rests),
-        "base_frequency": (("row",), nu / m),
+        "base_frequency": (("row",), base),
         "residual": (("row",), rows.residual),
         "periods_to_settle": (("row",), rows.settled_after),
         "displacement_strobe": (("row",), rows.section[:, 0]),
@@ -29,7 +30,7 @@ def label_rows(rows: Rows, nu: np.ndarray) -> Variables:
         "window_periods": (("row",), rows.window),
     }
     if rows.amplitudes is not None:
-        variables |= _harmonics(rows.amplitudes, nu / m)
+        variables |= _harmonics(rows.amplitudes, base)
     if rows.multipliers is not None:
         radius = np.abs(rows.multipliers).max(axis=1)
         variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
@@ -59,8 +60,11 @@ def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
 
 def _impacts(rows: Rows) -> Variables:
     position = rows.impact_position
-    assert position is not None and rows.impact_velocity is not None and rows.impact_support is not None
-    assert rows.impact_count is not None and rows.largest is not None
+    assert position is not None
+    assert rows.impact_velocity is not None
+    assert rows.impact_support is not None
+    assert rows.impact_count is not None
+    assert rows.largest is not None
     whole = np.floor(position)
     return {
         "row_size": (("row",), rows.impact_count),

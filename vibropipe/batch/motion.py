@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.batch.free import contacts, positions
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.march import REST, begin, march
 from vibropipe.kernels.record import (
-    COUNTS,
     GRAZINGS,
     IMPACTS,
     RESTS,
@@ -18,6 +18,7 @@ from vibropipe.kernels.record import (
     Samples,
     new_log,
 )
+from vibropipe.physics.conservative import arc, is_free
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Exciter, ParameterError, number
@@ -60,17 +61,43 @@ def simulate(
     """
     x, v = exciter.check_start(x0, v0)
     turns = _turns(exciter, tau_start, tau_end)
-    grid = _grid(exciter, method, steps_per_period)
-    samples = _samples(grid, turns, samples_per_period)
+    _check_samples(samples_per_period)
     p = exciter.parameters()
-    state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
-    state, status, log = _run(p, grid, state, turns[1], samples, max_impacts)
-    finished = status in (Status.OK, Status.SHORT_FLIGHTS)
-    end = (
-        to_displacement(p, state.home, state.y) if finished else math.nan,
-        to_velocity(state.home, state.w) if finished else math.nan,
-    )
-    return _dataset(exciter, tau_start, tau_end, turns, samples, samples_per_period, end, status, log)
+    if method == "exact" and steps_per_period is None and is_free(p, x, v):
+        run = _free(
+            exciter, tau_start, tau_end - tau_start, x, v, _sample_times(turns, samples_per_period)
+        )
+    else:
+        grid = _grid(exciter, method, steps_per_period)
+        samples = _samples(grid, turns, samples_per_period)
+        state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
+        run = _march(p, grid, state, turns[1], samples, max_impacts)
+    return _dataset(exciter, tau_start, tau_end, turns, samples_per_period, run)
+
+
+class _Run(NamedTuple):
+    """What a motion left: Status, contacts by name of variable, samples before the end, (x, v) at the end."""
+
+    status: Status
+    contacts: dict[str, np.ndarray]
+    displacement: np.ndarray
+    velocity: np.ndarray
+    end: tuple[float, float]
+
+
+def _free(
+    exciter: Exciter, tau_start: float, span: float, x: float, v: float, turns: np.ndarray
+) -> _Run:
+    """A conservative motion, in closed form; turns: times of samples after the start, in forcing periods."""
+    a = arc(exciter.parameters(), x, v)
+    times = np.append(turns * exciter.period, span)
+    xs, vs = positions(a, times)
+    # The start as it was given, on a support before the impact.
+    xs[0], vs[0] = (x, v) if times[0] == 0.0 and times.size > 1 else (xs[0], vs[0])
+    struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
+    for name in ("impact_tau", "grazing_tau"):
+        struck[name] += tau_start
+    return _Run(Status.OK, struck, xs[:-1], vs[:-1], (float(xs[-1]), float(vs[-1])))
 
 
 def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
@@ -86,9 +113,7 @@ def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, f
     return turns
 
 
-def _grid(
-    exciter: Exciter, method: str, steps_per_period: int | None
-) -> Grid:
+def _grid(exciter: Exciter, method: str, steps_per_period: int | None) -> Grid:
     if method not in METHODS:
         raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
     if method == "exact":
@@ -103,7 +128,9 @@ def _grid(
 
 def check_steps(steps_per_period: Any) -> int:
     """A number of Newmark steps per forcing period, or a ParameterError."""
-    whole = isinstance(steps_per_period, (int, np.integer)) and not isinstance(steps_per_period, bool)
+    whole = isinstance(steps_per_period, (int, np.integer)) and not isinstance(
+        steps_per_period, bool
+    )
     if not whole or not 1 <= steps_per_period <= 10**8:
         raise ParameterError(
             f"steps_per_period = {steps_per_period!r}: allowed is a whole number from 1 to 10**8 "
@@ -112,26 +139,35 @@ def check_steps(steps_per_period: Any) -> int:
     return int(steps_per_period)
 
 
-def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples | None:
+def _check_samples(per_period: Any) -> None:
     whole = isinstance(per_period, (int, np.integer)) and not isinstance(per_period, bool)
     if not whole or per_period < 0:
         raise ParameterError(f"samples_per_period = {per_period!r}: allowed is a whole number >= 0")
-    if per_period == 0:
-        return None
-    # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
+
+
+def _sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
+    """Times of the samples before the end, in forcing periods after the start."""
     span = (turns[1] - turns[0]) * per_period
+    # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
     count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
     if count > MAX_SAMPLES:
         raise ParameterError(
             f"samples_per_period = {per_period!r}: {count} samples up to tau_end; allowed are {MAX_SAMPLES}"
         )
+    return np.arange(count) / max(per_period, 1)
+
+
+def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples | None:
+    if per_period == 0:
+        return None
+    count = _sample_times(turns, per_period).size
     period, step, theta = locate(turns[0], grid.steps)
     empty = np.full(count, np.nan), np.full(count, np.nan)
     return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
 
 
-def _run(p, grid, state, turns_end, samples, max_impacts):
-    """March to the end, emptying the log whenever it is full; returns (state, Status, log columns)."""
+def _march(p, grid, state, turns_end, samples, max_impacts) -> _Run:
+    """March to the end, emptying the log whenever it is full."""
     log = new_log(LOG_ROOM, LOG_ROOM)
     work = np.empty(3 if grid.exact is None else ORDER + 1)
     end = locate(turns_end, grid.steps)
@@ -152,48 +188,69 @@ def _run(p, grid, state, turns_end, samples, max_impacts):
     if state.order == REST:
         ended = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
         pieces.append({name: np.array([value]) for name, value in ended.items()})
-    names = pieces[0].keys()
-    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in names}
-    columns["counts"] = log.counts[:COUNTS].copy()
-    return state, Status(status), columns
+    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
+    place = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
+    finished = status in (Status.OK, Status.SHORT_FLIGHTS)
+    none = np.empty(0)
+    return _Run(
+        Status(status),
+        _contacts(columns, 2 * math.pi / p.nu),
+        none if samples is None else samples.displacement,
+        none if samples is None else samples.velocity,
+        place if finished else (math.nan, math.nan),
+    )
+
+
+def _contacts(columns: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:
+    """Columns of a log by the names of a dataset, in tau."""
+    struck = columns["support"] > 0
+    before = columns["velocity"][struck]
+    return {
+        "impact_tau": columns["position"][struck] * period,
+        "impact_support": columns["support"][struck],
+        "impact_velocity": before,
+        "impact_velocity_after": before + columns["impulse"][struck],
+        "rest_start": columns["rest_start"] * period,
+        "rest_end": columns["rest_end"] * period,
+        "rest_support": columns["rest_support"].astype(np.int8),
+        "grazing_tau": columns["grazing"] * period,
+        "grazing_support": columns["grazing_support"],
+    }
 
 
 def _take(log) -> dict[str, np.ndarray]:
     """Copy the entries of a log and empty it."""
     n, rests, grazings = (int(log.counts[k]) for k in (IMPACTS, RESTS, GRAZINGS))
-    taken = {name: getattr(log, name)[:n].copy() for name in ("position", "velocity", "impulse", "support")}
-    taken |= {name: getattr(log, name)[:rests].copy() for name in ("rest_start", "rest_end", "rest_support")}
+    taken = {
+        name: getattr(log, name)[:n].copy()
+        for name in ("position", "velocity", "impulse", "support")
+    }
+    taken |= {
+        name: getattr(log, name)[:rests].copy()
+        for name in ("rest_start", "rest_end", "rest_support")
+    }
     taken |= {name: getattr(log, name)[:grazings].copy() for name in ("grazing", "grazing_support")}
     log.counts[[IMPACTS, RESTS, GRAZINGS]] = 0
     return taken
 
 
-def _dataset(exciter, tau_start, tau_end, turns, samples, per_period, end, status, log) -> xr.Dataset:
+def _dataset(exciter, tau_start, tau_end, turns, per_period, run: _Run) -> xr.Dataset:
     import xarray as xr
 
-    period = exciter.period
-    struck = log["support"] > 0
-    before = log["velocity"][struck]
     variables: dict[str, Any] = {
-        "impact_tau": ("impact", log["position"][struck] * period),
-        "impact_support": ("impact", log["support"][struck].astype(np.int8)),
-        "impact_velocity": ("impact", before),
-        "impact_velocity_after": ("impact", before + log["impulse"][struck]),
-        "rest_start": ("rest", log["rest_start"] * period),
-        "rest_end": ("rest", log["rest_end"] * period),
-        "rest_support": ("rest", log["rest_support"].astype(np.int8)),
-        "grazing_tau": ("grazing", log["grazing"] * period),
-        "grazing_support": ("grazing", log["grazing_support"].astype(np.int8)),
-        "displacement_end": ((), end[0]),
-        "velocity_end": ((), end[1]),
-        "status": ((), np.int8(status)),
+        name: (name.split("_")[0], values) for name, values in run.contacts.items()
     }
-    coords: dict[str, Any] = {name: ((), value) for name, value in exciter.parameters()._asdict().items()}
-    if samples is not None:
-        offsets = np.arange(samples.displacement.size) / per_period
-        coords["tau"] = ("tau", np.append(tau_start + offsets * period, tau_end))
+    variables["displacement_end"] = ((), run.end[0])
+    variables["velocity_end"] = ((), run.end[1])
+    variables["status"] = ((), np.int8(run.status))
+    coords: dict[str, Any] = {
+        name: ((), value) for name, value in exciter.parameters()._asdict().items()
+    }
+    if per_period > 0:
+        offsets = _sample_times(turns, per_period)
+        coords["tau"] = ("tau", np.append(tau_start + offsets * exciter.period, tau_end))
         phase = np.append((turns[0] % 1.0 + offsets) % 1.0, turns[1] % 1.0)
-        variables["displacement"] = ("tau", np.append(samples.displacement, end[0]))
-        variables["velocity"] = ("tau", np.append(samples.velocity, end[1]))
+        variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
+        variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
         variables["force"] = ("tau", exciter.f * np.sin(2 * math.pi * phase))
     return describe(xr.Dataset(variables, coords))

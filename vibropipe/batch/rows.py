@@ -8,8 +8,10 @@ import numpy as np
 from numba import prange
 
 from vibropipe.jit import jit_parallel
+from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
-from vibropipe.kernels.row import Rows, solve_row
+from vibropipe.kernels.row import solve_row
+from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import ORDER
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
@@ -31,6 +33,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
 
     return Rows(
         regime=np.zeros(n, np.int8),
+        frequency=np.zeros(n),
         status=np.zeros(n, np.int8),
         period_multiple=np.zeros(n, np.int32),
         settled_after=np.zeros(n, np.int32),
@@ -52,7 +55,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
 
 
 @jit_parallel
-def _drive(parameters, starts, chain_length, max_periods, out):
+def _drive(e, parameters, starts, chain_length, max_periods, out):
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
     chains = parameters.shape[0] // chain_length
@@ -66,7 +69,7 @@ def _drive(parameters, starts, chain_length, max_periods, out):
                 lower = parameters[row, 4] - parameters[row, 3]
                 upper = parameters[row, 3] + parameters[row, 4]
                 x = min(max(x, lower), upper)
-                x, v = solve_row(parameters[row], x, v, max_periods, log, c, out, row)
+                x, v = solve_row(e, parameters[row], x, v, max_periods, log, c, out, row)
 
 
 def solve_rows(
@@ -86,6 +89,7 @@ def solve_rows(
         piece = slice(first, min(first + rows_per_piece, len(parameters)))
         out = new_rows(piece.stop - piece.start, harmonics, outputs)
         _drive(
+            ALL_EFFECTS,
             np.ascontiguousarray(parameters[piece]),
             np.ascontiguousarray(starts[piece]),
             chain_length,
@@ -102,7 +106,8 @@ def _compact(out: Rows) -> Rows:
     """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
     if out.impact_count is None:
         return out
-    assert out.impact_position is not None and out.impact_velocity is not None
+    assert out.impact_position is not None
+    assert out.impact_velocity is not None
     assert out.impact_support is not None
     widest = int(out.impact_count.max())
     kept = np.arange(widest)[None, :] < out.impact_count[:, None]

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 
 
-def steady_state(exciter: Exciter, x0: float = 0.0, v0: float = 0.0, harmonics: int = 6) -> xr.Dataset:
+def steady_state(
+    exciter: Exciter, x0: float = 0.0, v0: float = 0.0, harmonics: int = 6
+) -> xr.Dataset:
     """The law of motion of eqs. (5), (6) that settles from (x0, v0) at tau = 0.
 
     Returns a dataset (non-dimensional): `regime` (no_impact, one_sided_1, one_sided_2, two_sided, with_rest,

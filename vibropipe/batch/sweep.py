@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
 DIRECTIONS = ("up", "down")
-MAX_PERIODS = 2000
+MAX_PERIODS = 1000
 Follow = tuple[str, str] | None
 
 
@@ -57,9 +57,13 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
             raise ParameterError(f"over: {name!r}: allowed are {', '.join(Parameters._fields)}")
         array = np.atleast_1d(np.asarray(values, dtype=float))
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
-            raise ParameterError(f"over: {name} = {values!r}: allowed is a non-empty list of finite numbers")
+            raise ParameterError(
+                f"over: {name} = {values!r}: allowed is a non-empty list of finite numbers"
+            )
         if np.unique(array).size != array.size:
-            raise ParameterError(f"over: {name} = {values!r}: allowed are values that differ from each other")
+            raise ParameterError(
+                f"over: {name} = {values!r}: allowed are values that differ from each other"
+            )
         arrays[name] = array
     if not arrays:
         raise ParameterError("over is empty: allowed is at least one parameter with its values")
@@ -122,7 +126,9 @@ def solve_shard(
     starts = _starts(exciter, arrays, parameters, x0, v0)
     # A chain followed downwards is solved from its upper end; its rows are put back in order afterwards.
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
-    pieces = solve_rows(parameters[order], starts[order], chain, MAX_PERIODS, harmonics, asked, progress)
+    pieces = solve_rows(
+        parameters[order], starts[order], chain, MAX_PERIODS, harmonics, asked, progress
+    )
     parts, done = [], 0
     for piece in pieces:
         n = len(piece.regime)
@@ -204,7 +210,8 @@ def assemble(
     arrays = check_over(over)
     ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
     parts = [
-        {name: (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()} for shard in ordered
+        {name: (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
+        for shard in ordered
     ]
     sizes = [arrays[name].size for name in arrays]
     numbers = np.arange(math.prod(sizes))
@@ -219,7 +226,9 @@ def assemble(
         for name, (dims, values) in flat.items()
     }
     coords: dict[str, Any] = {
-        name: ((), value) for name, value in exciter.parameters()._asdict().items() if name not in arrays
+        name: ((), value)
+        for name, value in exciter.parameters()._asdict().items()
+        if name not in arrays
     }
     coords |= {name: (name, values) for name, values in arrays.items()}
     coords |= {name: ordered[0][name] for name in ordered[0].coords}

@@ -72,9 +72,7 @@ def exact_grid(e, p):
             table_p[j] = p.f * (p1 * s + p2 * c)
             table_q[j] = p.f * (q1 * s + q2 * c)
     margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
-    return Grid(
-        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, table_p, table_q, basis
-    )
+    return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, table_p, table_q, basis)
 
 
 @jit_allocating

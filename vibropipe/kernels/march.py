@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from vibropipe.jit import jit
+from vibropipe.kernels.grid import evaluate, locate, stays_between
 from vibropipe.kernels.record import (
     POLYNOMIALS,
     SHORT_FLIGHTS,
@@ -16,7 +17,6 @@ from vibropipe.kernels.record import (
     log_rest,
     record,
 )
-from vibropipe.kernels.grid import evaluate, locate, stays_between
 from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
 from vibropipe.physics.contact import (
     NEVER,
@@ -31,7 +31,11 @@ from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
-ROOT_BOUND, NOT_FINITE, LOG_FULL = int(Status.ROOT_BOUND), int(Status.NOT_FINITE), int(Status.LOG_FULL)
+ROOT_BOUND, NOT_FINITE, LOG_FULL = (
+    int(Status.ROOT_BOUND),
+    int(Status.NOT_FINITE),
+    int(Status.LOG_FULL),
+)
 # How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate; or not.
 FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, REST = 0, 1, 2, 3, 9
 # Rounding of a phase in turns: a contact this soon after the release belongs to it.
@@ -216,10 +220,7 @@ def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
 def contact(e, p, grid, state, kind, at_near, c, theta, room, log):
     """State after an impact or a graze at `theta` past the state; `room` is left in the step."""
     home = state.home
-    if home == 0:
-        side = 2 if at_near else 1
-    else:
-        side = home if at_near else 3 - home
+    side = (2 if at_near else 1) if home == 0 else home if at_near else 3 - home
     sigma, load, near, far = frame(p, home)
     _y, rate = evaluate(grid, c, theta)
     if grid.exact is None and kind != GRAZING:
@@ -272,13 +273,13 @@ def settle(e, p, grid, state, end_period, end_step, end_theta, log):
     turn = (state.step + state.theta) / grid.steps
     order, wait = departure(e, p, grid, state.home, state.w, turn)
     if order != REST:
-        return State(
-            state.period, state.step, state.theta, state.home, 0.0, state.w, order, 0.0
-        )
+        return State(state.period, state.step, state.theta, state.home, 0.0, state.w, order, 0.0)
     period, step, theta = place(grid, state.period, state.step, state.theta, wait)
     if not is_before(period, step, theta, end_period, end_step, end_theta) and wait > 0.0:
         # The accumulation lies beyond the end: the impacts up to the end are marched.
-        return State(state.period, state.step, state.theta, state.home, 0.0, state.w, WITH_SPEED, 0.0)
+        return State(
+            state.period, state.step, state.theta, state.home, 0.0, state.w, WITH_SPEED, 0.0
+        )
     start = period + (step + theta) / grid.steps
     if state.w > 0.0:
         restitution = p.R1 if state.home == 1 else p.R2
@@ -324,9 +325,7 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         order <= WITH_SPEED
         and stays_between(grid, order, state.y, state.w, y, w, theta, load, near, far)
     ):
-        theta, kind, at_near = first_contact(
-            grid, state, load, near, far, c, y, theta, log.counts
-        )
+        theta, kind, at_near = first_contact(grid, state, load, near, far, c, y, theta, log.counts)
     if kind == BOUND:
         return state, ROOT_BOUND
     until = limit if kind == NONE else state.theta + theta
@@ -334,9 +333,7 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
     )
     if kind != NONE:
-        after = contact(
-            e, p, grid, state, kind, at_near, c, theta, limit - state.theta, log
-        )
+        after = contact(e, p, grid, state, kind, at_near, c, theta, limit - state.theta, log)
         if kind == GRAZING:
             return after, OK
         if grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT:
@@ -360,9 +357,7 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
 
 
 @jit
-def march(
-    e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events
-):
+def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events):
     """March from `state` to the end; returns (state, Status).
 
     log: contacts are appended; LOG_FULL with the state reached when it has no room and `stop` rules say so;
@@ -380,16 +375,12 @@ def march(
             events += 1
         else:
             if state.order == FLIGHT and state.theta == 0.0 and samples is None:
-                state = coast(
-                    e, p, grid, state, end_period, end_step, log.counts
-                )
+                state = coast(e, p, grid, state, end_period, end_step, log.counts)
                 if not is_before(
                     state.period, state.step, state.theta, end_period, end_step, end_theta
                 ):
                     break
-            state, status = fly(
-                e, p, grid, state, end_period, end_step, end_theta, log, samples, c
-            )
+            state, status = fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c)
             if status != OK:
                 return state, status
             events += state.order != FLIGHT

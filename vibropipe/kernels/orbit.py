@@ -29,7 +29,14 @@ def clear(log) -> None:
 def at_period_zero(state):
     """The same state with its time shifted to the first forcing period."""
     return State(
-        0, state.step, state.theta, state.home, state.y, state.w, state.order, state.rest_start - state.period
+        0,
+        state.step,
+        state.theta,
+        state.home,
+        state.y,
+        state.w,
+        state.order,
+        state.rest_start - state.period,
     )
 
 
@@ -76,12 +83,7 @@ def derivative(p, log, start, end, m):
     The product of free flows and saltation matrices over the logged impacts; zero after a rest, which
     forgets where the mass came from.
     """
-    if (
-        log.counts[RESTS] > 0
-        or log.counts[TAILS] > 0
-        or start.order == REST
-        or end.order == REST
-    ):
+    if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.order == REST or end.order == REST:
         return 0.0, 0.0, 0.0, 0.0
     period = TWO_PI / p.nu
     j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0

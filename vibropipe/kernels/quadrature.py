@@ -65,7 +65,11 @@ def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
         impact = log.position[i] if i < impacts else math.inf
         rest, until, side = math.inf, float(m), end.home
         if r < rests:
-            rest, until, side = max(0.0, log.rest_start[r]), log.rest_end[r], int(log.rest_support[r])
+            rest, until, side = (
+                max(0.0, log.rest_start[r]),
+                log.rest_end[r],
+                int(log.rest_support[r]),
+            )
         elif end.order == REST and r == rests:
             rest = max(0.0, end.rest_start)
         upto = min(min(impact, rest), float(m))

@@ -26,7 +26,7 @@ from vibropipe.kernels.orbit import (
     periods,
     section,
 )
-from vibropipe.kernels.record import IMPACTS, RESTS
+from vibropipe.kernels.record import IMPACTS
 from vibropipe.status import Status
 
 MAX_MULTIPLE = 32
@@ -145,9 +145,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
     next_try, failures = 1, 0
     for k in range(1, max_periods + 1):
         clear(log)
-        state, status = periods(
-            e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD
-        )
+        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
         x, v = section(p, state)

@@ -1,15 +1,25 @@
 """The conservative exciter, eqs. (7)-(10): h = f = 0, R1 = R2 = 1, in closed form.
 
-Between impacts the motion is an arc of x = A cos(tau); each support cuts the arc off, and the motion runs
-to and fro between the two ends. Everything follows from the half period between the ends.
+Between impacts the motion is an arc of x = A cos(angle); each support cuts the arc off, and the motion runs
+to and fro between the two ends. Everything follows from the angles of the ends.
 """
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.jit import jit
+
 Array = NDArray[np.float64]
+# A motion whose highest point is within this share of a support grazes it (as in the search for impacts).
+TOUCH = 2.0**-44
+# Motions that leave a support they are pressed to by less than this share of their size are marched instead:
+# their arc is a small difference of angles.
+SHALLOW = 1e-4
 
 
 def backbone_velocity(delta_over_l: Array, tau_bar: Array) -> Array:
@@ -23,37 +33,78 @@ def backbone_velocity(delta_over_l: Array, tau_bar: Array) -> Array:
         return np.where(struck, velocity, np.nan)
 
 
-def arc(amplitude: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
-    """(start, half period) of the arc x = A cos(start + tau) from its upper to its lower end.
+class Arc(NamedTuple):
+    """A free motion: amplitude A, angle of its upper end, half its period, time since the upper end at the
+    start (0 <= since < 2 half), and how it meets each support: 0 not, 1 by impact, 2 by grazing."""
 
-    amplitude: A = sqrt(x^2 + x'^2); lower, upper: positions of the supports. The angle of an end is taken
-    by its sine and cosine, since the arc cosine alone is blind near a graze.
+    amplitude: float
+    top: float
+    half: float
+    since: float
+    meets_1: int
+    meets_2: int
+
+
+@jit
+def _meets(reach, amplitude) -> int:
+    if abs(amplitude - reach) <= TOUCH * amplitude:
+        return 2
+    return 1 if amplitude > reach else 0
+
+
+@jit
+def is_free(p, x, v) -> bool:
+    """Whether a motion from (x, v) is conservative and wide enough for its closed form."""
+    if p.h != 0.0 or p.f != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
+        return False
+    least = max(p.delta - p.l, -(p.l + p.delta))
+    return math.hypot(x, v) > max(0.0, least * (1.0 + SHALLOW))
+
+
+@jit
+def arc(p, x, v) -> Arc:
+    """The free motion from (x, v) between the supports of p."""
+    upper, lower = p.l + p.delta, p.delta - p.l
+    amplitude = math.hypot(x, v)
+    meets_1, meets_2 = _meets(upper, amplitude), _meets(-lower, amplitude)
+    top, bottom = 0.0, math.pi
+    # The angle of an end by the speed there, which keeps its digits where the arc cosine is blind.
+    if meets_1 == 1:
+        top = math.atan2(math.sqrt(max(0.0, v * v + (x - upper) * (x + upper))), upper)
+    if meets_2 == 1:
+        bottom = math.atan2(math.sqrt(max(0.0, v * v + (x - lower) * (x + lower))), lower)
+    half = bottom - top
+    down = min(max(math.atan2(abs(v), x) - top, 0.0), half)
+    if x >= upper and meets_1 == 1:
+        down = 0.0
+    elif x <= lower and meets_2 == 1:
+        down = half
+    since = down if v <= 0.0 or down == 0.0 else 2.0 * half - down
+    return Arc(amplitude, top, half, since, meets_1, meets_2)
+
+
+@jit
+def on_arc(a: Arc, tau):
+    """(x, v) of the motion a time tau after its start."""
+    s = (tau + a.since) % (2.0 * a.half)
+    down = s if s < a.half else 2.0 * a.half - s
+    angle = a.top + down
+    v = a.amplitude * math.sin(angle)
+    return a.amplitude * math.cos(angle), -v if s < a.half else v
+
+
+@jit
+def arc_harmonic(a: Arc, k: int) -> complex:
+    """X_k of x = sum over all k of X_k exp(i k w tau), w = pi/half, tau from the start.
+
+    About its upper end the motion is even: the integral of cos(top + s) cos(k w s) over half a period, with
+    sin(z)/z as one function, then shifted to the start.
     """
-
-    def angle(x: Array) -> Array:
-        return np.arctan2(np.sqrt(np.maximum((amplitude - x) * (amplitude + x), 0.0)), x)
-
-    top, bottom = angle(np.minimum(upper, amplitude)), angle(np.maximum(lower, -amplitude))
-    return top, bottom - top
-
-
-def free_harmonics(
-    amplitude: Array, lower: float, upper: float, harmonics: int
-) -> tuple[Array, Array]:
-    """(eigenfrequency, coefficients) of free motions of the given amplitudes, shape (n,) and (n, harmonics + 1).
-
-    x = c_0 + sum c_k cos(k w tau) with tau = 0 at the upper end: the motion is even about it. The integral
-    of cos(tau + start) cos(k w tau) over half a period, with sin(z)/z taken as one function.
-    """
-    start, half = arc(amplitude, lower, upper)
-    frequency = np.pi / half
-    k = np.arange(harmonics + 1)
-
-    def mean_of_cosine(rate: Array) -> Array:
-        phase = 0.5 * rate * half[:, None]
-        return np.sinc(phase / np.pi) * np.cos(phase + start[:, None])
-
-    rate = k[None, :] * frequency[:, None]
-    coefficients = amplitude[:, None] * (mean_of_cosine(1 + rate) + mean_of_cosine(1 - rate))
-    coefficients[:, 0] *= 0.5
-    return frequency, coefficients
+    rate = k * math.pi / a.half
+    total = 0.0
+    for sign in (1.0, -1.0):
+        phase = 0.5 * (1.0 + sign * rate) * a.half
+        sinc = math.sin(phase) / phase if abs(phase) > 1e-8 else 1.0
+        total += 0.5 * a.amplitude * sinc * math.cos(phase + a.top)
+    angle = rate * a.since
+    return complex(total * math.cos(angle), total * math.sin(angle))

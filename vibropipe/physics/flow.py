@@ -117,31 +117,6 @@ def combine(basis, c, y, w, load, s, s_rate) -> None:
 
 
 @jit_allocating
-def exact_basis(h: float, nu: float, dt: float):
-    """Polynomials, shape (5, ORDER + 1), of a unit y, w, load, sigma f sin and sigma f cos at t0.
-
-    The motion is linear in these five, so any other polynomial is a sum of five vectors, which the
-    vector units add far quicker than the recurrence runs.
-    """
-    basis = np.empty((5, ORDER + 1))
-    unit = np.zeros(5)
-    for column in range(5):
-        unit[:] = 0.0
-        unit[column] = 1.0
-        taylor(basis[column], unit[0], unit[1], unit[3], unit[4], unit[2], h, nu, dt)
-    return basis
-
-
-@jit
-def combine(basis, c, y, w, load, s, s_rate) -> None:
-    """Fill c[0..ORDER] with the motion from (y, w) under load and force (s, s_rate)."""
-    for n in range(ORDER + 1):
-        c[n] = (y * basis[0, n] + w * basis[1, n]) + (
-            load * basis[2, n] + (s * basis[3, n] + s_rate * basis[4, n])
-        )
-
-
-@jit_allocating
 def exact_map(basis, dt: float):
     """The exact one-step map: y' = a11 y + a12 w + b1 load + p1 s + p2 c, w' = a21 y + ... + q2 c.
 
@@ -172,7 +147,11 @@ def free_flow(h: float, t: float):
     elif z <= 1e-3:
         decay = math.exp(-b * t)
         even = decay * (1.0 + z * (0.5 + z * (1.0 / 24.0 + z * (1.0 / 720.0 + z / 40320.0))))
-        odd = decay * t * (1.0 + z * (1.0 / 6.0 + z * (1.0 / 120.0 + z * (1.0 / 5040.0 + z / 362880.0))))
+        odd = (
+            decay
+            * t
+            * (1.0 + z * (1.0 / 6.0 + z * (1.0 / 120.0 + z * (1.0 / 5040.0 + z / 362880.0))))
+        )
     else:
         root = math.sqrt(g)
         # The slow rate b - root cancels for strong damping; the product of both rates is 1.

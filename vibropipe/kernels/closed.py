@@ -1,0 +1,125 @@
+"""Rows that need no march: nothing struck (linear), or nothing lost and nothing driven (conservative)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.jit import jit, jit_allocating
+from vibropipe.kernels.harmonics import turn_factor
+from vibropipe.kernels.orbit import multipliers
+from vibropipe.kernels.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
+from vibropipe.physics.conservative import arc, arc_harmonic, on_arc
+from vibropipe.physics.flow import free_flow
+from vibropipe.physics.forcing import TWO_PI
+from vibropipe.physics.linear import linear_amplitude
+
+
+@jit
+def _write_label(out, row, regime, m) -> None:
+    """A row known in closed form: nothing marched, nothing left over."""
+    out.regime[row] = regime
+    out.period_multiple[row] = m
+    out.residual[row] = 0.0
+
+
+@jit
+def _linear_amplitudes(x, amplitudes, row) -> None:
+    if amplitudes is not None and amplitudes.shape[1] > 1:
+        amplitudes[row, 1] = x
+
+
+@jit
+def _linear_energy(p, x, energy, row) -> None:
+    """Work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
+    if energy is not None:
+        half_period = math.pi / p.nu
+        energy[row, 0] = -2.0 * p.nu * x.real * p.f * half_period
+        energy[row, 1] = p.h * (2.0 * p.nu * abs(x)) ** 2 * half_period
+
+
+@jit
+def _linear_motion(p, x, motion, row) -> None:
+    if motion is not None:
+        for i in range(motion.shape[2]):
+            turned = 2.0 * x * turn_factor(-i / motion.shape[2])
+            motion[row, 0, i] = turned.real
+            motion[row, 1, i] = -p.nu * turned.imag
+
+
+@jit
+def solve_linear(p, out, row):
+    """A row whose motion strikes nothing: the steady state of eq. (5) in closed form; returns its section."""
+    x = linear_amplitude(p)
+    _write_label(out, row, NO_IMPACT, 1)
+    out.frequency[row] = p.nu
+    _linear_amplitudes(x, out.amplitudes, row)
+    e11, e12, e21, e22 = free_flow(p.h, TWO_PI / p.nu)
+    first, second = multipliers(e11, e12, e21, e22)
+    write_multipliers(first, second, out.multipliers, row)
+    _linear_energy(p, x, out.energy, row)
+    _linear_motion(p, x, out.motion, row)
+    write_largest(out.impacts[row], out.impacts[row], out.largest, row)
+    return 2.0 * x.real, -2.0 * p.nu * x.imag
+
+
+@jit
+def _free_amplitudes(a, amplitudes, row) -> None:
+    if amplitudes is not None:
+        for k in range(amplitudes.shape[1]):
+            amplitudes[row, k] = arc_harmonic(a, k)
+
+
+@jit
+def _free_motion(a, motion, row) -> None:
+    if motion is not None:
+        for i in range(motion.shape[2]):
+            motion[row, 0, i], motion[row, 1, i] = on_arc(a, 2.0 * a.half * i / motion.shape[2])
+
+
+@jit
+def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
+    """Impacts of a conservative orbit; positions as fractions of its own period."""
+    if count is not None:
+        n = 0
+        for side in range(2):
+            if (a.meets_1 if side == 0 else a.meets_2) == 1:
+                at = (side * a.half - a.since) / (2.0 * a.half)
+                position[row, n] = at - math.floor(at)
+                velocity[row, n] = speeds[side] if side == 0 else -speeds[side]
+                support[row, n] = side + 1
+                n += 1
+        if n == 2 and position[row, 0] > position[row, 1]:
+            position[row, 0], position[row, 1] = position[row, 1], position[row, 0]
+            velocity[row, 0], velocity[row, 1] = velocity[row, 1], velocity[row, 0]
+            support[row, 0], support[row, 1] = support[row, 1], support[row, 0]
+        count[row] = n
+
+
+@jit_allocating
+def solve_free(p, x, v, out, row):
+    """A conservative row in closed form: its period is its own, its multipliers are 1; returns (x, v)."""
+    a = arc(p, x, v)
+    speeds, one = np.zeros(2), complex(1.0, 0.0)
+    for side in range(2):
+        if (a.meets_1 if side == 0 else a.meets_2) == 1:
+            at = p.l + p.delta if side == 0 else p.delta - p.l
+            out.impacts[row, side] = 1.0
+            speeds[side] = math.sqrt(max(0.0, v * v + (x - at) * (x + at)))
+    _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
+    _free_amplitudes(a, out.amplitudes, row)
+    write_multipliers(one, one, out.multipliers, row)
+    _free_impacts(
+        a,
+        speeds,
+        out.impact_count,
+        out.impact_position,
+        out.impact_velocity,
+        out.impact_support,
+        row,
+    )
+    write_largest(speeds, out.impacts[row], out.largest, row)
+    _free_motion(a, out.motion, row)
+    out.frequency[row] = math.pi / a.half
+    return x, v

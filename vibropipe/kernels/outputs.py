@@ -1,0 +1,154 @@
+"""The results of rows, and how each output is written from a closed orbit whose contacts are in the log."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.jit import jit, jit_allocating
+from vibropipe.kernels.harmonics import add_contacts, close
+from vibropipe.kernels.march import REST, march
+from vibropipe.kernels.orbit import clear, section
+from vibropipe.kernels.quadrature import along_orbit, mend_resonance
+from vibropipe.kernels.record import IMPACTS, RESTS, SAMPLES, Samples
+from vibropipe.vocabulary import Regime
+
+NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
+    int(Regime.NO_IMPACT),
+    int(Regime.ONE_SIDED_1),
+    int(Regime.ONE_SIDED_2),
+)
+TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
+
+
+class Rows(NamedTuple):
+    """Arrays of results, first dimension the row; an output that nobody asked for is None."""
+
+    regime: np.ndarray
+    frequency: np.ndarray
+    status: np.ndarray
+    period_multiple: np.ndarray
+    settled_after: np.ndarray
+    window: np.ndarray
+    residual: np.ndarray
+    section: np.ndarray
+    impacts: np.ndarray
+    rests: np.ndarray
+    amplitudes: np.ndarray | None
+    multipliers: np.ndarray | None
+    impact_count: np.ndarray | None
+    impact_position: np.ndarray | None
+    impact_velocity: np.ndarray | None
+    impact_support: np.ndarray | None
+    largest: np.ndarray | None
+    energy: np.ndarray | None
+    motion: np.ndarray | None
+
+
+@jit
+def count_contacts(log, end, impacts, rests, largest) -> None:
+    """Add a log's impacts and rests on each support, and keep the largest impact velocities."""
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        side = log.support[i] - 1
+        if side >= 0:
+            impacts[side] += 1.0
+            largest[side] = max(largest[side], abs(log.velocity[i]))
+    for i in range(min(log.counts[RESTS], log.rest_start.size)):
+        rests[log.rest_support[i] - 1] += 1.0
+    if end.order == REST and end.rest_start <= 0.0:
+        # A rest over the whole orbit has no end in the log.
+        rests[end.home - 1] += 1.0
+
+
+@jit
+def regime_of(impacts, rests) -> int:
+    if rests[0] + rests[1] > 0.0:
+        return WITH_REST
+    if impacts[0] > 0.0 and impacts[1] > 0.0:
+        return TWO_SIDED
+    if impacts[0] > 0.0:
+        return ONE_SIDED_1
+    return ONE_SIDED_2 if impacts[1] > 0.0 else NO_IMPACT
+
+
+# numba prunes a branch on `argument is None` before it types the code, but only for plain arguments: so each
+# output has a function of its own, with its array as an argument.
+
+
+@jit_allocating
+def write_harmonics(p, settled, log, c, amplitudes, row) -> None:
+    """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
+    if amplitudes is not None:
+        m, end = settled.m, settled.end
+        resting = end.home if end.order == REST else 0
+        add_contacts(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
+        if not close(p, m, float(m), amplitudes[row]):
+            x, v = section(p, settled.state)
+            mend_resonance(p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
+
+
+@jit
+def write_multipliers(first, second, multipliers, row) -> None:
+    if multipliers is not None:
+        multipliers[row, 0] = first
+        multipliers[row, 1] = second
+
+
+@jit_allocating
+def write_energy(p, settled, log, c, energy, row) -> None:
+    """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
+    if energy is not None:
+        x, v = section(p, settled.state)
+        none = np.zeros(0, np.complex128)
+        along_orbit(p, x, v, settled.end, log, settled.m, none, energy[row], c)
+        for i in range(min(log.counts[IMPACTS], log.position.size)):
+            before, impulse = log.velocity[i], log.impulse[i]
+            side = abs(log.support[i]) - 1
+            if log.support[i] > 0:
+                energy[row, 2 + side] -= impulse * (before + 0.5 * impulse)
+            else:
+                energy[row, 2 + side] += tail_loss(p, impulse, side)
+
+
+@jit
+def tail_loss(p, impulse, side):
+    """Energy lost in the completed tail of a chatter that carries `impulse`: all of its departure speed."""
+    restitution = p.R1 if side == 0 else p.R2
+    speed = (
+        abs(impulse) * (1.0 - restitution) / (1.0 + restitution)
+        if restitution < 1.0
+        else abs(impulse)
+    )
+    return 0.5 * speed * speed
+
+
+@jit
+def write_impacts(log, count, position, velocity, support, row) -> None:
+    if count is not None:
+        n = 0
+        for i in range(min(log.counts[IMPACTS], log.position.size)):
+            if log.support[i] > 0 and n < position.shape[1]:
+                position[row, n] = log.position[i]
+                velocity[row, n] = log.velocity[i]
+                support[row, n] = log.support[i]
+                n += 1
+        count[row] = n
+
+
+@jit
+def write_largest(largest_seen, impacts, largest, row) -> None:
+    if largest is not None:
+        for side in range(2):
+            largest[row, side] = largest_seen[side] if impacts[side] > 0.0 else math.nan
+
+
+@jit_allocating
+def write_motion(e, p, grid, settled, log, c, motion, row) -> None:
+    """Samples of the closed orbit at equal fractions of it; empties the log."""
+    if motion is not None:
+        samples = Samples(motion[row, 0], motion[row, 1], settled.m, motion.shape[2], 0, 0.0)
+        clear(log)
+        log.counts[SAMPLES] = 0
+        march(e, p, grid, settled.state, settled.m, 0, 0.0, log, samples, c, 10_000_000)

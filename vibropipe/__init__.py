@@ -18,7 +18,16 @@ _FACE = {
     "amplitude_frequency": "vibropipe.batch.conservative",
     "open_study": "vibropipe.store",
 }
-__all__ = sorted(_FACE)
+__all__ = [
+    "Exciter",
+    "ParameterError",
+    "amplitude_frequency",
+    "backbone",
+    "open_study",
+    "simulate",
+    "steady_state",
+    "sweep",
+]
 
 if TYPE_CHECKING:
     from vibropipe.batch.conservative import amplitude_frequency, backbone
@@ -31,7 +40,9 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     if name not in _FACE:
-        raise AttributeError(f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}")
+        raise AttributeError(
+            f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}"
+        )
     return getattr(importlib.import_module(_FACE[name]), name)
 
 

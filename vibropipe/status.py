@@ -25,9 +25,20 @@ class Status(IntEnum):
 _REMEDIES = {
     Status.OK: "The motion was computed as asked.",
     Status.MAX_IMPACTS: "The bound on impacts was reached before tau_end: shorten tau_end or raise max_impacts.",
-    Status.MAX_PERIODS: "No orbit was recognised within the bound on periods: the row was measured over a window instead.",
-    Status.ROOT_BOUND: "The search for an impact reached its bound: raise steps_per_period, or check that the parameters are within ten decades of each other.",
-    Status.NOT_FINITE: "The motion left the range of floating-point numbers: reduce f, tau_end or the ratio of the parameters.",
-    Status.SHORT_FLIGHTS: "Some flights were shorter than a step of the method: raise steps_per_period or use the exact method.",
-    Status.LOG_FULL: "More impacts happened in one orbit than are kept: counts are complete, the list of impacts is not.",
+    Status.MAX_PERIODS: (
+        "No orbit was recognised within the bound on periods: the row was measured over a window instead."
+    ),
+    Status.ROOT_BOUND: (
+        "The search for an impact reached its bound: raise steps_per_period, or check that the parameters are "
+        "within ten decades of each other."
+    ),
+    Status.NOT_FINITE: (
+        "The motion left the range of floating-point numbers: reduce f, tau_end or the ratio of the parameters."
+    ),
+    Status.SHORT_FLIGHTS: (
+        "Some flights were shorter than a step: raise steps_per_period or use the exact method."
+    ),
+    Status.LOG_FULL: (
+        "More impacts happened in one orbit than are kept: the orbit's outputs would be incomplete."
+    ),
 }

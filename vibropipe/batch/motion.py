@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.batch.free import contacts, positions
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
-from vibropipe.kernels.march import REST, begin, march
+from vibropipe.kernels.march import march
 from vibropipe.kernels.record import (
     GRAZINGS,
     IMPACTS,
@@ -18,6 +18,7 @@ from vibropipe.kernels.record import (
     Samples,
     new_log,
 )
+from vibropipe.kernels.state import REST, begin
 from vibropipe.physics.conservative import arc, is_free
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS
@@ -57,7 +58,8 @@ def simulate(
     `impact_velocity_after` over `impact`; `rest_start, rest_end` (inf if not released before tau_end),
     `rest_support` over `rest`; `grazing_tau, grazing_support` over `grazing`; `displacement_end, velocity_end`
     (after an impact at tau_end itself); `status`: `short_flights` when Newmark flights were shorter than a
-    step, `max_impacts` when more contacts happen than allowed, then the motion is nan from there on. Raises ParameterError for a value outside what is allowed.
+    step, `max_impacts` when more contacts happen than allowed (then the motion is nan from there on).
+    Raises ParameterError for a value outside what is allowed.
     """
     x, v = exciter.check_start(x0, v0)
     turns = _turns(exciter, tau_start, tau_end)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from vibropipe.jit import jit
-from vibropipe.kernels.march import FLIGHT, OK, REST, State, march
+from vibropipe.kernels.march import OK, march
 from vibropipe.kernels.record import GRAZINGS, IMPACTS, RESTS, TAILS
+from vibropipe.kernels.state import FLIGHT, REST, State
 from vibropipe.physics.contact import frame, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.forcing import TWO_PI, sincos_turns

@@ -9,10 +9,11 @@ import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import add_contacts, close
-from vibropipe.kernels.march import REST, march
+from vibropipe.kernels.march import march
 from vibropipe.kernels.orbit import clear, section
 from vibropipe.kernels.quadrature import along_orbit, mend_resonance
 from vibropipe.kernels.record import IMPACTS, RESTS, SAMPLES, Samples
+from vibropipe.kernels.state import REST
 from vibropipe.vocabulary import Regime
 
 NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
@@ -64,6 +65,7 @@ def count_contacts(log, end, impacts, rests, largest) -> None:
 
 @jit
 def regime_of(impacts, rests) -> int:
+    """The code of `regime` of an orbit with these impacts and rests on each support."""
     if rests[0] + rests[1] > 0.0:
         return WITH_REST
     if impacts[0] > 0.0 and impacts[1] > 0.0:
@@ -91,6 +93,7 @@ def write_harmonics(p, settled, log, c, amplitudes, row) -> None:
 
 @jit
 def write_multipliers(first, second, multipliers, row) -> None:
+    """Both Floquet multipliers."""
     if multipliers is not None:
         multipliers[row, 0] = first
         multipliers[row, 1] = second
@@ -126,6 +129,7 @@ def tail_loss(p, impulse, side):
 
 @jit
 def write_impacts(log, count, position, velocity, support, row) -> None:
+    """The impacts of an orbit, as many as there is room for."""
     if count is not None:
         n = 0
         for i in range(min(log.counts[IMPACTS], log.position.size)):
@@ -139,6 +143,7 @@ def write_impacts(log, count, position, velocity, support, row) -> None:
 
 @jit
 def write_largest(largest_seen, impacts, largest, row) -> None:
+    """The largest impact velocity on each support; nan where there was none."""
     if largest is not None:
         for side in range(2):
             largest[row, side] = largest_seen[side] if impacts[side] > 0.0 else math.nan

@@ -8,8 +8,8 @@ import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
-from vibropipe.kernels.march import REST
 from vibropipe.kernels.record import IMPACTS, RESTS
+from vibropipe.kernels.state import REST
 from vibropipe.physics.flow import ORDER, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 

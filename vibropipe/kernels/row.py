@@ -7,7 +7,6 @@ import numpy as np
 from vibropipe.jit import jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
-from vibropipe.kernels.march import begin
 from vibropipe.kernels.orbit import LOG_FULL, section
 from vibropipe.kernels.outputs import (
     count_contacts,
@@ -19,6 +18,7 @@ from vibropipe.kernels.outputs import (
     write_motion,
     write_multipliers,
 )
+from vibropipe.kernels.state import begin
 from vibropipe.kernels.steady import PERIODIC, UNBOUNDED, settle_motion
 from vibropipe.kernels.window import WINDOW, measure_window
 from vibropipe.physics.conservative import is_free

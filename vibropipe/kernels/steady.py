@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
-from vibropipe.kernels.march import OK, REST, State
+from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import (
     LOG_FULL,
     at_period_zero,
@@ -27,6 +27,7 @@ from vibropipe.kernels.orbit import (
     section,
 )
 from vibropipe.kernels.record import IMPACTS
+from vibropipe.kernels.state import REST, State
 from vibropipe.status import Status
 
 MAX_MULTIPLE = 32

@@ -6,9 +6,10 @@ import math
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, close
-from vibropipe.kernels.march import OK, REST
+from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import LOG_FULL, at_period_zero, clear, periods, section
 from vibropipe.kernels.outputs import count_contacts
+from vibropipe.kernels.state import REST
 from vibropipe.kernels.steady import EVENTS_PER_PERIOD, ONE
 from vibropipe.physics.forcing import TWO_PI
 

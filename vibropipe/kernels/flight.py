@@ -1,0 +1,176 @@
+"""Flight: certified whole steps, and inside a step the polynomial of the method and its first contact."""
+
+from __future__ import annotations
+
+from vibropipe.jit import jit
+from vibropipe.kernels.contacts import contact, settle
+from vibropipe.kernels.grid import evaluate, stays_between
+from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
+from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
+from vibropipe.kernels.state import FLIGHT, WITH_PULL, WITH_RATE, WITH_SPEED, State, departure
+from vibropipe.physics.contact import force_at, frame
+from vibropipe.physics.flow import combine
+from vibropipe.physics.newmark import quadratic, step
+from vibropipe.status import Status
+
+OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
+MAX_SECANTS = 40
+# Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
+# the next step.
+SHORTEST_FLIGHT = 1e-4
+
+
+@jit
+def coast(e, p, grid, state, end_period, end_step, counts):
+    """Whole steps in flight while it is certified that neither support is reached in them."""
+    sigma, load, near, far = frame(p, state.home)
+    period, step, y, w = state.period, state.step, state.y, state.w
+    load1, load2 = grid.b1 * load, grid.b2 * load
+    made = 0
+    while period < end_period or step < end_step:
+        y1 = grid.a11 * y + grid.a12 * w + load1
+        w1 = grid.a21 * y + grid.a22 * w + load2
+        if e.forcing is not None:
+            y1 += sigma * grid.table_p[step]
+            w1 += sigma * grid.table_q[step]
+        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far):
+            break
+        y, w = y1, w1
+        made += 1
+        step += 1
+        if step == grid.steps:
+            step = 0
+            period += 1
+    counts[STEPS] += made
+    return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0)
+
+
+@jit
+def fill(e, p, grid, state, sigma, load, limit, c):
+    """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
+    s, s_rate = 0.0, 0.0
+    if e.forcing is not None:
+        s, s_rate = force_at(p, sigma, (state.step + state.theta) / grid.steps)
+    if grid.exact is not None:
+        combine(grid.basis, c, state.y, state.w, load, s, s_rate)
+    else:
+        end = s
+        if e.forcing is not None:
+            end, _rate = force_at(p, sigma, (state.step + limit) / grid.steps)
+        span = (limit - state.theta) * grid.dt
+        quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
+    if state.order == WITH_RATE:
+        c[2] = 0.0 if grid.exact is not None else c[2]
+
+
+@jit
+def first_contact(grid, state, load, near, far, c, y, span, counts):
+    """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
+    if state.order == FLIGHT:
+        theta = monotone_root(grid, c, 1.0, -near, state.y - near, y - near, span)
+        if theta >= 0.0:
+            return theta, CROSSING, True
+        theta = monotone_root(grid, c, -1.0, far, far - state.y, far - y, span)
+        if theta >= 0.0:
+            return theta, CROSSING, False
+    p = 0
+    if state.order > FLIGHT:
+        p = state.order if grid.exact is not None else min(state.order, 2)
+    offset = -near if p == 0 else 0.0
+    theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
+    reach = theta if kind != NONE else span
+    # numba compiles a literal zero to code of its own: the order of flight is the same number.
+    other, other_kind = first_root(c, p - p, -1.0, far, load, reach, counts)
+    if other_kind != NONE and (kind == NONE or other < theta):
+        return other, other_kind, False
+    return theta, kind, True
+
+
+@jit
+def step_by(e, p, grid, state, sigma, load, theta):
+    """(y, w) by one Newmark step over `theta` of the grid's step."""
+    start, end = 0.0, 0.0
+    if e.forcing is not None:
+        turn = (state.step + state.theta) / grid.steps
+        start, _rate = force_at(p, sigma, turn)
+        end, _rate = force_at(p, sigma, turn + theta / grid.steps)
+    return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)
+
+
+@jit
+def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
+    """theta of the support by a Newmark step that ends on it, found by secants from the quadratic's theta.
+
+    The velocity of a quadratic over the whole step errs by the square of the step, differently at every
+    impact; a step of the method down to the contact keeps that error smooth in the step. Where the search
+    leaves the step (a graze, nearly) the quadratic's own contact stays.
+    """
+    before, y_before = theta, step_by(e, p, grid, state, sigma, load, theta)[0] - target
+    y, rate = step_by(e, p, grid, state, sigma, load, theta)
+    found = theta - (y - target) / (rate * grid.dt) if rate != 0.0 else theta
+    for _ in range(MAX_SECANTS):
+        if not 0.0 < found <= room:
+            return theta
+        y = step_by(e, p, grid, state, sigma, load, found)[0] - target
+        if y == y_before:
+            return found
+        change = y * (found - before) / (y - y_before)
+        before, y_before = found, y
+        found -= change
+        if abs(change) <= 2.0**-52 * found:
+            break
+    return found if 0.0 < found <= room else theta
+
+
+@jit
+def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
+    """(state, status) from a state in flight to its next contact, or to the end of its step."""
+    sigma, load, near, far = frame(p, state.home)
+    last = state.period == end_period and state.step == end_step
+    limit = end_theta if last else 1.0
+    fill(e, p, grid, state, sigma, load, limit, c)
+    log.counts[POLYNOMIALS] += 1
+    at_step = state.period * grid.steps + state.step
+    order = state.order
+    stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
+    kind, at_near, theta = NONE, True, limit - state.theta
+    y, w = evaluate(grid, c, theta)
+    if not stuck and not (
+        order <= WITH_SPEED
+        and stays_between(grid, order, state.y, state.w, y, w, theta, load, near, far)
+    ):
+        theta, kind, at_near = first_contact(grid, state, load, near, far, c, y, theta, log.counts)
+    if kind == BOUND:
+        return state, ROOT_BOUND
+    if grid.exact is None and kind == CROSSING:
+        target = near if at_near else far
+        theta = step_to_contact(e, p, grid, state, sigma, load, target, theta, limit - state.theta)
+        fill(e, p, grid, state, sigma, load, state.theta + theta, c)
+    until = limit if kind == NONE else state.theta + theta
+    record(
+        samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
+    )
+    if kind != NONE:
+        after = contact(p, grid, state, kind, at_near, c, theta, log)
+        if kind == GRAZING:
+            return after, OK
+        if grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT:
+            restitution = p.R1 if after.home == 1 else p.R2
+            if restitution >= 1.0:
+                return State(
+                    state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
+                ), OK
+        return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
+    log.counts[STEPS] += 1
+    period, step, at = state.period, state.step, limit
+    if not last:
+        step, at = (state.step + 1, 0.0)
+        if step == grid.steps:
+            period, step = period + 1, 0
+    if stuck:
+        # The method's own motion can not leave within this step: the mass stays until the next one.
+        log.counts[SHORT_FLIGHTS] += 1
+        turn = (step + at) / grid.steps
+        order, _wait = departure(e, p, grid, state.home, 0.0, turn)
+        return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
+    return State(period, step, at, state.home, y, w, FLIGHT, 0.0), OK

@@ -1,0 +1,113 @@
+"""Where a motion is, and how a mass on a support goes on: fly, rest, be released."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from vibropipe.jit import jit
+from vibropipe.kernels.grid import locate
+from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
+
+# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate; or not.
+FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, REST = 0, 1, 2, 3, 9
+# Rounding of a phase in turns: a contact this soon after the release belongs to it.
+SAME_INSTANT = 1e-13
+# Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
+# the rounding of x (this share of l, twice), the mass rests.
+LOWEST_HOP = 2.0**-52
+
+
+class State(NamedTuple):
+    """Where a motion is: time as period, step, theta; place as distance y from `home` and its rate w.
+
+    order: how it departs (FLIGHT ... REST); rest_start: in forcing periods, while it rests.
+    """
+
+    period: int
+    step: int
+    theta: float
+    home: int
+    y: float
+    w: float
+    order: int
+    rest_start: float
+
+
+@jit
+def is_before(period, step, theta, end_period, end_step, end_theta) -> bool:
+    """Whether a time lies strictly before the end."""
+    if period != end_period:
+        return period < end_period
+    if step != end_step:
+        return step < end_step
+    return theta < end_theta
+
+
+@jit
+def place(grid, period, step, theta, wait):
+    """(period, step, theta) a time of `wait` turns later."""
+    later = theta + wait * grid.steps
+    whole = math.floor(later)
+    later -= whole
+    if later > 1.0 - SAME_INSTANT:
+        # A departure within rounding of the next step's start is its start: the sliver between them would
+        # leave the mass at a distance below rounding.
+        whole, later = whole + 1.0, 0.0
+    step += int(whole)
+    return period + step // grid.steps, step % grid.steps, later
+
+
+@jit
+def release_wait(e, p, home, turn):
+    """Turns from `turn` until a mass resting on `home` is released; 0 at once, NEVER."""
+    sigma, load, _near, _far = frame(p, home)
+    f = sigma * p.f if e.forcing is not None else 0.0
+    release = release_turn(f, load)
+    if release < 0.0:
+        return 0.0
+    if release == NEVER:
+        return NEVER
+    wait = release - turn
+    wait -= math.floor(wait)
+    return 0.0 if wait > 1.0 - SAME_INSTANT else wait
+
+
+@jit
+def departure(e, p, grid, home, w, turn):
+    """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
+    (the rest of a chatter, completed; 0 when it is at rest already)."""
+    sigma, load, _near, _far = frame(p, home)
+    s, c = 0.0, 0.0
+    if e.forcing is not None:
+        s, c = force_at(p, sigma, turn)
+    push = s + load - p.h * w
+    if w > 0.0:
+        if push < 0.0:
+            restitution = p.R1 if home == 1 else p.R2
+            rate = p.nu * c - p.h * push - w
+            wait = chatter_duration(w, push, rate, restitution, p.h, p.nu)
+            if wait < NEVER:
+                return REST, wait / (grid.steps * grid.dt)
+            if restitution >= 1.0 and p.h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
+                return REST, 0.0
+        return WITH_SPEED, 0.0
+    if push > 0.0:
+        return WITH_PULL, 0.0
+    return (WITH_RATE if release_wait(e, p, home, turn) == 0.0 else REST), 0.0
+
+
+@jit
+def begin(e, p, grid, turns, x, v):
+    """State of a motion that starts at `turns` forcing periods from (x, v); on a support with its home there."""
+    period, step, theta = locate(turns, grid.steps)
+    upper, lower = p.l + p.delta, p.delta - p.l
+    if x < upper and x > lower:
+        return State(period, step, theta, 0, x, v, FLIGHT, 0.0)
+    home = 1 if x >= upper else 2
+    w = -v if home == 1 else v
+    if w < 0.0:
+        # Moving in: the support is met at once, and the march books the impact.
+        return State(period, step, theta, 0, x, v, FLIGHT, 0.0)
+    order, _wait = departure(e, p, grid, home, w, (step + theta) / grid.steps)
+    return State(period, step, theta, home, 0.0, w, order, turns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.jit import jit
-from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity
+from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.vocabulary import Regime, describe
 
@@ -21,9 +21,11 @@ def _arcs(p, amplitude, harmonics, frequency, meets, coefficients) -> None:
     """Free motions of each amplitude, tau = 0 at their upper end."""
     for i in range(amplitude.size):
         a = arc(p, 0.0, amplitude[i])
-        a = Arc(a.amplitude, a.top, a.half, 0.0, a.meets_1, a.meets_2)
+        # From the end towards support 1: the upper one, or the lower one of a mirrored motion.
+        since = 0.0 if top_support(a) == 1 else a.half
+        a = Arc(a.sign, a.amplitude, a.top, a.half, since, a.meets_top, a.meets_bottom)
         frequency[i] = math.pi / a.half
-        meets[i, 0], meets[i, 1] = a.meets_1, a.meets_2
+        meets[i, top_support(a) - 1], meets[i, 2 - top_support(a)] = a.meets_top, a.meets_bottom
         for k in range(harmonics + 1):
             coefficients[i, k] = arc_harmonic(a, k).real
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.jit import jit
-from vibropipe.physics.conservative import Arc, on_arc
+from vibropipe.physics.conservative import Arc, on_arc, speed_at, top_support
 
 Columns = dict[str, np.ndarray]
 
@@ -43,17 +43,20 @@ def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float
         for name in ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
     }
     grazings: dict[str, list[np.ndarray]] = {"grazing_tau": [], "grazing_support": []}
-    ends = ((1, a.meets_1, 0.0, v > 0, upper), (2, a.meets_2, a.half, v < 0, lower))
-    for support, meets, at, moving_in, position in ends:
+    top = top_support(a)
+    for support in (top, 3 - top):
+        meets = a.meets_top if support == top else a.meets_bottom
         if meets == 0:
             continue
+        moving_in = v > 0 if support == 1 else v < 0
+        at = 0.0 if support == top else a.half
         times = _times(a, at, span, moving_in or meets == 2)
         side = np.full(times.size, support, np.int8)
         if meets == 2:
             grazings["grazing_tau"].append(times)
             grazings["grazing_support"].append(side)
             continue
-        speed = math.sqrt(max(0.0, v * v + (x - position) * (x + position)))
+        speed = speed_at(x, v, upper if support == 1 else lower)
         before = np.full(times.size, speed if support == 1 else -speed)
         impacts["impact_tau"].append(times)
         impacts["impact_support"].append(side)

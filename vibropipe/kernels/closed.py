@@ -10,7 +10,7 @@ from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import turn_factor
 from vibropipe.kernels.orbit import multipliers
 from vibropipe.kernels.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
-from vibropipe.physics.conservative import arc, arc_harmonic, on_arc
+from vibropipe.physics.conservative import arc, arc_harmonic, on_arc, speed_at, top_support
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.forcing import TWO_PI
 from vibropipe.physics.linear import linear_amplitude
@@ -84,8 +84,9 @@ def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
     if count is not None:
         n = 0
         for side in range(2):
-            if (a.meets_1 if side == 0 else a.meets_2) == 1:
-                at = (side * a.half - a.since) / (2.0 * a.half)
+            at_top = top_support(a) == side + 1
+            if (a.meets_top if at_top else a.meets_bottom) == 1:
+                at = ((0.0 if at_top else a.half) - a.since) / (2.0 * a.half)
                 position[row, n] = at - math.floor(at)
                 velocity[row, n] = speeds[side] if side == 0 else -speeds[side]
                 support[row, n] = side + 1
@@ -103,10 +104,9 @@ def solve_free(p, x, v, out, row):
     a = arc(p, x, v)
     speeds, one = np.zeros(2), complex(1.0, 0.0)
     for side in range(2):
-        if (a.meets_1 if side == 0 else a.meets_2) == 1:
-            at = p.l + p.delta if side == 0 else p.delta - p.l
+        if (a.meets_top if top_support(a) == side + 1 else a.meets_bottom) == 1:
             out.impacts[row, side] = 1.0
-            speeds[side] = math.sqrt(max(0.0, v * v + (x - at) * (x + at)))
+            speeds[side] = speed_at(x, v, p.l + p.delta if side == 0 else p.delta - p.l)
     _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
     _free_amplitudes(a, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)

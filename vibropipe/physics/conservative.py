@@ -34,15 +34,21 @@ def backbone_velocity(delta_over_l: Array, tau_bar: Array) -> Array:
 
 
 class Arc(NamedTuple):
-    """A free motion: amplitude A, angle of its upper end, half its period, time since the upper end at the
-    start (0 <= since < 2 half), and how it meets each support: 0 not, 1 by impact, 2 by grazing."""
+    """A free motion, seen from the side on which it or the equilibrium lies, so that mirrored exciters give
+    mirrored results to the last bit.
 
+    sign: 1, or -1 if x is mirrored; amplitude A; angle `top` of the upper end; half its period; time `since`
+    the upper end at the start (0 <= since < 2 half); how each end meets its support: 0 not, 1 by impact, 2 by
+    grazing. The upper end belongs to support 1, or to support 2 where x is mirrored.
+    """
+
+    sign: float
     amplitude: float
     top: float
     half: float
     since: float
-    meets_1: int
-    meets_2: int
+    meets_top: int
+    meets_bottom: int
 
 
 @jit
@@ -62,25 +68,46 @@ def is_free(p, x, v) -> bool:
 
 
 @jit
+def _is_mirrored(p, x, v) -> bool:
+    if p.delta != 0.0:
+        return p.delta < 0.0
+    return x < 0.0 or (x == 0.0 and v < 0.0)
+
+
+@jit
 def arc(p, x, v) -> Arc:
     """The free motion from (x, v) between the supports of p."""
-    upper, lower = p.l + p.delta, p.delta - p.l
+    upper, lower, sign = p.l + p.delta, p.delta - p.l, 1.0
+    if _is_mirrored(p, x, v):
+        upper, lower, sign, x, v = p.l - p.delta, -(p.l + p.delta), -1.0, -x, -v
     amplitude = math.hypot(x, v)
-    meets_1, meets_2 = _meets(upper, amplitude), _meets(-lower, amplitude)
+    meets_top, meets_bottom = _meets(upper, amplitude), _meets(-lower, amplitude)
     top, bottom = 0.0, math.pi
     # The angle of an end by the speed there, which keeps its digits where the arc cosine is blind.
-    if meets_1 == 1:
-        top = math.atan2(math.sqrt(max(0.0, v * v + (x - upper) * (x + upper))), upper)
-    if meets_2 == 1:
-        bottom = math.atan2(math.sqrt(max(0.0, v * v + (x - lower) * (x + lower))), lower)
+    if meets_top == 1:
+        top = math.atan2(speed_at(x, v, upper), upper)
+    if meets_bottom == 1:
+        bottom = math.atan2(speed_at(x, v, lower), lower)
     half = bottom - top
     down = min(max(math.atan2(abs(v), x) - top, 0.0), half)
-    if x >= upper and meets_1 == 1:
+    if x >= upper and meets_top == 1:
         down = 0.0
-    elif x <= lower and meets_2 == 1:
+    elif x <= lower and meets_bottom == 1:
         down = half
     since = down if v <= 0.0 or down == 0.0 else 2.0 * half - down
-    return Arc(amplitude, top, half, since, meets_1, meets_2)
+    return Arc(sign, amplitude, top, half, since, meets_top, meets_bottom)
+
+
+@jit
+def speed_at(x, v, position):
+    """Speed at `position` of the free motion through (x, v), by its energy."""
+    return math.sqrt(max(0.0, v * v + (x - position) * (x + position)))
+
+
+@jit
+def top_support(a: Arc) -> int:
+    """The support at the upper end; the other one stands at the lower."""
+    return 1 if a.sign > 0.0 else 2
 
 
 @jit
@@ -89,8 +116,8 @@ def on_arc(a: Arc, tau):
     s = (tau + a.since) % (2.0 * a.half)
     down = s if s < a.half else 2.0 * a.half - s
     angle = a.top + down
-    v = a.amplitude * math.sin(angle)
-    return a.amplitude * math.cos(angle), -v if s < a.half else v
+    v = a.sign * a.amplitude * math.sin(angle)
+    return a.sign * a.amplitude * math.cos(angle), -v if s < a.half else v
 
 
 @jit
@@ -105,6 +132,6 @@ def arc_harmonic(a: Arc, k: int) -> complex:
     for sign in (1.0, -1.0):
         phase = 0.5 * (1.0 + sign * rate) * a.half
         sinc = math.sin(phase) / phase if abs(phase) > 1e-8 else 1.0
-        total += 0.5 * a.amplitude * sinc * math.cos(phase + a.top)
+        total += 0.5 * a.sign * a.amplitude * sinc * math.cos(phase + a.top)
     angle = rate * a.since
     return complex(total * math.cos(angle), total * math.sin(angle))

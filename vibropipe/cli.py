@@ -7,6 +7,7 @@ traceback), 130 Ctrl-C.
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -209,17 +210,20 @@ def show(
 
 @app.command()
 def warm(
+    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Studies, YAML files.")],
+    threads: Threads = None,
     stamp: Annotated[
-        Path | None, typer.Option(metavar="F", help="File to write when done.")
+        Path | None, typer.Option("--stamp", metavar="F", help="File to write when done.")
     ] = None,
 ) -> None:
-    """Compile every kernel into the cache, so that no later job has to."""
-    from vibropipe.scenes import warm_kernels
+    """Compile what the scenes of some studies need, so that no later job has to."""
+    from vibropipe.store import whole_file
+    from vibropipe.warm import warm as compile_all
 
-    warm_kernels()
+    compile_all(files, threads or os.cpu_count() or 1)
     if stamp is not None:
-        stamp.parent.mkdir(parents=True, exist_ok=True)
-        stamp.touch()
+        with whole_file(stamp):
+            pass
 
 
 def shard_of(text: str) -> tuple[int, int]:

@@ -67,14 +67,15 @@ def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -
     Raises StudyError when there is no such scene, PlanError when it cannot be cut so.
     """
     scene = study.scene(name)
+    return solve(scene, shard).assign_attrs(origin(study, scene))
+
+
+def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
+    """Solve a scene, or one shard of it, without saying where it comes from."""
     check_cut(scene, shard)
     if isinstance(scene, SweepScene):
-        dataset = solve_sweep(scene, shard)
-    elif isinstance(scene, MotionScene):
-        dataset = solve_motion(scene)
-    else:
-        dataset = solve_backbone(scene)
-    return dataset.assign_attrs(origin(study, scene))
+        return solve_sweep(scene, shard)
+    return solve_motion(scene) if isinstance(scene, MotionScene) else solve_backbone(scene)
 
 
 def origin(study: Study, scene: Scene) -> dict[str, Any]:
@@ -206,25 +207,6 @@ def free_motion(offset: float, velocity: float, about: float) -> tuple[float, fl
         if supports[first] == 2 and supports[first + 1] == 1:
             return 2 * float(times[first + 1] - times[first]), float(speeds[first + 1])
     return math.nan, math.nan
-
-
-def warm_kernels() -> None:
-    """Compile every kernel into the cache by calling each face once on next to nothing."""
-    from vibropipe.batch.conservative import amplitude_frequency
-
-    exciter = Exciter(l=0.5, f=1.0, h=0.2, R1=0.7, R2=0.7)
-    simulate(exciter, tau_end=7.0)
-    simulate(exciter, tau_end=7.0, method="newmark", steps_per_period=100)
-    steady_state(exciter, harmonics=1)
-    sweep(
-        exciter,
-        over={"nu": np.array([0.9, 1.0])},
-        harmonics=1,
-        follow=("nu", "up"),
-        outputs=("harmonics", "impacts", "motion", "stability", "energy"),
-    )
-    sweep(exciter, over={"nu": np.array([0.9, 1.0])}, harmonics=1)
-    amplitude_frequency(Exciter(l=0.5), amplitude=np.array([0.4, 0.8]), harmonics=1)
 
 
 def exciter_of(scene: Scene) -> Exciter:

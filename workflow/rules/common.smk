@@ -14,6 +14,7 @@ from vibropipe.listing import plan_text
 from vibropipe.plan import PlanError, drawing_hash, plan_scene
 from vibropipe.study import StudyError, canonical_text, load_config, load_study
 from vibropipe.study import fingerprint as fingerprint_of
+from vibropipe.warm import work_of
 
 NAME = "[a-z][a-z0-9_]*"
 HOW_TO_GO_ON = """\
@@ -66,6 +67,22 @@ def costs():
 def where_results_are():
     """Return the places a user looks at first."""
     return "\n".join(f"{RESULTS}/{name}/report.pdf" for name in STUDIES)
+
+
+def works():
+    """Return what has to be compiled for the scenes of all studies."""
+    return sorted(
+        {
+            work_of(scene)
+            for study in STUDIES.values()
+            for scene in study.scenes.values()
+        }
+    )
+
+
+def study_files():
+    """Return the files of all studies."""
+    return [str(SETTINGS.study_file(name)) for name in STUDIES]
 
 
 def study_file(wildcards):

@@ -1,4 +1,5 @@
-# One compilation per version of the kernels: every solving job waits for it and none repeats it.
+# One compilation per version of the kernels: every solving job waits for it and none repeats it. That
+# the stamp is `ancient` lets a new kind of scene be compiled without solving the others again.
 rule warm:
     output:
         f"{RESULTS}/.kernels/{kernel_hash()}",
@@ -6,11 +7,14 @@ rule warm:
         "logs/warm.log",
     benchmark:
         "benchmarks/warm.tsv"
-    threads: 1
+    threads: 2
+    params:
+        work=works(),
+        files=study_files(),
     message:
         "compiling the kernels"
     shell:
-        "vibropipe warm --stamp {output} > {log} 2>&1"
+        "vibropipe warm {params.files:q} --threads {threads} --stamp {output} > {log} 2>&1"
 
 
 # A scene that is one job's work.

@@ -1,0 +1,70 @@
+"""Compile what the scenes of some studies need, once, before any job needs it.
+
+Each scene is solved in miniature: the same kernels in the same specialisations, next to no work.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibropipe.plan import Scene
+from vibropipe.study import BackboneScene, MotionScene, SweepScene, load_study
+from vibropipe.study.grids import ValueGrid
+
+
+def warm(files: Sequence[Path], processes: int) -> None:
+    """Compile the kernels of all scenes of the studies into the cache, in so many processes.
+
+    Raises StudyError when a study cannot be taken.
+    """
+    tasks: dict[str, tuple[Path, str]] = {}
+    for file in files:
+        for name, scene in load_study(file).scenes.items():
+            tasks.setdefault(work_of(scene), (file, name))
+    # Processes of their own: the compiler holds the interpreter's lock.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(processes, len(tasks)), context) as pool:
+        list(pool.map(solve_in_miniature, *zip(*tasks.values(), strict=True)))
+
+
+def work_of(scene: Scene) -> str:
+    """Name what is compiled for a scene; scenes of one name need the same kernels."""
+    if isinstance(scene, SweepScene):
+        return " ".join([scene.kind, *sorted(scene.outputs)])
+    if isinstance(scene, BackboneScene):
+        return f"{scene.kind} over {'amplitude' if scene.over_amplitude else 'period'}"
+    sampled = ["sampled"] if scene.samples_per_period else []
+    settled = ["settled"] if scene.settle_periods else []
+    solver = scene.solver.arguments()
+    words = [str(solver.get("method", "accuracy")), *sampled, *settled, *sorted(scene.outputs)]
+    return " ".join([scene.kind, *words])
+
+
+def solve_in_miniature(file: Path, name: str) -> None:
+    """Solve the smallest part of a scene that calls all its kernels."""
+    from vibropipe.scenes import solve
+
+    solve(miniature(load_study(file).scene(name)))
+
+
+def miniature(scene: Scene) -> Scene:
+    """Return a scene of the same work with grids of a few values and a short motion."""
+    if isinstance(scene, MotionScene):
+        settle = min(scene.settle_periods, 1)
+        return scene.model_copy(update={"settle_periods": settle, "tau_end": min(scene.tau_end, 6)})
+    # along eq. (10) some values must lie where both supports are struck
+    most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
+    grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}
+    return scene.model_copy(update={"over": grids} if isinstance(scene, SweepScene) else grids)
+
+
+def thinned(values: NDArray[np.float64], most: int) -> ValueGrid:
+    """Return at most `most` of the values, the first and the last among them."""
+    places = np.unique(np.linspace(0, values.size - 1, most).round().astype(int))
+    return ValueGrid(values=values[places].tolist())

@@ -15,6 +15,7 @@ class Status(IntEnum):
     NOT_FINITE = 4
     SHORT_FLIGHTS = 5
     LOG_FULL = 6
+    INACCURATE = 7
 
     @property
     def remedy(self) -> str:
@@ -40,5 +41,9 @@ _REMEDIES = {
     ),
     Status.LOG_FULL: (
         "More impacts happened in one orbit than are kept: the orbit's outputs would be incomplete."
+    ),
+    Status.INACCURATE: (
+        "The motion amplifies rounding beyond the accuracy asked; the errors beside its quantities hold: shorten "
+        "tau_end or ask for less."
     ),
 }

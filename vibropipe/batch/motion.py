@@ -11,6 +11,7 @@ from vibropipe.batch.free import contacts, positions
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.march import march
 from vibropipe.kernels.record import (
+    COUNTS,
     GRAZINGS,
     IMPACTS,
     RESTS,
@@ -42,6 +43,7 @@ def simulate(
     v0: float = 0.0,
     method: str = "exact",
     steps_per_period: int | None = None,
+    accuracy: float | None = None,
     samples_per_period: int = 256,
     *,
     tau_start: float = 0.0,
@@ -51,6 +53,8 @@ def simulate(
 
     method: "exact" (first impacts certified, errors of rounding only) or "newmark" (constant average
     acceleration with `steps_per_period` steps, impacts located inside the step).
+    accuracy: error allowed, in place of method and steps_per_period, which are then chosen (`choose` in
+    `vibropipe.batch.choice`); `<name>_error` stands beside every quantity, and attributes say what was reached.
     samples_per_period: samples of the motion per forcing period 2 pi / nu; 0 records none.
 
     Returns a dataset (all non-dimensional): `displacement, velocity, force` over `tau` (from tau_start, the
@@ -62,35 +66,65 @@ def simulate(
     Raises ParameterError for a value outside what is allowed.
     """
     x, v = exciter.check_start(x0, v0)
-    turns = _turns(exciter, tau_start, tau_end)
-    _check_samples(samples_per_period)
-    p = exciter.parameters()
-    if method == "exact" and steps_per_period is None and is_free(p, x, v):
-        run = _free(
-            exciter, tau_start, tau_end - tau_start, x, v, _sample_times(turns, samples_per_period)
-        )
-    else:
-        grid = _grid(exciter, method, steps_per_period)
-        samples = _samples(grid, turns, samples_per_period)
-        state = begin(ALL_EFFECTS, p, grid, turns[0], x, v)
-        run = _march(p, grid, state, turns[1], samples, max_impacts)
-    return _dataset(exciter, tau_start, tau_end, turns, samples_per_period, run)
+    task = Task(tau_start, tau_end, x, v, samples_per_period, max_impacts)
+    if accuracy is not None:
+        from vibropipe.batch.accuracy import simulate_to_accuracy
+
+        if method != "exact" or steps_per_period is not None:
+            raise ParameterError(
+                f"accuracy = {accuracy!r}: allowed without method and steps_per_period, which it chooses"
+            )
+        return simulate_to_accuracy(exciter, task, accuracy)
+    exact = method == "exact" and steps_per_period is None
+    grid = None if exact else _grid(exciter, method, steps_per_period)
+    return to_dataset(exciter, task, run_motion(exciter, task, grid))
 
 
-class _Run(NamedTuple):
-    """What a motion left: Status, contacts by name of variable, samples before the end, (x, v) at the end."""
+class Task(NamedTuple):
+    """What is wanted of a motion: from (x, v) at tau_start to tau_end, and how it is recorded.
+
+    x_doubt, v_doubt: how far the start itself may be wrong.
+    """
+
+    tau_start: float
+    tau_end: float
+    x: float
+    v: float
+    samples_per_period: int = 256
+    max_impacts: int = 10_000_000
+    x_doubt: float = 0.0
+    v_doubt: float = 0.0
+
+
+class Run(NamedTuple):
+    """What a motion left: Status, contacts by name of variable, samples before the end, (x, v) at the end,
+    counts of work (`kernels.record`; none for a motion in closed form)."""
 
     status: Status
     contacts: dict[str, np.ndarray]
     displacement: np.ndarray
     velocity: np.ndarray
     end: tuple[float, float]
+    counts: np.ndarray
 
 
-def _free(
-    exciter: Exciter, tau_start: float, span: float, x: float, v: float, turns: np.ndarray
-) -> _Run:
+def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
+    """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
+    turns = _turns(exciter, task.tau_start, task.tau_end)
+    _check_samples(task.samples_per_period)
+    p = exciter.parameters()
+    if grid is None and is_free(p, task.x, task.v):
+        return _free(exciter, task, _sample_times(turns, task.samples_per_period))
+    if grid is None:
+        grid = exact_grid(ALL_EFFECTS, p)
+    samples = _samples(grid, turns, task.samples_per_period)
+    state = begin(ALL_EFFECTS, p, grid, turns[0], task.x, task.v)
+    return _march(p, grid, state, turns[1], samples, task.max_impacts)
+
+
+def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
     """A conservative motion, in closed form; turns: times of samples after the start, in forcing periods."""
+    x, v, span = task.x, task.v, task.tau_end - task.tau_start
     a = arc(exciter.parameters(), x, v)
     times = np.append(turns * exciter.period, span)
     xs, vs = positions(a, times)
@@ -98,8 +132,9 @@ def _free(
     xs[0], vs[0] = (x, v) if times[0] == 0.0 and times.size > 1 else (xs[0], vs[0])
     struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
-        struck[name] += tau_start
-    return _Run(Status.OK, struck, xs[:-1], vs[:-1], (float(xs[-1]), float(vs[-1])))
+        struck[name] += task.tau_start
+    end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
+    return Run(Status.OK, struck, xs[:-1], vs[:-1], end, worked)
 
 
 def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
@@ -168,7 +203,7 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
     return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
 
 
-def _march(p, grid, state, turns_end, samples, max_impacts) -> _Run:
+def _march(p, grid, state, turns_end, samples, max_impacts) -> Run:
     """March to the end, emptying the log whenever it is full."""
     log = new_log(LOG_ROOM, LOG_ROOM)
     work = np.empty(3 if grid.exact is None else ORDER + 1)
@@ -194,12 +229,13 @@ def _march(p, grid, state, turns_end, samples, max_impacts) -> _Run:
     place = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
     finished = status in (Status.OK, Status.SHORT_FLIGHTS)
     none = np.empty(0)
-    return _Run(
+    return Run(
         Status(status),
         _contacts(columns, 2 * math.pi / p.nu),
         none if samples is None else samples.displacement,
         none if samples is None else samples.velocity,
         place if finished else (math.nan, math.nan),
+        log.counts.copy(),
     )
 
 
@@ -236,23 +272,34 @@ def _take(log) -> dict[str, np.ndarray]:
     return taken
 
 
-def _dataset(exciter, tau_start, tau_end, turns, per_period, run: _Run) -> xr.Dataset:
+def to_dataset(exciter: Exciter, task: Task, run: Run) -> xr.Dataset:
+    """What a motion left as the dataset that `simulate` describes."""
     import xarray as xr
 
+    variables = to_variables(exciter, task, run)
+    coords: dict[str, Any] = {
+        name: ((), value) for name, value in exciter.parameters()._asdict().items()
+    }
+    if "tau" in variables:
+        coords["tau"] = variables.pop("tau")
+    return describe(xr.Dataset(variables, coords))
+
+
+def to_variables(exciter: Exciter, task: Task, run: Run) -> dict[str, Any]:
+    """What a motion left by name: (dimensions, values)."""
     variables: dict[str, Any] = {
         name: (name.split("_")[0], values) for name, values in run.contacts.items()
     }
     variables["displacement_end"] = ((), run.end[0])
     variables["velocity_end"] = ((), run.end[1])
     variables["status"] = ((), np.int8(run.status))
-    coords: dict[str, Any] = {
-        name: ((), value) for name, value in exciter.parameters()._asdict().items()
-    }
-    if per_period > 0:
-        offsets = _sample_times(turns, per_period)
-        coords["tau"] = ("tau", np.append(tau_start + offsets * exciter.period, tau_end))
+    if task.samples_per_period > 0:
+        turns = _turns(exciter, task.tau_start, task.tau_end)
+        offsets = _sample_times(turns, task.samples_per_period)
+        tau = np.append(task.tau_start + offsets * exciter.period, task.tau_end)
         phase = np.append((turns[0] % 1.0 + offsets) % 1.0, turns[1] % 1.0)
+        variables["tau"] = ("tau", tau)
         variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
         variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
         variables["force"] = ("tau", exciter.f * np.sin(2 * math.pi * phase))
-    return describe(xr.Dataset(variables, coords))
+    return variables

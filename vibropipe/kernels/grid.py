@@ -59,9 +59,9 @@ def _margins(h, nu, f, dt):
 
 
 @jit_allocating
-def exact_grid(e, p):
-    """Grid of the exact method."""
-    steps = steps_for_exact(p.nu, p.h)
+def exact_grid_of(e, p, steps):
+    """Grid of the exact method with so many steps per forcing period, no fewer than `steps_for_exact`: the
+    same motion, rounded elsewhere."""
     dt = TWO_PI / p.nu / steps
     basis = exact_basis(p.h, p.nu, dt)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
@@ -73,6 +73,12 @@ def exact_grid(e, p):
             table_q[j] = p.f * (q1 * s + q2 * c)
     margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
     return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, table_p, table_q, basis)
+
+
+@jit_allocating
+def exact_grid(e, p):
+    """Grid of the exact method."""
+    return exact_grid_of(e, p, steps_for_exact(p.nu, p.h))
 
 
 @jit_allocating

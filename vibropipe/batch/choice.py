@@ -1,0 +1,128 @@
+"""The cheapest method and step that reach an accuracy, found by trial on the very exciter.
+
+The exact motion is tried first. Its cost bounds what any other method may cost, and it judges them:
+Newmark's method is tried with ever more steps until it is accurate enough or would cost more. Costs
+are counts of work times fixed prices, so the same exciter is always given the same method.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.batch.errors import Errors, deviation, exact_errors, misses, sizes_of
+from vibropipe.batch.motion import Run, Task, run_motion, to_variables
+from vibropipe.kernels.grid import newmark_grid
+from vibropipe.kernels.record import EVALUATIONS, POLYNOMIALS, STEPS
+from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.exciter import Exciter, ParameterError, number
+from vibropipe.physics.flow import steps_for_exact
+from vibropipe.status import Status
+
+ACCURACY_ALLOWED = "a number from 1e-15 to 0.1"
+FEWEST_STEPS = 4
+# Each trial takes so many times the steps of the one before: the first that does is near the fewest.
+GROWTH = 2**0.5
+MOST_STEPS = 10**8
+
+
+class Prices(NamedTuple):
+    """Nanoseconds of a step, a polynomial, an evaluation of it, an impact, and a step of the grid's tables.
+
+    Measured on one machine; only their ratios decide, and those hardly differ between machines.
+    """
+
+    step: float
+    polynomial: float
+    evaluation: float
+    impact: float
+    table: float
+
+
+EXACT_PRICES = Prices(6.0, 160.0, 60.0, 130.0, 60.0)
+NEWMARK_PRICES = Prices(5.0, 220.0, 130.0, 0.0, 40.0)
+
+
+class Choice(NamedTuple):
+    """method: "exact" or "newmark"; steps_per_period: None for exact; error: what is reached, in the measure
+    of `misses`; reached: whether that is as accurate as asked; nanoseconds: of the march, by the prices."""
+
+    method: str
+    steps_per_period: int | None
+    error: float
+    reached: bool
+    nanoseconds: float
+
+
+def choose(
+    exciter: Exciter,
+    tau_end: float,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    accuracy: float = 1e-8,
+    *,
+    tau_start: float = 0.0,
+) -> Choice:
+    """The cheapest way to this motion with errors of at most `accuracy`, absolute and relative to the size
+    of the quantity; the exact method, and `reached` False, where double precision can not do it.
+
+    Raises ParameterError for what `simulate` does not take either.
+    """
+    x, v = exciter.check_start(x0, v0)
+    task = Task(tau_start, tau_end, x, v, samples_per_period=0)
+    choice, _run, _errors = choose_for(exciter, task, check_accuracy(accuracy))
+    return choice
+
+
+def check_accuracy(accuracy: Any) -> float:
+    """An accuracy as a float, or a ParameterError."""
+    value = number("accuracy", accuracy, ACCURACY_ALLOWED)
+    if not 1e-15 <= value <= 0.1:
+        raise ParameterError(f"accuracy = {accuracy!r}: allowed is {ACCURACY_ALLOWED}")
+    return value
+
+
+def choose_for(exciter: Exciter, task: Task, accuracy: float) -> tuple[Choice, Run, Errors]:
+    """The choice for a task, with the exact motion and its errors, on which it rests."""
+    exact = run_motion(exciter, task)
+    errors = exact_errors(exciter, task, exact)
+    variables = to_variables(exciter, task, exact)
+    sizes = sizes_of(exciter, task, variables)
+    reached = misses(variables, errors, sizes, accuracy)
+    nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
+    best = Choice("exact", None, reached, reached <= accuracy, nanoseconds)
+    if not best.reached or exact.status != Status.OK:
+        return best, exact, errors
+    steps = FEWEST_STEPS
+    short = task._replace(samples_per_period=0)
+    periods = (task.tau_end - task.tau_start) / exciter.period
+    while least_cost(steps, periods, exact) < nanoseconds and steps <= MOST_STEPS:
+        grid = newmark_grid(ALL_EFFECTS, exciter.parameters(), steps)
+        run = run_motion(exciter, short, grid)
+        spent = cost(NEWMARK_PRICES, steps, run)
+        if spent < nanoseconds and run.status == Status.OK:
+            found = to_variables(exciter, short, run)
+            error = max(
+                misses(found, deviation(found, variables, errors), sizes, accuracy),
+                # Impacts of the exact motion that the method does not have.
+                misses(variables, deviation(variables, found, errors), sizes, accuracy),
+            )
+            if error <= accuracy:
+                return Choice("newmark", steps, error, True, spent), exact, errors
+        steps = math.ceil(steps * GROWTH)
+    return best, exact, errors
+
+
+def cost(prices: Prices, steps: int, run: Run) -> float:
+    """Nanoseconds of a march on a grid of so many steps a period, by its counts; 0 for a closed form."""
+    counts, struck = run.counts, run.contacts["impact_tau"].size
+    worked = np.array([counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], struck, steps])
+    return float(worked @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
+
+
+def least_cost(steps: int, periods: float, exact: Run) -> float:
+    """Nanoseconds that Newmark's method takes at least: its steps, its tables, its impacts."""
+    prices, struck = NEWMARK_PRICES, exact.contacts["impact_tau"].size
+    return periods * steps * prices.step + steps * prices.table + struck * prices.polynomial

@@ -110,16 +110,34 @@ def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
     found = theta - (y - target) / (rate * grid.dt) if rate != 0.0 else theta
     for _ in range(MAX_SECANTS):
         if not 0.0 < found <= room:
-            return theta
+            break
         y = step_by(e, p, grid, state, sigma, load, found)[0] - target
-        if y == y_before:
+        if y == 0.0:
             return found
+        if y == y_before:
+            break
         change = y * (found - before) / (y - y_before)
         before, y_before = found, y
         found -= change
-        if abs(change) <= 2.0**-52 * found:
-            break
-    return found if 0.0 < found <= room else theta
+        if abs(change) <= 2.0**-51 * found:
+            return min(found, room)
+    return theta
+
+
+@jit
+def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c):
+    """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
+    would arrive moving away, or pass the other support, both stay those of the quadratic."""
+    target = near if at_near else far
+    found = step_to_contact(e, p, grid, state, sigma, load, target, theta, limit - state.theta)
+    fill(e, p, grid, state, sigma, load, state.theta + found, c)
+    _y, rate = evaluate(grid, c, found)
+    turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
+    extreme = evaluate(grid, c, min(max(turn, 0.0), found))[0]
+    if (rate < 0.0 and extreme < far) if at_near else (rate > 0.0 and extreme > near):
+        return found
+    fill(e, p, grid, state, sigma, load, limit, c)
+    return theta
 
 
 @jit
@@ -143,9 +161,7 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
     if kind == BOUND:
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
-        target = near if at_near else far
-        theta = step_to_contact(e, p, grid, state, sigma, load, target, theta, limit - state.theta)
-        fill(e, p, grid, state, sigma, load, state.theta + theta, c)
+        theta = end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c)
     until = limit if kind == NONE else state.theta + theta
     record(
         samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until

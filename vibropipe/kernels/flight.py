@@ -102,8 +102,8 @@ def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
     """theta of the support by a Newmark step that ends on it, found by secants from the quadratic's theta.
 
     The velocity of a quadratic over the whole step errs by the square of the step, differently at every
-    impact; a step of the method down to the contact keeps that error smooth in the step. Where the search
-    leaves the step (a graze, nearly) the quadratic's own contact stays.
+    impact; a step of the method down to the contact keeps that error smooth in the step. -1 where the search
+    leaves the step or finds no such end (a graze, nearly, or a step far too long).
     """
     before, y_before = theta, step_by(e, p, grid, state, sigma, load, theta)[0] - target
     y, rate = step_by(e, p, grid, state, sigma, load, theta)
@@ -121,7 +121,7 @@ def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
         found -= change
         if abs(change) <= 2.0**-51 * found:
             return min(found, room)
-    return theta
+    return -1.0
 
 
 @jit
@@ -130,6 +130,8 @@ def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, th
     would arrive moving away, or pass the other support, both stay those of the quadratic."""
     target = near if at_near else far
     found = step_to_contact(e, p, grid, state, sigma, load, target, theta, limit - state.theta)
+    if found < 0.0:
+        return theta
     fill(e, p, grid, state, sigma, load, state.theta + found, c)
     _y, rate = evaluate(grid, c, found)
     turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0

@@ -40,6 +40,10 @@ def read_studies():
             name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
             for name, study in studies.items()
         }
+        if set(settings.results) & set("{}*"):
+            raise PlanError(
+                f"{files[-1]}: results: {settings.results!r}: allowed is no {{, }} or *"
+            )
         return settings, studies, plans
     except (StudyError, PlanError) as error:
         raise WorkflowError(str(error)) from None

@@ -23,5 +23,5 @@ rule join:
     message:
         "{wildcards.study}: joining the shards of {wildcards.scene}"
     shell:
-        "vibropipe join {params.file:q} --scene {wildcards.scene} --output {output.data} {input.shards}"
+        "vibropipe join {params.file:q} --scene {wildcards.scene} --output {output.data:q} {input.shards:q}"
         " > {log} 2>&1"

@@ -55,5 +55,5 @@ rule study_report:
     message:
         "{wildcards.study}: typesetting the report"
     shell:
-        "vibropipe report {params.file:q} --results {params.results:q} --output {output}"
+        "vibropipe report {params.file:q} --results {params.results:q} --output {output:q}"
         " > {log} 2>&1"

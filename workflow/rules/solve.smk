@@ -14,7 +14,7 @@ rule warm:
     message:
         "compiling the kernels"
     shell:
-        "vibropipe warm {params.files:q} --threads {threads} --stamp {output} > {log} 2>&1"
+        "vibropipe warm {params.files:q} --threads {threads} --stamp {output:q} > {log} 2>&1"
 
 
 # A scene that is one job's work.
@@ -42,7 +42,7 @@ rule solve:
         "{wildcards.study}: solving {wildcards.scene}"
     shell:
         "vibropipe solve {params.file:q} --scene {wildcards.scene} --threads {threads}"
-        " --output {output.data} > {log} 2>&1"
+        " --output {output.data:q} > {log} 2>&1"
 
 
 # A part of a sweep that is too long for one job; kept until the join has used it.
@@ -73,4 +73,4 @@ rule solve_shard:
         "{wildcards.study}: solving {wildcards.scene}, shard {params.cut}"
     shell:
         "vibropipe solve {params.file:q} --scene {wildcards.scene} --shard {params.cut}"
-        " --threads {threads} --output {output.data} > {log} 2>&1"
+        " --threads {threads} --output {output.data:q} > {log} 2>&1"

@@ -16,6 +16,7 @@ from vibropipe.kernels.grid import evaluate
 NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3
 MAX_STRIDES = 400
 MAX_POLISH = 12
+MAX_GROWTHS = 600
 # A gap within this share of the lengths at hand is touching: rounding can not tell the two sides apart.
 TOUCH = 2.0**-44
 
@@ -65,18 +66,27 @@ def _first_zero(a, b, curvature):
 
 @jit
 def _stride(value, slope, curvature, third, room):
-    """How far the gap surely stays positive: the zero of a parabola below it, taken twice, the second time
-    with the curvature's bound over that shorter way only. While it opens, slope and curvature both
-    positive, the cubic below it is positive up to 3 curvature/third."""
+    """How far the gap surely stays positive: the zero of a parabola below it, whose curvature holds over the
+    way it is used for; that way is grown while the zero stays ahead. While the gap opens, slope and curvature
+    both positive, the cubic below it is positive up to 3 curvature/third."""
     if slope >= 0.0 and curvature * 3.0 >= third * room:
         return room
-    first = _first_zero(value, slope, curvature - third * room)
-    if first >= room:
+    stride = _first_zero(value, slope, curvature - third * room)
+    if stride >= room:
         return room
     if slope >= 0.0 and curvature > 0.0:
-        first = max(first, 3.0 * curvature / third)
-    near = min(room, 2.0 * first)
-    return max(first, min(near, _first_zero(value, slope, curvature - third * near)))
+        stride = max(stride, 3.0 * curvature / third)
+    way = 2.0 * stride
+    for _ in range(MAX_GROWTHS):
+        way = min(way, room)
+        zero = _first_zero(value, slope, curvature - third * way)
+        if zero < way:
+            return max(stride, zero)
+        if way == room:
+            return room
+        stride = way
+        way *= 4.0
+    return stride
 
 
 @jit

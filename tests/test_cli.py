@@ -1,5 +1,6 @@
 """The command line: what it prints, what it writes, its exit codes and messages."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -162,6 +163,14 @@ def test_simulate_prints_the_impacts_of_the_motion(capsys):
     assert float(before) == pytest.approx(-np.sqrt(0.51**2 - 0.5**2), abs=1e-9)
     assert float(after) == -float(before)
     assert lines[-1].startswith("end: displacement ")
+
+
+def test_simulate_tells_the_accuracy_it_reached(capsys):
+    options = ["--l", 0.5, "--f", 1, "--h", 0.1, "--R1", 0.8, "--R2", 0.8, "--accuracy", 1e-6]
+    assert run("simulate", *options) == 0
+    said = re.search(r"(exact|newmark).*: error (\S+), asked (\S+)$", capsys.readouterr().out, re.M)
+    assert said is not None
+    assert float(said[2]) <= float(said[3]) == 1e-6
 
 
 def test_simulate_draws_and_keeps_the_motion(tmp_path, capsys):

@@ -89,6 +89,10 @@ def simulate(
     steps_per_period: Annotated[
         int | None, typer.Option("--steps-per-period", help="Steps of newmark per forcing period.")
     ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option("--accuracy", help="Error allowed, in place of a method and its steps."),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="F", help="Draw it: .svg, .pdf or .png.")
     ] = None,
@@ -114,6 +118,7 @@ def simulate(
         v0=v0,
         method=method,
         steps_per_period=steps_per_period,
+        accuracy=accuracy,
         samples_per_period=0 if plot is None and output is None else 256,
     )
     typer.echo(motion_text(motion))

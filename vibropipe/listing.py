@@ -82,8 +82,18 @@ def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:
         f" velocity {float(motion['velocity_end']):.12g}"
     )
     status = Status(int(motion["status"]))
-    lines = [parameters, *_shortened(columns([head, *body]), most), end]
+    lines = [parameters, *_chosen(motion), *_shortened(columns([head, *body]), most), end]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
+
+
+def _chosen(motion: xr.Dataset) -> list[str]:
+    """Return the method that was chosen to reach an accuracy, if one was asked."""
+    told = motion.attrs
+    if "accuracy_asked" not in told:
+        return []
+    steps = f", {told['steps_per_period']} steps per period" if "steps_per_period" in told else ""
+    reached = f"error {told['accuracy_reached']:.1e}, asked {told['accuracy_asked']:.1e}"
+    return [f"{told['method']}{steps}: {reached}"]
 
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:

@@ -67,7 +67,9 @@ def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -
     Raises StudyError when there is no such scene, PlanError when it cannot be cut so.
     """
     scene = study.scene(name)
-    return solve(scene, shard).assign_attrs(origin(study, scene))
+    dataset = solve(scene, shard)
+    # what a face says of its work (the method it chose, the accuracy it reached) stands
+    return dataset.assign_attrs(origin(study, scene) | dataset.attrs)
 
 
 def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:

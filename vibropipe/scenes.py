@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.batch.motion import simulate
+from vibropipe.batch.accuracy import settle_to_accuracy
+from vibropipe.batch.motion import Task, simulate
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import solve_shard, sweep
 from vibropipe.physics.exciter import Exciter
@@ -24,8 +25,10 @@ from vibropipe.vocabulary import describe
 # Names that a motion and its steady state share, and what they are called in the latter.
 OF_THE_ORBIT = {
     name: f"orbit_{name}"
-    for name in ("impact", "impact_phase", "impact_period", "impact_support", "impact_velocity")
-}
+    for name in (
+        "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error"
+    )
+}  # fmt: skip
 STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
 
 
@@ -69,7 +72,7 @@ def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -
     scene = study.scene(name)
     dataset = solve(scene, shard)
     # what a face says of its work (the method it chose, the accuracy it reached) stands
-    return dataset.assign_attrs(origin(study, scene) | dataset.attrs)
+    return dataset.assign_attrs(origin(study, scene) | dataset.attrs | chosen(dataset))
 
 
 def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
@@ -98,6 +101,15 @@ def origin(study: Study, scene: Scene) -> dict[str, Any]:
     }
 
 
+def chosen(dataset: xr.Dataset) -> dict[str, Any]:
+    """Return the attributes of a motion to an accuracy: the method chosen for it and what it reached."""
+    if "accuracy_reached" not in dataset.attrs:
+        return {}
+    method, steps = str(dataset.attrs["method"]), dataset.attrs.get("steps_per_period")
+    method += f", {steps} steps per forcing period" if steps is not None else ""
+    return {"method": method, "accuracy_reached": float(dataset.attrs["accuracy_reached"])}
+
+
 def solve_sweep(scene: SweepScene, shard: tuple[int, int] | None = None) -> xr.Dataset:
     """Solve all rows of a sweep on its grid, or the rows of one shard over `row`."""
     over = scene.over_arrays()
@@ -107,6 +119,7 @@ def solve_sweep(scene: SweepScene, shard: tuple[int, int] | None = None) -> xr.D
         "harmonics": scene.harmonics,
         "follow": scene.follow_pair(),
         "outputs": tuple(scene.outputs),
+        "accuracy": scene.solver.arguments().get("accuracy"),
     }
     exciter = exciter_of(scene)
     if shard is None:
@@ -138,10 +151,13 @@ def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr
     """Return the motion of a scene as one solver sees it, the settling included."""
     x0, v0 = scene.start.x0, scene.start.v0
     begin, end = scene.tau_span()
+    samples = scene.samples_per_period if "motion" in scene.outputs else 0
+    if "accuracy" in solver:
+        task = Task(begin, end, x0, v0, samples)
+        return settle_to_accuracy(exciter, task, solver["accuracy"])
     if scene.settle_periods:
         settled = simulate(exciter, tau_end=begin, x0=x0, v0=v0, samples_per_period=0, **solver)
         x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
-    samples = scene.samples_per_period if "motion" in scene.outputs else 0
     return simulate(
         exciter, tau_start=begin, tau_end=end, x0=x0, v0=v0, samples_per_period=samples, **solver
     )
@@ -149,7 +165,13 @@ def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr
 
 def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) -> xr.Dataset:
     """Add the orbit that the motion settles on; its own status stands unless the motion has one."""
-    steady = steady_state(exciter, x0=scene.start.x0, v0=scene.start.v0, harmonics=scene.harmonics)
+    steady = steady_state(
+        exciter,
+        x0=scene.start.x0,
+        v0=scene.start.v0,
+        harmonics=scene.harmonics,
+        accuracy=scene.solver.arguments().get("accuracy"),
+    )
     names = {*steady.variables, *steady.dims}
     steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})
     weaker = motion if int(motion["status"]) == Status.OK else steady

@@ -104,6 +104,8 @@ VOCABULARY: dict[str, Quantity] = {
     # steady state
     "regime": _number("", "regime of motion", "regime", flags=REGIMES),
     "status": _number("", "how the solution ended", "status"),
+    "error": _number("", "error estimate, absolute or relative to the size", r"$e$"),
+    "orbit_error": _number("", "error estimate of the orbit", r"$e$"),
     "period_multiple": _number("", "forcing periods per orbit, 0 if no orbit was found", r"$m$"),
     "support": _number("support", "support", r"$s$", flags=SUPPORTS),
     "impacts_per_orbit": _number(

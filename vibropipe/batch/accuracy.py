@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.batch.choice import check_accuracy, choose_for
+from vibropipe.batch.choice import LEAST_ACCURACY, check_accuracy, choose_for
 from vibropipe.batch.errors import deviation
 from vibropipe.batch.motion import Task, run_motion, to_dataset, to_variables
 from vibropipe.kernels.grid import newmark_grid
@@ -48,3 +48,19 @@ def simulate_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Data
     if choice.steps_per_period is not None:
         dataset.attrs["steps_per_period"] = choice.steps_per_period
     return describe(dataset)
+
+
+def settle_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Dataset:
+    """The dataset of a task that begins after a settling: (x, v) is the start at tau = 0, the record runs from
+    tau_start to tau_end, and what the settling leaves in doubt is carried on into its errors."""
+    if task.tau_start == 0.0:
+        return simulate_to_accuracy(exciter, task, accuracy)
+    settling = task._replace(tau_start=0.0, tau_end=task.tau_start, samples_per_period=0)
+    # What is left of its error is then small beside that of the record.
+    end = simulate_to_accuracy(
+        exciter, settling, max(check_accuracy(accuracy) / 10, LEAST_ACCURACY)
+    )
+    names = ("displacement_end", "velocity_end", "displacement_end_error", "velocity_end_error")
+    x, v, x_doubt, v_doubt = (float(end[name]) for name in names)
+    rest_of_it = task._replace(x=x, v=v, x_doubt=x_doubt, v_doubt=v_doubt)
+    return simulate_to_accuracy(exciter, rest_of_it, accuracy)

@@ -21,6 +21,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, number
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.status import Status
 
+LEAST_ACCURACY, MOST_ACCURACY = 1e-15, 0.1
 ACCURACY_ALLOWED = "a number from 1e-15 to 0.1"
 FEWEST_STEPS = 4
 # Each trial takes so many times the steps of the one before: the first that does is near the fewest.
@@ -79,7 +80,7 @@ def choose(
 def check_accuracy(accuracy: Any) -> float:
     """An accuracy as a float, or a ParameterError."""
     value = number("accuracy", accuracy, ACCURACY_ALLOWED)
-    if not 1e-15 <= value <= 0.1:
+    if not LEAST_ACCURACY <= value <= MOST_ACCURACY:
         raise ParameterError(f"accuracy = {accuracy!r}: allowed is {ACCURACY_ALLOWED}")
     return value
 

@@ -14,7 +14,11 @@ OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 
 
 def steady_state(
-    exciter: Exciter, x0: float = 0.0, v0: float = 0.0, harmonics: int = 6
+    exciter: Exciter,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    harmonics: int = 6,
+    accuracy: float | None = None,
 ) -> xr.Dataset:
     """The law of motion of eqs. (5), (6) that settles from (x0, v0) at tau = 0.
 
@@ -27,9 +31,12 @@ def steady_state(
     `floquet_multiplier` over `multiplier` (complex, larger first), `stable`, `residual` of the return map
     relative to the motion's size, energies per orbit. A motion without an orbit is labelled so, and its
     harmonics and impacts are means over `window_periods` forcing periods.
+    accuracy: adds `error`, shared by all quantities (`vibropipe.batch.row_errors`); a larger one than that has
+    status `inaccurate`.
     Raises ParameterError for a start outside the supports or a value outside what is allowed.
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    shard = solve_shard(exciter, over, 0, 1, x0, v0, harmonics, None, OUTPUTS)
+    asked = (x0, v0, harmonics, None, OUTPUTS)
+    shard = solve_shard(exciter, over, 0, 1, *asked, accuracy=accuracy)
     return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.batch.choice import check_accuracy
 from vibropipe.batch.label import Variables, coordinates, label_rows
+from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.vocabulary import describe
@@ -31,6 +33,7 @@ def sweep(
     harmonics: int = 3,
     follow: Follow = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    accuracy: float | None = None,
 ) -> xr.Dataset:
     """Steady states (see `steady_state`) over every combination of the values in `over`.
 
@@ -38,6 +41,7 @@ def sweep(
     Every row starts from (x0, v0); with follow = ("nu", "up" or "down") the rows of that parameter are
     seeded by their neighbour from below or above, and only the first starts from (x0, v0): hysteresis shows.
     outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
+    accuracy: adds `error` of each row (`vibropipe.batch.row_errors`); rows beyond it have status `inaccurate`.
 
     Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
     flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
@@ -45,7 +49,8 @@ def sweep(
     """
     arrays = check_over(over)
     rows, _chain = count_rows(arrays, follow)
-    shard = solve_shard(exciter, arrays, 0, rows, x0, v0, harmonics, follow, outputs)
+    asked = (x0, v0, harmonics, follow, outputs)
+    shard = solve_shard(exciter, arrays, 0, rows, *asked, accuracy=accuracy)
     return assemble([shard], exciter, arrays, follow)
 
 
@@ -105,6 +110,7 @@ def solve_shard(
     follow: Follow = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     progress: Callable[[int], None] | None = None,
+    accuracy: float | None = None,
 ) -> xr.Dataset:
     """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`).
 
@@ -126,16 +132,23 @@ def solve_shard(
     starts = _starts(exciter, arrays, parameters, x0, v0)
     # A chain followed downwards is solved from its upper end; its rows are put back in order afterwards.
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
-    pieces = solve_rows(
-        parameters[order], starts[order], chain, MAX_PERIODS, harmonics, asked, progress
-    )
-    parts, done = [], 0
-    for piece in pieces:
-        n = len(piece.regime)
-        parts.append(label_rows(piece, parameters[order][done : done + n, 0]))
-        done += n
-    variables = _take_rows(_concatenate(parts), np.argsort(order))
-    attrs = {"row_start": row_start, "row_stop": row_stop}
+
+    def solved(parameters: np.ndarray) -> Variables:
+        chains = (parameters[order], starts[order], chain)
+        pieces = solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress)
+        parts, done = [], 0
+        for piece in pieces:
+            n = len(piece.regime)
+            parts.append(label_rows(piece, parameters[order][done : done + n, 0]))
+            done += n
+        return _take_rows(_concatenate(parts), np.argsort(order))
+
+    variables = solved(parameters)
+    attrs: dict[str, Any] = {"row_start": row_start, "row_stop": row_stop}
+    if accuracy is not None:
+        asked_for = check_accuracy(accuracy)
+        error = row_errors(parameters, variables, solved(nudged_rows(parameters)))
+        variables = told(variables, error, asked_for)
     return describe(xr.Dataset(variables, coordinates(variables, harmonics), attrs))
 
 

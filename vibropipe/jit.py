@@ -64,9 +64,9 @@ def _compile(function: F, **flags: Any) -> F:
     try:
         # numpy's error model: 1/0 gives inf, no branch per division. Of fastmath only the fusing of a
         # product and a sum (halves the latency of every polynomial); the full set deletes isnan.
-        compiled: F = numba.njit(
-            error_model="numpy", fastmath={"contract"}, cache=True, **flags
-        )(function)
+        compiled: F = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, **flags)(
+            function
+        )
         return compiled
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.jit import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.vocabulary import Regime, describe
 
 if TYPE_CHECKING:
@@ -17,7 +17,14 @@ if TYPE_CHECKING:
 
 
 @jit
-def _arcs(p, amplitude, harmonics, frequency, meets, coefficients) -> None:
+def _arcs(
+    p: Parameters,
+    amplitude: np.ndarray,
+    harmonics: int,
+    frequency: np.ndarray,
+    meets: np.ndarray,
+    coefficients: np.ndarray,
+) -> None:
     """Free motions of each amplitude, tau = 0 at their upper end."""
     for i in range(amplitude.size):
         a = arc(p, 0.0, amplitude[i])

@@ -13,7 +13,7 @@ Columns = dict[str, np.ndarray]
 
 
 @jit
-def _sample(a: Arc, tau, x, v) -> None:
+def _sample(a: Arc, tau: np.ndarray, x: np.ndarray, v: np.ndarray) -> None:
     for i in range(tau.size):
         x[i], v[i] = on_arc(a, tau[i])
 
@@ -62,7 +62,7 @@ def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float
         impacts["impact_support"].append(side)
         impacts["impact_velocity"].append(before)
         impacts["impact_velocity_after"].append(-before)
-    rests = {
+    rests: Columns = {
         "rest_start": np.empty(0),
         "rest_end": np.empty(0),
         "rest_support": np.empty(0, np.int8),

@@ -16,14 +16,15 @@ from vibropipe.kernels.record import (
     IMPACTS,
     RESTS,
     SHORT_FLIGHTS,
+    Log,
     Samples,
     new_log,
 )
-from vibropipe.kernels.state import REST, begin
+from vibropipe.kernels.state import REST, State, begin
 from vibropipe.physics.conservative import arc, is_free
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.physics.exciter import Exciter, ParameterError, number
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number
 from vibropipe.physics.flow import ORDER
 from vibropipe.status import Status
 from vibropipe.vocabulary import describe
@@ -203,7 +204,14 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
     return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
 
 
-def _march(p, grid, state, turns_end, samples, max_impacts) -> Run:
+def _march(
+    p: Parameters,
+    grid: Grid,
+    state: State,
+    turns_end: float,
+    samples: Samples | None,
+    max_impacts: int,
+) -> Run:
     """March to the end, emptying the log whenever it is full."""
     log = new_log(LOG_ROOM, LOG_ROOM)
     work = np.empty(3 if grid.exact is None else ORDER + 1)
@@ -212,7 +220,17 @@ def _march(p, grid, state, turns_end, samples, max_impacts) -> Run:
     events = 0
     while True:
         state, status = march(
-            ALL_EFFECTS, p, grid, state, *end, log, samples, work, max_impacts - events
+            ALL_EFFECTS,
+            p,
+            grid,
+            state,
+            end[0],
+            end[1],
+            end[2],
+            log,
+            samples,
+            work,
+            max_impacts - events,
         )
         pieces.append(_take(log))
         events += len(pieces[-1]["position"]) + len(pieces[-1]["rest_start"])
@@ -256,7 +274,7 @@ def _contacts(columns: dict[str, np.ndarray], period: float) -> dict[str, np.nda
     }
 
 
-def _take(log) -> dict[str, np.ndarray]:
+def _take(log: Log) -> dict[str, np.ndarray]:
     """Copy the entries of a log and empty it."""
     n, rests, grazings = (int(log.counts[k]) for k in (IMPACTS, RESTS, GRAZINGS))
     taken = {

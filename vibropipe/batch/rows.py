@@ -11,7 +11,7 @@ from vibropipe.jit import jit_parallel
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
 from vibropipe.kernels.row import solve_row
-from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.flow import ORDER
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
@@ -55,7 +55,14 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
 
 
 @jit_parallel
-def _drive(e, parameters, starts, chain_length, max_periods, out):
+def _drive(
+    e: Effects,
+    parameters: np.ndarray,
+    starts: np.ndarray,
+    chain_length: int,
+    max_periods: int,
+    out: Rows,
+) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
     chains = parameters.shape[0] // chain_length

@@ -158,7 +158,9 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in OUTPUTS if name in outputs)
 
 
-def _parameters(exciter, over, follow, rows: np.ndarray) -> np.ndarray:
+def _parameters(
+    exciter: Exciter, over: Mapping[str, np.ndarray], follow: Follow, rows: np.ndarray
+) -> np.ndarray:
     """The parameters (rows, 7) of numbered rows."""
     order = row_order(over, follow)
     places = np.unravel_index(rows, [over[name].size for name in order])
@@ -168,7 +170,13 @@ def _parameters(exciter, over, follow, rows: np.ndarray) -> np.ndarray:
     return parameters
 
 
-def _starts(exciter, over, parameters, x0, v0) -> np.ndarray:
+def _starts(
+    exciter: Exciter,
+    over: Mapping[str, np.ndarray],
+    parameters: np.ndarray,
+    x0: float,
+    v0: float,
+) -> np.ndarray:
     """The start (rows, 2), after checking it and the corners of the grid by the exciter's own rules."""
     base = exciter.parameters()._asdict()
     for corner in itertools.product(*({float(a.min()), float(a.max())} for a in over.values())):
@@ -177,7 +185,9 @@ def _starts(exciter, over, parameters, x0, v0) -> np.ndarray:
     return np.tile(np.array([float(x0), float(v0)]), (len(parameters), 1))
 
 
-def _chain_order(rows: int, chain: int, follow: Follow, over) -> np.ndarray:
+def _chain_order(
+    rows: int, chain: int, follow: Follow, over: Mapping[str, np.ndarray]
+) -> np.ndarray:
     order = np.arange(rows)
     if follow is None:
         return order
@@ -223,7 +233,7 @@ def assemble(
     arrays = check_over(over)
     ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
     parts = [
-        {name: (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
+        {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
         for shard in ordered
     ]
     sizes = [arrays[name].size for name in arrays]
@@ -244,7 +254,7 @@ def assemble(
         if name not in arrays
     }
     coords |= {name: (name, values) for name, values in arrays.items()}
-    coords |= {name: ordered[0][name] for name in ordered[0].coords}
+    coords |= {str(name): ordered[0][name] for name in ordered[0].coords}
     joined = describe(xr.Dataset(variables, coords))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"

@@ -14,7 +14,7 @@ from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
 OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
-MAX_SECANTS = 40
+MAX_SECANTS = 100
 # Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
 # the next step.
 SHORTEST_FLIGHT = 1e-4
@@ -98,29 +98,37 @@ def step_by(e, p, grid, state, sigma, load, theta):
 
 
 @jit
-def step_to_contact(e, p, grid, state, sigma, load, target, theta, room):
-    """theta of the support by a Newmark step that ends on it, found by secants from the quadratic's theta.
+def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room):
+    """theta of the support by a Newmark step that ends on it, from the quadratic's theta; -1 if none does.
 
     The velocity of a quadratic over the whole step errs by the square of the step, differently at every
-    impact; a step of the method down to the contact keeps that error smooth in the step. -1 where the search
-    leaves the step or finds no such end (a graze, nearly, or a step far too long).
+    impact; a step of the method down to the contact keeps that error smooth in the step. Secants, kept
+    between a step that ends inside and one that ends outside; where the whole step ends inside (a graze,
+    nearly) there may be no such contact.
     """
-    before, y_before = theta, step_by(e, p, grid, state, sigma, load, theta)[0] - target
-    y, rate = step_by(e, p, grid, state, sigma, load, theta)
-    found = theta - (y - target) / (rate * grid.dt) if rate != 0.0 else theta
+    # What rounding leaves of a distance made of these terms.
+    least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
+    outside, y_outside = room, step_by(e, p, grid, state, sigma, load, room)[0] - target
+    side = -1.0 if at_near else 1.0
+    if not y_outside * side > 0.0:
+        return -1.0
+    inside, found = 0.0, theta
+    before, y_before = outside, y_outside
     for _ in range(MAX_SECANTS):
-        if not 0.0 < found <= room:
-            break
         y = step_by(e, p, grid, state, sigma, load, found)[0] - target
-        if y == 0.0:
+        if abs(y) <= least:
             return found
-        if y == y_before:
-            break
-        change = y * (found - before) / (y - y_before)
+        if y * side > 0.0:
+            outside = found
+        else:
+            inside = found
+        change = y * (found - before) / (y - y_before) if y != y_before else 0.0
         before, y_before = found, y
         found -= change
-        if abs(change) <= 2.0**-51 * found:
-            return min(found, room)
+        if not inside < found < outside:
+            found = 0.5 * (inside + outside)
+        if abs(found - before) <= 2.0**-51 * found:
+            return found
     return -1.0
 
 
@@ -129,14 +137,15 @@ def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, th
     """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
     would arrive moving away, or pass the other support, both stay those of the quadratic."""
     target = near if at_near else far
-    found = step_to_contact(e, p, grid, state, sigma, load, target, theta, limit - state.theta)
+    room = limit - state.theta
+    found = step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room)
     if found < 0.0:
         return theta
     fill(e, p, grid, state, sigma, load, state.theta + found, c)
     _y, rate = evaluate(grid, c, found)
     turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
     extreme = evaluate(grid, c, min(max(turn, 0.0), found))[0]
-    if (rate < 0.0 and extreme < far) if at_near else (rate > 0.0 and extreme > near):
+    if (rate < 0.0 and extreme <= far) if at_near else (rate > 0.0 and extreme >= near):
         return found
     fill(e, p, grid, state, sigma, load, limit, c)
     return theta
@@ -191,4 +200,6 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         turn = (step + at) / grid.steps
         order, _wait = departure(e, p, grid, state.home, 0.0, turn)
         return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
-    return State(period, step, at, state.home, y, w, FLIGHT, 0.0), OK
+    # An impact at the very end of a step leaves nothing of it to fly in: the mass departs in the next one.
+    left = FLIGHT if theta > 0.0 else order
+    return State(period, step, at, state.home, y, w, left, 0.0), OK

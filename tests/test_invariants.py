@@ -7,6 +7,7 @@ over 300 examples, and over 20,000 when asked for the slow ones.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import time
@@ -111,10 +112,11 @@ def check_events_are_in_order_and_resets_lose_energy(case: Case) -> None:
     assert (np.diff(tau) >= 0).all()
     assert ((tau >= 0) & (tau <= case.tau_end)).all()
     R = {1: case.exciter.R1, 2: case.exciter.R2}
+    rounding = np.finfo(float).eps * np.abs(ds.impact_velocity.values).max(initial=0.0)
     for _, support, before, after in impacts_of(ds):
         side = 1 if support == 1 else -1
         assert side * before > 0
-        assert after == pytest.approx(-R[support] * before, rel=1e-15, abs=0)
+        assert after == pytest.approx(-R[support] * before, rel=1e-15, abs=rounding)
         assert abs(after) <= abs(before)
     rests = rests_of(ds)
     for start, end, support in rests:
@@ -138,10 +140,19 @@ def check_mirror(case: Case) -> None:
     assert int(one.status) == int(two.status)
 
 
+@functools.cache
+def compiled() -> None:
+    """Both methods have run once, so that no example pays for their compilation."""
+    exciter = vp.Exciter(l=0.5, nu=1.1, f=1.0, h=0.1, R1=0.5, R2=0.5)
+    Case(exciter, 10.0, 0.1, 0.2, {}).run()
+    Case(exciter, 10.0, 0.1, 0.2, {"method": "newmark", "steps_per_period": 50}).run()
+
+
 def check_time_is_bounded(case: Case) -> None:
-    started = time.perf_counter()
+    compiled()
+    started = time.process_time()
     case.run(samples_per_period=0)
-    assert time.perf_counter() - started < 2.0
+    assert time.process_time() - started < 2.0
 
 
 def check_samples_end_at_tau_end(case: Case) -> None:

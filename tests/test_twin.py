@@ -39,9 +39,9 @@ def random_exciter(rng: random.Random) -> Parameters:
         R2=restitution(),
     )
     # Pressed in by spring or force, a damped mass would strike an ideal support for ever faster.
-    if p.h > 0 and p.R1 == 1 and p.upper < abs(p.f):
+    if p.h > 0 and p.R1 == 1 and p.upper <= abs(p.f):
         p = p._replace(R1=0.9)
-    if p.h > 0 and p.R2 == 1 and -p.lower < abs(p.f):
+    if p.h > 0 and p.R2 == 1 and -p.lower <= abs(p.f):
         p = p._replace(R2=0.9)
     return p
 

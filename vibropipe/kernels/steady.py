@@ -39,8 +39,9 @@ MAX_NEWTON = 12
 # A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
 # some other orbit. Non-normal derivatives make changes larger than multipliers tell.
 REACH = 20.0
-# Growth of the section's amplitude from the second to the last quarter that counts as unbounded.
-GROWTH = 1.5
+# Growth of the section's amplitude from the second to the last quarter that counts as unbounded, where that
+# from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
+GROWTH, LASTING = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED = 0, 1, 2
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
 # numpy integers: numba compiles a plain constant to code of its own, march and all.
@@ -142,7 +143,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[0], vs[0] = section(p, state)
-    largest, early, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0
+    largest, early, middle, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0, 0.0
     next_try, failures = 1, 0
     for k in range(1, max_periods + 1):
         clear(log)
@@ -155,6 +156,8 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
         largest = max(largest, size_of(p, state, log))
         if 4 * k > max_periods and 2 * k <= max_periods:
             early = max(early, size)
+        if 2 * k > max_periods and 4 * k <= 3 * max_periods:
+            middle = max(middle, size)
         if 4 * k > 3 * max_periods:
             late = max(late, size)
         if k < next_try:
@@ -173,7 +176,8 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
         if tried:
             failures += 1
             next_try = k + 1 + min(failures, 32)
-    kind = UNBOUNDED if late > GROWTH * early else APERIODIC
+    lasting = late - middle > LASTING * (middle - early)
+    kind = UNBOUNDED if lasting and late > GROWTH * early else APERIODIC
     return Settled(
         kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, max_periods, none, none
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
-from vibropipe.kernels.grid import evaluate, stays_between
+from vibropipe.kernels.grid import evaluate, force_part, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
 from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
 from vibropipe.kernels.state import FLIGHT, WITH_PULL, WITH_RATE, WITH_SPEED, State, departure
@@ -31,8 +31,9 @@ def coast(e, p, grid, state, end_period, end_step, counts):
         y1 = grid.a11 * y + grid.a12 * w + load1
         w1 = grid.a21 * y + grid.a22 * w + load2
         if e.forcing is not None:
-            y1 += sigma * grid.table_p[step]
-            w1 += sigma * grid.table_q[step]
+            part_y, part_w = force_part(grid, step)
+            y1 += sigma * part_y
+            w1 += sigma * part_w
         if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far):
             break
         y, w = y1, w1

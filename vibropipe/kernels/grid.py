@@ -17,6 +17,9 @@ from vibropipe.physics.flow import (
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 from vibropipe.physics.newmark import newmark_map
 
+# Steps per forcing period up to which the force's part of each is tabulated.
+MAX_TABLE = 8192
+
 
 class Grid(NamedTuple):
     """One method on one row: `exact` is 1 or None (Newmark), a type, so each compiles to its own code.
@@ -24,7 +27,11 @@ class Grid(NamedTuple):
     Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
     y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
     margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
+    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step; table_p and
+    table_q hold p and q of every step, or nothing where a period has too many steps for a table.
     basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
+    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step; table_p and
+    table_q hold p and q of every step, or nothing where a period has too many steps for a table.
     basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
     """
 
@@ -39,6 +46,7 @@ class Grid(NamedTuple):
     b2: float
     margin0: float
     margin1: float
+    force: tuple[float, float, float, float]
     table_p: np.ndarray
     table_q: np.ndarray
     basis: np.ndarray
@@ -59,20 +67,30 @@ def _margins(h, nu, f, dt):
 
 
 @jit_allocating
+def _tables(e, force, steps):
+    """p and q of every step of a forcing period; empty without force, or where a table would not fit a cache."""
+    size = steps if e.forcing is not None and steps <= MAX_TABLE else 0
+    table_p, table_q = np.empty(size), np.empty(size)
+    for j in range(size):
+        s, c = sincos_turns(j / steps)
+        table_p[j] = force[0] * s + force[1] * c
+        table_q[j] = force[2] * s + force[3] * c
+    return table_p, table_q
+
+
+@jit_allocating
 def exact_grid_of(e, p, steps):
     """Grid of the exact method with so many steps per forcing period, no fewer than `steps_for_exact`: the
     same motion, rounded elsewhere."""
     dt = TWO_PI / p.nu / steps
     basis = exact_basis(p.h, p.nu, dt)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
-    table_p, table_q = np.zeros(steps), np.zeros(steps)
-    if e.forcing is not None:
-        for j in range(steps):
-            s, c = sincos_turns(j / steps)
-            table_p[j] = p.f * (p1 * s + p2 * c)
-            table_q[j] = p.f * (q1 * s + q2 * c)
+    force = (p.f * p1, p.f * p2, p.f * q1, p.f * q2)
+    table_p, table_q = _tables(e, force, steps)
     margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
-    return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, table_p, table_q, basis)
+    return Grid(
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, table_p, table_q, basis
+    )
 
 
 @jit_allocating
@@ -86,14 +104,23 @@ def newmark_grid(e, p, steps):
     """Grid of Newmark's method with `steps` steps per forcing period."""
     dt = TWO_PI / p.nu / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
-    table_p, table_q = np.zeros(steps), np.zeros(steps)
-    if e.forcing is not None:
-        for j in range(steps):
-            mean = 0.5 * p.f * (sincos_turns(j / steps)[0] + sincos_turns((j + 1) / steps)[0])
-            table_p[j] = b1 * mean
-            table_q[j] = b2 * mean
+    # The mean of sin at both ends of a step, by sin and cos at its start.
+    half_c, half_s = 0.5 + 0.5 * math.cos(p.nu * dt), 0.5 * math.sin(p.nu * dt)
+    force = (b1 * p.f * half_c, b1 * p.f * half_s, b2 * p.f * half_c, b2 * p.f * half_s)
+    table_p, table_q = _tables(e, force, steps)
     basis = np.zeros((0, 0))
-    return Grid(None, steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, table_p, table_q, basis)
+    return Grid(
+        None, steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force, table_p, table_q, basis
+    )
+
+
+@jit
+def force_part(grid, step):
+    """(p, q): the force's part of a step of the one-step map, for sigma = 1."""
+    if grid.table_p.size > 0:
+        return grid.table_p[step], grid.table_q[step]
+    s, c = sincos_turns(step / grid.steps)
+    return grid.force[0] * s + grid.force[1] * c, grid.force[2] * s + grid.force[3] * c
 
 
 @jit

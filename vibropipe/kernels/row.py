@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.jit import jit_allocating
+from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.orbit import LOG_FULL, section
@@ -19,7 +19,7 @@ from vibropipe.kernels.outputs import (
     write_multipliers,
 )
 from vibropipe.kernels.state import begin
-from vibropipe.kernels.steady import PERIODIC, UNBOUNDED, settle_motion
+from vibropipe.kernels.steady import DRIFTING, PERIODIC, UNBOUNDED, settle_motion
 from vibropipe.kernels.window import WINDOW, measure_window
 from vibropipe.physics.conservative import is_free
 from vibropipe.physics.exciter import Parameters
@@ -29,6 +29,14 @@ from vibropipe.vocabulary import Regime
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
+
+
+@jit
+def label_of(kind):
+    """The code of `regime` of a motion that found no orbit within its bound on periods."""
+    if kind == UNBOUNDED:
+        return UNBOUNDED_REGIME
+    return UNRESOLVED if kind == DRIFTING else APERIODIC_REGIME
 
 
 @jit_allocating
@@ -53,7 +61,7 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
         if status == LOG_FULL:
             out.regime[row] = UNRESOLVED
     elif status == MAX_PERIODS:
-        out.regime[row] = UNBOUNDED_REGIME if settled.kind == UNBOUNDED else APERIODIC_REGIME
+        out.regime[row] = label_of(settled.kind)
         out.window[row] = WINDOW
         last = measure_window(
             e, p, grid, settled.end, log, c, out.amplitudes, row, impacts, rests, largest

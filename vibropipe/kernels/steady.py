@@ -35,6 +35,8 @@ HISTORY = 64
 # Share of the motion's size within which the section counts as nearly repeating.
 NEARLY = 1e-5
 CLOSED = 1e-13
+# Share within which a closed orbit must repeat to be that of a divisor of its multiple.
+SAME = 1e-9
 MAX_NEWTON = 12
 # A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
 # some other orbit. Non-normal derivatives make changes larger than multipliers tell.
@@ -42,7 +44,7 @@ REACH = 20.0
 # Growth of the section's amplitude from the second to the last quarter that counts as unbounded, where that
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
 GROWTH, LASTING = 1.5, 0.9
-PERIODIC, APERIODIC, UNBOUNDED = 0, 1, 2
+PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
 # numpy integers: numba compiles a plain constant to code of its own, march and all.
 EVENTS_PER_PERIOD = np.int64(100_000)
@@ -50,8 +52,9 @@ ONE = np.int64(1)
 
 
 class Settled(NamedTuple):
-    """kind: PERIODIC, APERIODIC or UNBOUNDED; state: at period 0 of the orbit; end: m periods later;
-    residual: of the return map relative to the motion's size; first, second: Floquet multipliers."""
+    """kind: PERIODIC, APERIODIC, UNBOUNDED or DRIFTING (still growing at the bound on periods, though damped);
+    state: at period 0 of the orbit; end: m periods later; residual: of the return map relative to the
+    motion's size; first, second: Floquet multipliers."""
 
     kind: int
     status: int
@@ -75,9 +78,10 @@ def size_of(p, state, log):
 
 
 @jit
-def close_orbit(e, p, grid, state, m, log, c):
+def close_orbit(e, p, grid, state, m, within, log, c):
     """Newton on the return map over m periods; (found, Settled) with `found` False if it is not an orbit
-    that the motion at `state` settles on."""
+    that the motion at `state` settles on. The map must bring the state back to within the share `within` of
+    the motion's size at once: Newton's method only finishes what nearly repeats."""
     z = at_period_zero(state)
     start = z
     first_change, residual, best = math.inf, math.inf, math.inf
@@ -93,6 +97,8 @@ def close_orbit(e, p, grid, state, m, log, c):
         residual = change / size if size > 0.0 else 0.0
         if iteration == 0:
             first_change = change
+            if residual > within:
+                break
         j11, j12, j21, j22 = derivative(p, log, z, end, m)
         same = (z.order == REST) == (end.order == REST)
         if same and (residual <= CLOSED or (residual >= best and residual <= 1e3 * CLOSED)):
@@ -122,11 +128,11 @@ def with_least_multiple(e, p, grid, orbit, log, c):
     periods before it does after one. The log is left with the contacts of the orbit returned."""
     for m in range(1, orbit.m // 2 + 1):
         if orbit.m % m == 0:
-            found, least = close_orbit(e, p, grid, orbit.state, m, log, c)
+            found, least = close_orbit(e, p, grid, orbit.state, m, SAME, log, c)
             if found:
                 return least
     if orbit.m > 1:
-        return close_orbit(e, p, grid, orbit.state, orbit.m, log, c)[1]
+        return close_orbit(e, p, grid, orbit.state, orbit.m, SAME, log, c)[1]
     return orbit
 
 
@@ -166,7 +172,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
         for m in range(1, min(k, MAX_MULTIPLE) + 1):
             if _repeats(xs, vs, k, m, largest):
                 tried = True
-                found, orbit = close_orbit(e, p, grid, state, m, log, c)
+                found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
                 if found:
                     orbit = with_least_multiple(e, p, grid, orbit, log, c)
                     return Settled(
@@ -177,7 +183,10 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
             failures += 1
             next_try = k + 1 + min(failures, 32)
     lasting = late - middle > LASTING * (middle - early)
-    kind = UNBOUNDED if lasting and late > GROWTH * early else APERIODIC
+    kind = APERIODIC
+    if late > GROWTH * early:
+        # Damping bounds every motion: a damped one that grows has only not settled yet.
+        kind = DRIFTING if p.h > 0.0 else UNBOUNDED if lasting else APERIODIC
     return Settled(
         kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, max_periods, none, none
     )

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, close
 from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import LOG_FULL, at_period_zero, clear, periods, section
 from vibropipe.kernels.outputs import count_contacts
+from vibropipe.kernels.quadrature import along_orbit
 from vibropipe.kernels.state import REST
 from vibropipe.kernels.steady import EVENTS_PER_PERIOD, ONE
 from vibropipe.physics.forcing import TWO_PI
 
 WINDOW = 256
+
+
+@jit
+def _is_resonant(p, amplitudes) -> bool:
+    if amplitudes is None:
+        return False
+    nearest = 1.0
+    for k in range(amplitudes.shape[1]):
+        nearest = min(nearest, abs(admittance(p, k, 1)))
+    return nearest < RESONANT
 
 
 @jit
@@ -24,8 +35,15 @@ def _add_to_window(p, log, state, amplitudes, row) -> None:
 
 
 @jit
-def _close_window(p, dx, dv, amplitudes, row) -> None:
-    """Amplitudes at multiples of nu from WINDOW periods over which x and x' changed by dx, dv."""
+def _add_direct(p, start, end, log, direct, energy, c) -> None:
+    x, v = section(p, start)
+    along_orbit(p, x, v, end, log, 1, direct, energy, c)
+
+
+@jit
+def _close_window(p, dx, dv, direct, amplitudes, row) -> None:
+    """Amplitudes at multiples of nu from WINDOW periods over which x and x' changed by dx, dv; where the
+    closed form would divide by nothing, those of the quadrature `direct`."""
     if amplitudes is not None:
         for k in range(amplitudes.shape[1]):
             # The ends of the window do not meet: the boundary terms of the partial integration stay.
@@ -33,7 +51,7 @@ def _close_window(p, dx, dv, amplitudes, row) -> None:
         close(p, 1, float(WINDOW), amplitudes[row])
         for k in range(amplitudes.shape[1]):
             if abs(admittance(p, k, 1)) < RESONANT:
-                amplitudes[row, k] = complex(math.nan, math.nan)
+                amplitudes[row, k] = direct[k] / WINDOW
 
 
 @jit_allocating
@@ -41,17 +59,28 @@ def measure_window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, l
     """What a motion without an orbit shows over WINDOW forcing periods: means per period, and amplitudes at
     multiples of nu; returns its last state."""
     x0, v0 = section(p, state)
+    resonant = _is_resonant(p, amplitudes)
+    direct, energy = np.zeros(length_of(amplitudes), np.complex128), np.zeros(2)
     for _ in range(WINDOW):
         state = at_period_zero(state)
+        start = state
         clear(log)
         state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
-        if status != OK and status != LOG_FULL:
+        if status not in (OK, LOG_FULL):
             break
         count_contacts(log, state, impacts, rests, largest)
         _add_to_window(p, log, state, amplitudes, row)
+        if resonant:
+            _add_direct(p, start, state, log, direct, energy, c)
     for side in range(2):
         impacts[side] /= WINDOW
         rests[side] /= WINDOW
     x, v = section(p, state)
-    _close_window(p, x - x0, v - v0, amplitudes, row)
+    _close_window(p, x - x0, v - v0, direct, amplitudes, row)
     return state
+
+
+@jit
+def length_of(amplitudes) -> int:
+    """Number of amplitudes of a row, 0 where nobody asked for any."""
+    return 0 if amplitudes is None else amplitudes.shape[1]

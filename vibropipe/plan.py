@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibropipe.study import BackboneScene, MotionScene, SweepScene
+from vibropipe.study import BackboneScene, HardCasesScene, MotionScene, SweepScene
 
-Scene = MotionScene | SweepScene | BackboneScene
+Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene
 
 # A job costs about a second to start: below this work, cutting costs more than it gains. On a
 # cluster, where a job costs ten seconds, set the variable to some minutes.
@@ -31,6 +31,8 @@ SECONDS_PER_ROW = 2e-3
 SECONDS_PER_POINT = 20e-6
 SECONDS_PER_STEP = 10e-9
 SECONDS_PER_PERIOD = 1e-6
+SECONDS_OF_HARD_CASES = 12.0
+HARD_CASES_BYTES = 40e3
 
 ROW_BYTES = 80
 IMPACT_BYTES = 21
@@ -67,6 +69,8 @@ def plan_scene(scene: Scene) -> ScenePlan:
     """Say what a scene comes to."""
     if isinstance(scene, SweepScene):
         return _sweep(scene)
+    if isinstance(scene, HardCasesScene):
+        return _hard_cases(scene)
     return _motion(scene) if isinstance(scene, MotionScene) else _backbone(scene)
 
 
@@ -194,6 +198,21 @@ def _backbone(scene: BackboneScene) -> ScenePlan:
         shards=1,
         seconds=scene.row_count * SECONDS_PER_POINT,
         bytes=scene.row_count * each,
+    )
+
+
+def _hard_cases(scene: HardCasesScene) -> ScenePlan:
+    count = len(scene.cases)
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=f"{count} cases" if count else "all cases",
+        rows=max(1, count),
+        method="exact, newmark",
+        outputs=(),
+        shards=1,
+        seconds=SECONDS_OF_HARD_CASES,
+        bytes=HARD_CASES_BYTES,
     )
 
 

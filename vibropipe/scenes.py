@@ -19,7 +19,14 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.status import Status
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
-from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene, fingerprint
+from vibropipe.study import (
+    BackboneScene,
+    HardCasesScene,
+    MotionScene,
+    Study,
+    SweepScene,
+    fingerprint,
+)
 from vibropipe.vocabulary import describe
 
 # Names that a motion and its steady state share, and what they are called in the latter.
@@ -80,12 +87,16 @@ def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
     check_cut(scene, shard)
     if isinstance(scene, SweepScene):
         return solve_sweep(scene, shard)
+    if isinstance(scene, HardCasesScene):
+        return solve_cases(scene)
     return solve_motion(scene) if isinstance(scene, MotionScene) else solve_backbone(scene)
 
 
 def origin(study: Study, scene: Scene) -> dict[str, Any]:
     """Return the global attributes of a dataset; titles stay out, since no data depends on them."""
-    solver: dict[str, Any] = {} if isinstance(scene, BackboneScene) else scene.solver.arguments()
+    solver: dict[str, Any] = {}
+    if isinstance(scene, MotionScene | SweepScene):
+        solver = scene.solver.arguments()
     method = str(solver.get("method", "exact"))
     if "steps_per_period" in solver:
         method += f", {solver['steps_per_period']} steps per forcing period"
@@ -190,6 +201,14 @@ def solve_backbone(scene: BackboneScene) -> xr.Dataset:
         )
     curves = backbone(grids["delta_over_l"], grids["tau_bar"])
     return simulated_points(curves, scene.check_points)
+
+
+def solve_cases(scene: HardCasesScene) -> xr.Dataset:
+    """Measure the hard cases a scene names, or all of them, by every method."""
+    from vibropipe.batch.hard_cases import CASES, solve_hard_cases
+
+    named = [case for case in CASES if case.name in scene.cases]
+    return solve_hard_cases(named or CASES)
 
 
 def simulated_points(curves: xr.Dataset, points: int) -> xr.Dataset:

@@ -41,6 +41,7 @@ class Regime(IntEnum):
 REGIMES: Mapping[str, int] = {member.name.lower(): int(member) for member in Regime}
 SUPPORTS: Mapping[str, int] = {"support_1": 1, "support_2": 2}
 STABLE: Mapping[str, int] = {"unstable": 0, "stable": 1}
+PASSED: Mapping[str, int] = {"not_passed": 0, "passed": 1, "not_asked": 2}
 
 
 @dataclass(frozen=True)
@@ -180,6 +181,20 @@ VOCABULARY: dict[str, Quantity] = {
     # amplitude-frequency characteristics of the conservative exciter
     "amplitude": _number("amplitude", "linear amplitude of the free motion", r"$A$"),
     "eigenfrequency": _number("amplitude", "eigenfrequency", r"$\bar{\omega}$"),
+    # hard cases
+    "case": _number("case", "hard case", "case"),
+    "solver": _number("solver", "method, with its steps per forcing period", "solver"),
+    "asked": _number("case", "what was asked", "asked"),
+    "known": _number("case", "what is conserved or known", "known"),
+    "measured": _number("case solver", "distance from what is known", r"$e$"),
+    "bound": _number("case solver", "how large it may be", r"$e_{max}$"),
+    "passed": _number("case solver", "whether the case is passed", "passed", flags=PASSED),
+    "worst_status": _number("case solver", "worst status of the motions", "status"),
+    "motions": _number("case solver", "motions solved", r"$n$"),
+    "impacts": _number("case solver", "impacts in the motions", r"$p$"),
+    "short_flight_motions": _number(
+        "case solver", "motions with flights shorter than a step", r"$n_{short}$"
+    ),
     # shards of a sweep
     "row": _number("row", "row of the swept grid", r"$n$"),
 }
@@ -208,7 +223,7 @@ def label(name: str) -> str:
 
 def flags(name: str) -> Mapping[str, int] | None:
     """Return the names of the integer values of ``name``, or None if its values are numbers."""
-    if name == "status":
+    if name in ("status", "worst_status"):
         return {member.name.lower(): int(member) for member in Status}
     return quantity(name).flags
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.plan import Scene
-from vibropipe.study import BackboneScene, MotionScene, SweepScene, load_study
+from vibropipe.study import BackboneScene, HardCasesScene, MotionScene, SweepScene, load_study
 from vibropipe.study.grids import ValueGrid
 
 
@@ -39,6 +39,8 @@ def work_of(scene: Scene) -> str:
         return " ".join([scene.kind, *sorted(scene.outputs)])
     if isinstance(scene, BackboneScene):
         return f"{scene.kind} over {'amplitude' if scene.over_amplitude else 'period'}"
+    if isinstance(scene, HardCasesScene):
+        return scene.kind
     sampled = ["sampled"] if scene.samples_per_period else []
     settled = ["settled"] if scene.settle_periods else []
     solver = scene.solver.arguments()
@@ -58,6 +60,10 @@ def miniature(scene: Scene) -> Scene:
     if isinstance(scene, MotionScene):
         settle = min(scene.settle_periods, 1)
         return scene.model_copy(update={"settle_periods": settle, "tau_end": min(scene.tau_end, 6)})
+    if isinstance(scene, HardCasesScene):
+        # sampled motions, plain ones, steady states
+        few = ["chatter_interrupted", "plastic_for_ever", "coexisting"]
+        return scene.model_copy(update={"cases": few})
     # along eq. (10) some values must lie where both supports are struck
     most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
     grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}

@@ -24,6 +24,7 @@ from vibropipe.figures.captions import (
     describe_motion,
     describe_sweep,
 )
+from vibropipe.figures.hard_cases import describe_hard_cases, draw_hard_cases
 from vibropipe.figures.impacts import draw_impacts_only
 from vibropipe.figures.motion import draw_motion
 from vibropipe.figures.options import Options, options_of
@@ -97,6 +98,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture("backbone", _any, draw_backbone, describe_backbone),
     Picture("sweep", _is_map, draw_regime_map, describe_map),
     Picture("sweep", _any, draw_sweep, describe_sweep),
+    Picture("hard_cases", _any, draw_hard_cases, describe_hard_cases),
 )
 
 

@@ -19,6 +19,7 @@ from vibropipe.figures.words import (
     regime_name,
 )
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
+from vibropipe.report.hard_cases import hard_case_tables, hard_case_words
 from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.vocabulary import PARAMETERS
@@ -56,6 +57,10 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "figures": [figure_entry(name, study.scenes[name], datasets) for name in datasets],
         "steady": [table.as_data() for table in steady_tables(steady)],
         "asymmetry": asymmetry(steady),
+        "hard_cases": {
+            "tables": [table.as_data() for table in hard_case_tables(datasets)],
+            "text": hard_case_words(datasets),
+        },
         "sweeps": [table.as_data() for table in regime_tables(sweeps)],
         "extremes": [
             {"name": breakable(name), "text": text}

@@ -16,6 +16,7 @@ from vibropipe.study.loading import (
 from vibropipe.study.models import (
     BackboneScene,
     BaseScene,
+    HardCasesScene,
     MotionScene,
     Study,
     SweepScene,
@@ -28,6 +29,7 @@ __all__ = [
     "BackboneScene",
     "BaseScene",
     "Config",
+    "HardCasesScene",
     "MotionScene",
     "Problem",
     "Solver",

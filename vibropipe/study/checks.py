@@ -13,7 +13,14 @@ from typing import Any
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
 from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid
-from vibropipe.study.models import BackboneScene, BaseScene, MotionScene, Study, SweepScene
+from vibropipe.study.models import (
+    BackboneScene,
+    BaseScene,
+    HardCasesScene,
+    MotionScene,
+    Study,
+    SweepScene,
+)
 from vibropipe.study.problems import Path, Problem, did_you_mean
 from vibropipe.study.values import takes
 from vibropipe.study.words import PARAMETERS
@@ -63,6 +70,8 @@ def _beside(study: Study, scene: BaseScene, beside: str) -> Iterator[Problem]:
 def _exciter(scene: BaseScene) -> Iterator[Problem]:
     """See that l is there and that all parameters together leave room between the supports."""
     if isinstance(scene, BackboneScene) and not scene.over_amplitude:
+        return
+    if isinstance(scene, HardCasesScene):
         return
     if not has_l(scene):
         hint = "in the scene or, for all scenes, in the study's exciter"
@@ -230,6 +239,20 @@ def _backbone_exciter(scene: BackboneScene) -> Iterator[Problem]:
             yield Problem(("exciter", name), repr(value), words)
 
 
+def _hard_cases(scene: HardCasesScene) -> Iterator[Problem]:
+    """See that the cases exist, and that the scene is given no exciter: each case has its own."""
+    for name, value in scene.exciter.given().items():
+        yield Problem(("exciter", name), repr(value), "no exciter: each case has its own")
+    if scene.cases:
+        from vibropipe.batch.hard_cases import CASES
+
+        known = [case.name for case in CASES]
+        for place, name in enumerate(scene.cases):
+            if name not in known:
+                hint = did_you_mean(name, known)
+                yield Problem(("cases", place), repr(name), ", ".join(known), hint)
+
+
 def _figure(scene: BaseScene) -> Iterator[Problem]:
     if scene.figure.periods is not None and not isinstance(scene, MotionScene):
         allowed = "this key in motion scenes only"
@@ -263,5 +286,6 @@ CHECKS: tuple[tuple[type[BaseScene], tuple[Path, ...], Check], ...] = (
     (BackboneScene, (*_GRIDS, ("check_points",), ("harmonics",)), _backbone_form),
     (BackboneScene, (), _backbone_ranges),
     (BackboneScene, (("amplitude",),), _backbone_exciter),
+    (HardCasesScene, (("cases",),), _hard_cases),
     (BaseScene, (("figure",),), _figure),
 )

@@ -27,10 +27,10 @@ Harmonics = Annotated[int, Within(1, 1000, whole=True)]
 DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
 
 
-def _each_once(outputs: list[Output]) -> list[Output]:
-    if len(set(outputs)) < len(outputs):
-        refuse("each output once", ", ".join(outputs))
-    return outputs
+def _each_once(names: list[Any]) -> list[Any]:
+    if len(set(names)) < len(names):
+        refuse("each name once", ", ".join(names))
+    return names
 
 
 Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(_each_once)]
@@ -178,10 +178,26 @@ class BackboneScene(BaseScene):
         return {**DEFAULTS, "l": given["l"], "delta": given["delta"]}
 
 
+class HardCasesScene(BaseScene):
+    """Motions with known answers on which numerical methods fail, each by every method."""
+
+    kind: Literal["hard_cases"] = Field(
+        description="Known motions on which numerical methods fail, by every method."
+    )
+    cases: Annotated[list[Name], AfterValidator(_each_once)] = Field(
+        default=[], description="Names of the cases; all of them if left out."
+    )
+
+    def resolved_exciter(self) -> dict[str, float]:
+        """Return nothing: each case has its own exciter."""
+        return {}
+
+
 KINDS: dict[str, type[BaseScene]] = {
     "motion": MotionScene,
     "sweep": SweepScene,
     "backbone": BackboneScene,
+    "hard_cases": HardCasesScene,
 }
 
 
@@ -193,7 +209,8 @@ def _kind(value: Any) -> str | None:
 Scene = Annotated[
     Annotated[MotionScene, Tag("<motion>")]
     | Annotated[SweepScene, Tag("<sweep>")]
-    | Annotated[BackboneScene, Tag("<backbone>")],
+    | Annotated[BackboneScene, Tag("<backbone>")]
+    | Annotated[HardCasesScene, Tag("<hard_cases>")],
     Discriminator(_kind),
 ]
 
@@ -228,7 +245,7 @@ class Study(Keys):
         """The file the study was read from, as messages name it."""
         return self._source
 
-    def scene(self, name: str) -> MotionScene | SweepScene | BackboneScene:
+    def scene(self, name: str) -> MotionScene | SweepScene | BackboneScene | HardCasesScene:
         """Return a scene by name; StudyError names the nearest one when there is none such."""
         if name not in self.scenes:
             known = ", ".join(self.scenes)

@@ -15,9 +15,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibropipe.study import BackboneScene, HardCasesScene, MotionScene, SweepScene
+from vibropipe.study import (
+    AccuracyScene,
+    BackboneScene,
+    HardCasesScene,
+    MotionScene,
+    SweepScene,
+)
 
-Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene
+Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene
 
 # A job costs about a second to start: below this work, cutting costs more than it gains. On a
 # cluster, where a job costs ten seconds, set the variable to some minutes.
@@ -33,11 +39,13 @@ SECONDS_PER_STEP = 10e-9
 SECONDS_PER_PERIOD = 1e-6
 SECONDS_OF_HARD_CASES = 12.0
 HARD_CASES_BYTES = 40e3
+SECONDS_PER_RACE = 0.25
 
 ROW_BYTES = 80
 IMPACT_BYTES = 21
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
+RACE_BYTES = 89
 
 DRAWN = ("figures", "report", "vocabulary.py", "analysis")
 
@@ -71,6 +79,8 @@ def plan_scene(scene: Scene) -> ScenePlan:
         return _sweep(scene)
     if isinstance(scene, HardCasesScene):
         return _hard_cases(scene)
+    if isinstance(scene, AccuracyScene):
+        return _races(scene)
     return _motion(scene) if isinstance(scene, MotionScene) else _backbone(scene)
 
 
@@ -213,6 +223,20 @@ def _hard_cases(scene: HardCasesScene) -> ScenePlan:
         shards=1,
         seconds=SECONDS_OF_HARD_CASES,
         bytes=HARD_CASES_BYTES,
+    )
+
+
+def _races(scene: AccuracyScene) -> ScenePlan:
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=f"{len(scene.motions)} motions",
+        rows=scene.row_count,
+        method=", ".join(scene.methods),
+        outputs=(),
+        shards=1,
+        seconds=scene.row_count * SECONDS_PER_RACE,
+        bytes=scene.row_count * RACE_BYTES,
     )
 
 

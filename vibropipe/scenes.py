@@ -20,6 +20,7 @@ from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.status import Status
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import (
+    AccuracyScene,
     BackboneScene,
     HardCasesScene,
     MotionScene,
@@ -89,15 +90,17 @@ def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
         return solve_sweep(scene, shard)
     if isinstance(scene, HardCasesScene):
         return solve_cases(scene)
+    if isinstance(scene, AccuracyScene):
+        return solve_races(scene)
     return solve_motion(scene) if isinstance(scene, MotionScene) else solve_backbone(scene)
 
 
 def origin(study: Study, scene: Scene) -> dict[str, Any]:
     """Return the global attributes of a dataset; titles stay out, since no data depends on them."""
-    solver: dict[str, Any] = {}
-    if isinstance(scene, MotionScene | SweepScene):
-        solver = scene.solver.arguments()
+    solver = scene.solver.arguments() if isinstance(scene, MotionScene | SweepScene) else {}
     method = str(solver.get("method", "exact"))
+    if isinstance(scene, AccuracyScene):
+        method = ", ".join(scene.methods)
     if "steps_per_period" in solver:
         method += f", {solver['steps_per_period']} steps per forcing period"
     return {
@@ -250,6 +253,27 @@ def free_motion(offset: float, velocity: float, about: float) -> tuple[float, fl
         if supports[first] == 2 and supports[first + 1] == 1:
             return 2 * float(times[first + 1] - times[first]), float(speeds[first + 1])
     return math.nan, math.nan
+
+
+def solve_races(scene: AccuracyScene) -> xr.Dataset:
+    """Race the methods of a scene on its motions; the times are of this run alone."""
+    from vibropipe.batch.contest import solve_accuracy
+    from vibropipe.batch.contestant import Motion
+
+    motions = {
+        name: Motion(
+            Exciter(**scene.exciter_of(name)), raced.start.x0, raced.start.v0, raced.periods
+        )
+        for name, raced in scene.motions.items()
+    }
+    return solve_accuracy(
+        motions,
+        scene.methods,
+        scene.steps_per_period,
+        scene.tolerances,
+        scene.peer_periods,
+        scene.repeats,
+    )
 
 
 def exciter_of(scene: Scene) -> Exciter:

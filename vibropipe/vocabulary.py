@@ -38,6 +38,18 @@ class Regime(IntEnum):
     UNRESOLVED = 7
 
 
+class Outcome(IntEnum):
+    """How a method got through a motion it was timed on."""
+
+    OK = 0
+    MISSED_IMPACT = 1
+    FELL_THROUGH = 2
+    DID_NOT_END = 3
+    NOT_TRIED = 4
+    NOT_INSTALLED = 5
+
+
+OUTCOMES: Mapping[str, int] = {member.name.lower(): int(member) for member in Outcome}
 REGIMES: Mapping[str, int] = {member.name.lower(): int(member) for member in Regime}
 SUPPORTS: Mapping[str, int] = {"support_1": 1, "support_2": 2}
 STABLE: Mapping[str, int] = {"unstable": 0, "stable": 1}
@@ -69,6 +81,13 @@ def _number(dims: str, long_name: str, symbol: str, **more: Any) -> Quantity:
 
 def _radians(dims: str, long_name: str, symbol: str) -> Quantity:
     return Quantity(tuple(dims.split()), "rad", long_name, symbol)
+
+
+_RACE = "motion method setting"
+
+
+def _nanoseconds(long_name: str) -> Quantity:
+    return Quantity(tuple(_RACE.split()), "ns", long_name, r"$t$")
 
 
 VOCABULARY: dict[str, Quantity] = {
@@ -195,6 +214,30 @@ VOCABULARY: dict[str, Quantity] = {
     "short_flight_motions": _number(
         "case solver", "motions with flights shorter than a step", r"$n_{short}$"
     ),
+    # what accuracy costs
+    "motion": _number("motion", "motion", "motion"),
+    "method": _number("method", "method", "method"),
+    "setting": _number("setting", "number of the setting", "$i$"),
+    "setting_value": _number("method setting", "steps per forcing period, or tolerance", r"$n$"),
+    "displacement_start": _number("motion", "displacement at the start", r"$x(0)$"),
+    "velocity_start": _number("motion", "velocity at the start", r"$\dot{x}(0)$"),
+    "error_end": _number(_RACE, "relative error of the end state", r"$e$"),
+    "error_impact_tau": _number(_RACE, "error of impact times over the forcing period", r"$e_\tau$"),
+    "error_impact_velocity": _number(_RACE, "relative error of impact velocities", r"$e_v$"),
+    "error_harmonics": _number(_RACE, "relative error of harmonics of displacement", r"$e_A$"),
+    "work_steps": _number(_RACE, "steps per forcing period", r"$n$"),
+    "work_evaluations": _number(_RACE, "evaluations per forcing period", r"$n_f$"),
+    "work_iterations": _number(_RACE, "iterations for impacts per forcing period", r"$n_r$"),
+    "time_per_period": _nanoseconds("median time per forcing period"),
+    "time_per_period_low": _nanoseconds("lower quartile of time per forcing period"),
+    "time_per_period_high": _nanoseconds("upper quartile of time per forcing period"),
+    "outcome": _number(_RACE, "how the method got through", "outcome", flags=OUTCOMES),
+    "periods_run": _number("motion method", "forcing periods run", r"$n_T$"),
+    "accuracy": _number("accuracy", "error to reach", r"$e$"),
+    "time_to_reach": Quantity(
+        ("motion", "method", "accuracy"), "ns", "least time per forcing period for the error", r"$t$"
+    ),
+    "order": _number("motion method", "order of convergence", r"$p$"),
     # shards of a sweep
     "row": _number("row", "row of the swept grid", r"$n$"),
 }

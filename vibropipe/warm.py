@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.plan import Scene
-from vibropipe.study import BackboneScene, HardCasesScene, MotionScene, SweepScene, load_study
+from vibropipe.study import (
+    AccuracyScene,
+    BackboneScene,
+    HardCasesScene,
+    MotionScene,
+    SweepScene,
+    load_study,
+)
+from vibropipe.study.accuracy import METHODS
 from vibropipe.study.grids import ValueGrid
 
 
@@ -37,6 +45,8 @@ def work_of(scene: Scene) -> str:
     """Name what is compiled for a scene; scenes of one name need the same kernels."""
     if isinstance(scene, SweepScene):
         return " ".join([scene.kind, *sorted(scene.outputs)])
+    if isinstance(scene, AccuracyScene):
+        return scene.kind
     if isinstance(scene, BackboneScene):
         return f"{scene.kind} over {'amplitude' if scene.over_amplitude else 'period'}"
     if isinstance(scene, HardCasesScene):
@@ -64,10 +74,21 @@ def miniature(scene: Scene) -> Scene:
         # sampled motions, plain ones, steady states
         few = ["chatter_interrupted", "plastic_for_ever", "coexisting"]
         return scene.model_copy(update={"cases": few})
+    if isinstance(scene, AccuracyScene):
+        return quick_race(scene)
     # along eq. (10) some values must lie where both supports are struck
     most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
     grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}
     return scene.model_copy(update={"over": grids} if isinstance(scene, SweepScene) else grids)
+
+
+def quick_race(scene: AccuracyScene) -> AccuracyScene:
+    """Return a scene with one short motion and the methods that are compiled."""
+    name, motion = next(iter(scene.motions.items()))
+    short = motion.model_copy(update={"periods": 1})
+    own = [method for method in METHODS[:3] if method in scene.methods] or ["exact"]
+    least = {"steps_per_period": [8], "repeats": 1}
+    return scene.model_copy(update={"motions": {name: short}, "methods": own, **least})
 
 
 def thinned(values: NDArray[np.float64], most: int) -> ValueGrid:

@@ -28,9 +28,11 @@ from vibropipe.figures.hard_cases import describe_hard_cases, draw_hard_cases
 from vibropipe.figures.impacts import draw_impacts_only
 from vibropipe.figures.motion import draw_motion
 from vibropipe.figures.options import Options, options_of
+from vibropipe.figures.race_words import describe_work_precision
 from vibropipe.figures.regime_map import draw_regime_map
 from vibropipe.figures.style import house_style, save, save_as, settle
 from vibropipe.figures.sweep import MOST_LINES, axis_and_rest, draw_sweep
+from vibropipe.figures.work_precision import draw_work_precision
 from vibropipe.store import read
 
 __all__ = ["caption", "draw", "draw_scene", "draw_study", "picture_of", "save_motion"]
@@ -99,6 +101,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture("sweep", _is_map, draw_regime_map, describe_map),
     Picture("sweep", _any, draw_sweep, describe_sweep),
     Picture("hard_cases", _any, draw_hard_cases, describe_hard_cases),
+    Picture("accuracy", _any, draw_work_precision, describe_work_precision),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -103,13 +104,23 @@ def figure_entry(name: str, scene: Scene, datasets: Datasets) -> dict[str, str]:
 def parameter_table(study: Study, datasets: Datasets) -> Table:
     """Return one row per scene: its kind and grids, and its value or range of each parameter."""
     rows = []
-    for name, dataset in datasets.items():
+    for name, dataset in one_by_one(study, datasets):
         cells = [
             grid_words(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
             for key in PARAMETERS
         ]
-        rows.append([f"{breakable(name)}: {kind_words(study.scenes[name].kind, dataset)}", *cells])
+        rows.append([name, *cells])
     return Table(["scene", *PARAMETERS], rows)
+
+
+def one_by_one(study: Study, datasets: Datasets) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield each scene with what it is called in the table; motions that are raced one by one."""
+    for name, dataset in datasets.items():
+        if "motion" in dataset.dims:
+            for raced in dataset["motion"].values:
+                yield f"{breakable(name)}: {breakable(str(raced))}", dataset.sel(motion=raced)
+        else:
+            yield f"{breakable(name)}: {kind_words(study.scenes[name].kind, dataset)}", dataset
 
 
 def kind_words(kind: str, dataset: xr.Dataset) -> str:

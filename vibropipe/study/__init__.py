@@ -4,6 +4,8 @@
 every fault is told at once in a `StudyError`. `fingerprint` names what a scene's data depend on.
 """
 
+from vibropipe.study.accuracy import AccuracyScene
+from vibropipe.study.base import BaseScene
 from vibropipe.study.identity import canonical_text, data_keys, fingerprint
 from vibropipe.study.loading import (
     Config,
@@ -15,7 +17,6 @@ from vibropipe.study.loading import (
 )
 from vibropipe.study.models import (
     BackboneScene,
-    BaseScene,
     HardCasesScene,
     MotionScene,
     Study,
@@ -26,6 +27,7 @@ from vibropipe.study.problems import Problem, StudyError
 from vibropipe.study.schema import json_schema, table_of_keys
 
 __all__ = [
+    "AccuracyScene",
     "BackboneScene",
     "BaseScene",
     "Config",

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from vibropipe.study.accuracy import RacedMotion
 from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.study.models import KINDS, Scene, Study
 from vibropipe.study.values import Rule
@@ -42,6 +43,7 @@ def _takes(annotation: Any) -> str:
         return f"a list of {nouns[0] if nouns else words.replace(' or ', ', ')}"
     if origin is dict:
         what = "scenes by name" if arguments[1] is Scene else "grids by parameter"
+        what = "motions by name" if arguments[1] is RacedMotion else what
         return f"a mapping of {what}, at least one"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return f"a mapping with {', '.join(annotation.model_fields)}"
@@ -51,12 +53,18 @@ def _takes(annotation: Any) -> str:
 def model_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> type[BaseModel] | None:
     """Return the model that the `loc` of a pydantic error points at, None where there is none."""
     here: type[BaseModel] | None = root
+    by_name = False  # whether the step is a name in a mapping, of one model for all names
     for step in loc:
-        if step in TAGS:
+        if by_name:
+            by_name = False
+        elif step in TAGS:
             here = TAGS[str(step)]
         else:
             field = here.model_fields.get(str(step)) if here else None
             here = _nested(field.annotation) if field else None
+            by_name = (
+                here is not None and field is not None and get_origin(field.annotation) is dict
+            )
     return here
 
 
@@ -72,4 +80,6 @@ def _nested(annotation: Any) -> type[BaseModel] | None:
     if get_origin(annotation) in (Union, types.UnionType):
         inner = [argument for argument in get_args(annotation) if argument is not type(None)]
         return _nested(inner[0]) if len(inner) == 1 else None
+    if get_origin(annotation) is dict:
+        return _nested(get_args(annotation)[1])
     return None

@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.study.accuracy import AccuracyScene, raced_problems
+from vibropipe.study.base import BaseScene
 from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid
 from vibropipe.study.models import (
     BackboneScene,
-    BaseScene,
     HardCasesScene,
     MotionScene,
     Study,
@@ -73,6 +74,8 @@ def _exciter(scene: BaseScene) -> Iterator[Problem]:
         return
     if isinstance(scene, HardCasesScene):
         return
+    if isinstance(scene, AccuracyScene):
+        return  # said motion by motion
     if not has_l(scene):
         hint = "in the scene or, for all scenes, in the study's exciter"
         yield Problem(("exciter", "l"), "nothing", ALLOWED["l"], hint)
@@ -283,6 +286,7 @@ CHECKS: tuple[tuple[type[BaseScene], tuple[Path, ...], Check], ...] = (
         (*_EXCITER, ("tau_end",), ("settle_periods",), ("samples_per_period",), ("solver",)),
         _length,
     ),
+    (AccuracyScene, (*_EXCITER, ("motions",)), raced_problems),
     (BackboneScene, (*_GRIDS, ("check_points",), ("harmonics",)), _backbone_form),
     (BackboneScene, (), _backbone_ranges),
     (BackboneScene, (("amplitude",),), _backbone_exciter),

@@ -6,8 +6,9 @@ import hashlib
 import json
 from typing import Any
 
+from vibropipe.study.base import BaseScene
 from vibropipe.study.grids import Keys
-from vibropipe.study.models import BackboneScene, BaseScene, Study, SweepScene
+from vibropipe.study.models import BackboneScene, Study, SweepScene
 
 # To be raised when the meaning of a key changes, so that older data are recomputed.
 MEANING = 1

@@ -2,7 +2,7 @@
 
 Every key has a description: the JSON schema and the table of keys in `config/README.md` are made
 from these classes. Rules that tie several keys together stand in `checks.py`. A new kind of scene
-is a class here, an entry in `Scene` and `KINDS`, and its rules there.
+is a class (here, or in a file of its own), an entry in `Scene` and `KINDS`, and its rules there.
 """
 
 from __future__ import annotations
@@ -10,71 +10,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag
 
+from vibropipe.study.accuracy import AccuracyScene
+from vibropipe.study.base import DEFAULTS, BaseScene, Harmonics, Outputs, Prose, Title, each_once
 from vibropipe.study.grids import Grid, Keys, RangeGrid, ValueGrid
-from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, ParameterName, Solver, Start
+from vibropipe.study.parts import ExciterKeys, Follow, ParameterName, Solver, Start
 from vibropipe.study.problems import Problem, StudyError, did_you_mean
-from vibropipe.study.values import Name, Within, Words, Written, refuse
-
-Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
-Title = Annotated[str, Words(200)]
-Prose = Annotated[str, Words(4000, one_line=False)]
-Harmonics = Annotated[int, Within(1, 1000, whole=True)]
-
-DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
-
-
-def _each_once(names: list[Any]) -> list[Any]:
-    if len(set(names)) < len(names):
-        refuse("each name once", ", ".join(names))
-    return names
-
-
-Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(_each_once)]
-
-
-class BaseScene(Keys):
-    """What scenes of every kind have; `name` is the scene's key in the study."""
-
-    title: Title = Field(default="", description="Title of the scene.")
-    caption: Prose = Field(default="", description="What to see in the figure.")
-    exciter: ExciterKeys = Field(
-        default_factory=ExciterKeys, description="Parameters that differ from the study's."
-    )
-    figure: FigureOptions = Field(
-        default_factory=FigureOptions,
-        description="Options of the picture; no data depends on them.",
-    )
-    _name: str = PrivateAttr("")
-    _shared: dict[str, float] = PrivateAttr(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """The scene's name in its study."""
-        return self._name
-
-    @property
-    def row_count(self) -> int:
-        """Number of rows that are solved."""
-        return math.prod(grid.size for grid in self.grids().values())
-
-    def grids(self) -> dict[str, ValueGrid | RangeGrid]:
-        """Return the grids the scene runs over, in the order of its dimensions."""
-        return {}
-
-    def over_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the same grids as arrays, each of shape (size of its dimension,)."""
-        return {name: grid.array() for name, grid in self.grids().items()}
-
-    def resolved_exciter(self) -> dict[str, float]:
-        """Return all seven parameters: the scene's own, else the study's, else "effect absent".
-
-        A swept parameter stands with the first value of its grid.
-        """
-        return {**DEFAULTS, **self._shared, **self.exciter.given()}
+from vibropipe.study.values import Name, Within, Written
 
 
 class MotionScene(BaseScene):
@@ -184,7 +127,7 @@ class HardCasesScene(BaseScene):
     kind: Literal["hard_cases"] = Field(
         description="Known motions on which numerical methods fail, by every method."
     )
-    cases: Annotated[list[Name], AfterValidator(_each_once)] = Field(
+    cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
         default=[], description="Names of the cases; all of them if left out."
     )
 
@@ -198,6 +141,7 @@ KINDS: dict[str, type[BaseScene]] = {
     "sweep": SweepScene,
     "backbone": BackboneScene,
     "hard_cases": HardCasesScene,
+    "accuracy": AccuracyScene,
 }
 
 
@@ -210,7 +154,8 @@ Scene = Annotated[
     Annotated[MotionScene, Tag("<motion>")]
     | Annotated[SweepScene, Tag("<sweep>")]
     | Annotated[BackboneScene, Tag("<backbone>")]
-    | Annotated[HardCasesScene, Tag("<hard_cases>")],
+    | Annotated[HardCasesScene, Tag("<hard_cases>")]
+    | Annotated[AccuracyScene, Tag("<accuracy>")],
     Discriminator(_kind),
 ]
 
@@ -245,7 +190,9 @@ class Study(Keys):
         """The file the study was read from, as messages name it."""
         return self._source
 
-    def scene(self, name: str) -> MotionScene | SweepScene | BackboneScene | HardCasesScene:
+    def scene(
+        self, name: str
+    ) -> MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene:
         """Return a scene by name; StudyError names the nearest one when there is none such."""
         if name not in self.scenes:
             known = ", ".join(self.scenes)

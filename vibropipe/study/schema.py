@@ -11,10 +11,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from vibropipe.study.accuracy import RacedMotion
 from vibropipe.study.allowed import takes
+from vibropipe.study.base import BaseScene
 from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.study.loading import Config
-from vibropipe.study.models import KINDS, BaseScene, Study
+from vibropipe.study.models import KINDS, Study
 from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, Solver, Start
 from vibropipe.study.problems import Problem, StudyError
 from vibropipe.study.words import greek
@@ -68,6 +70,7 @@ def table_of_keys() -> str:
             note="Also spelled `ν`, `δ`, `R₁`, `R₂`. In brackets: if given nowhere.",
         ),
         _table("`start`", Start),
+        _table("One of `motions`", RacedMotion),
         _table("`follow`", Follow),
         _table("`solver`", Solver),
         _table("`figure`", FigureOptions),
@@ -102,7 +105,7 @@ def _default(value: Any) -> str:
     if value is None or value == "" or isinstance(value, BaseModel):
         return ""
     if isinstance(value, list):
-        return f"`[{', '.join(value)}]`"
+        return f"`[{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in value)}]`"
     return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
 
 

@@ -1,0 +1,79 @@
+"""Scenes of kind accuracy: what they take, what they refuse, how a motion gets its exciter."""
+
+from __future__ import annotations
+
+import pytest
+
+from vibropipe.plan import plan_scene
+from vibropipe.study import StudyError, fingerprint, load_study
+
+TEXT = """
+title: Cost
+exciter: {{l: 0.5, f: 1}}
+scenes:
+  race:
+    kind: accuracy
+    exciter: {{h: 0.1}}
+    {more}
+    motions:
+      plain: {{}}
+      own: {{exciter: {{h: 2, l: 1}}, start: {{x0: 0.7}}, periods: 3}}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    def load(more="methods: [newmark, exact]", text=TEXT):
+        file = tmp_path / "cost.yaml"
+        file.write_text(text.format(more=more))
+        return load_study(file)
+
+    return load
+
+
+def test_a_motion_takes_its_own_parameters_then_the_scenes_then_the_studys(study):
+    scene = study().scene("race")
+    plain, own = scene.exciter_of("plain"), scene.exciter_of("own")
+    assert (plain["l"], plain["f"], plain["h"], plain["R1"]) == (0.5, 1, 0.1, 1)
+    assert (own["l"], own["f"], own["h"]) == (1, 1, 2)
+
+
+def test_a_race_is_a_motion_by_a_method_at_a_setting(study):
+    scene = study("methods: [newmark, exact, RK45]").scene("race")
+    assert scene.row_count == 2 * (6 + 1 + 3)
+    assert plan_scene(scene).rows == scene.row_count
+
+
+def test_data_depend_on_motions_and_settings(study):
+    one = fingerprint(study(), "race")
+    assert one == fingerprint(
+        study(text=TEXT.replace("plain: {{}}", "plain: {{start: {{x0: 0}}}}")), "race"
+    )
+    assert one != fingerprint(study("methods: [newmark]"), "race")
+    assert one != fingerprint(study(text=TEXT.replace("periods: 3", "periods: 4")), "race")
+
+
+@pytest.mark.parametrize(
+    ("more", "change", "said"),
+    [
+        ("methods: [newmark, RK46]", None, "scenes.race.methods[1]: found 'RK46'"),
+        ("methods: [exact, exact]", None, "each name once"),
+        ("tolerances: [0]", None, "tolerances[0]"),
+        ("steps_per_period: [1.5]", None, "a whole number from 2"),
+        ("repeats: 0", None, "scenes.race.repeats"),
+        ("repeat: 3", None, "did you mean 'repeats'?"),
+        ("", ("h: 2,", "h: -2,"), "scenes.race.motions.own.exciter.h: found -2"),
+        ("", ("x0: 0.7", "x0: 1.7"), "scenes.race.motions.own.start.x0: found 1.7, allowed a number from -1"),
+        ("", ("l: 0.5, ", ""), "scenes.race.motions.plain.exciter.l: found nothing"),
+        ("", ("periods: 3", "period: 3"), "scenes.race.motions.own.period: found an unknown key"),
+        ("", ("periods: 3", "period: 3"), "did you mean 'periods'?"),
+        ("", ("h: 2,", "nu: 1e-9,"), "at most tau = 1e+09"),
+        ("", ("own:", "Own:"), "a name of a-z"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told_where_they_stand(study, more, change, said):
+    text = TEXT.replace(*change) if change else TEXT
+    with pytest.raises(StudyError) as caught:
+        study(more, text)
+    assert said in str(caught.value), str(caught.value)
+    assert len(caught.value.problems) == 1

@@ -1,0 +1,156 @@
+"""What a method of the comparison shows of a motion, and our own methods in that form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.batch.motion import Task, run_motion
+from vibropipe.kernels.crude import crude, crude_often
+from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
+from vibropipe.kernels.often import march_often
+from vibropipe.kernels.record import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_log
+from vibropipe.physics.conservative import is_free
+from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.flow import ORDER
+from vibropipe.status import Status
+from vibropipe.vocabulary import Outcome
+
+SAMPLES = 64
+MOST_CONTACTS = 2_000_000
+
+
+class Motion(NamedTuple):
+    """A motion to be raced: whole forcing periods from (x0, v0) at tau = 0."""
+
+    exciter: Exciter
+    x0: float
+    v0: float
+    periods: int
+
+    @property
+    def tau_end(self) -> float:
+        """End of the motion."""
+        return self.periods * self.exciter.period
+
+
+class Shown(NamedTuple):
+    """What a method shows of a motion: end state, impacts in order of time, displacement at SAMPLES equal
+    fractions of the last period, and its work: steps, evaluations of a solution or of the equation,
+    iterations for impacts (nan if it does not tell)."""
+
+    outcome: Outcome
+    end: tuple[float, float]
+    impact_tau: np.ndarray
+    impact_support: np.ndarray
+    impact_velocity: np.ndarray
+    samples: np.ndarray
+    work: tuple[float, float, float]
+
+
+class Contestant(NamedTuple):
+    """A method with its setting on one motion: `show` solves it once, `repeat` so many times in a row."""
+
+    show: Callable[[], Shown]
+    repeat: Callable[[int], object]
+
+
+def failed(outcome: Outcome) -> Shown:
+    """What is left of a method that did not get through."""
+    none = np.empty(0)
+    return Shown(outcome, (math.nan,) * 2, none, none, none, none, (math.nan,) * 3)
+
+
+def exact(motion: Motion) -> Contestant:
+    """The exact method; a conservative motion in its closed form."""
+    grid = exact_grid(ALL_EFFECTS, motion.exciter.parameters())
+    if not is_free(motion.exciter.parameters(), motion.x0, motion.v0):
+        return marched(motion, grid)
+    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, samples_per_period=0)
+
+    def repeat(often: int) -> None:
+        for _ in range(often):
+            run_motion(motion.exciter, task)
+
+    return Contestant(lambda: shown(motion, None), repeat)
+
+
+def newmark(motion: Motion, steps: int) -> Contestant:
+    """Newmark's method with impacts located inside the step."""
+    return marched(motion, newmark_grid(ALL_EFFECTS, motion.exciter.parameters(), steps))
+
+
+def marched(motion: Motion, grid: Grid) -> Contestant:
+    """The marching loop on a grid; its tables are built before the time is taken."""
+    p = motion.exciter.parameters()
+    found: list[Shown] = []
+
+    def show() -> Shown:
+        found.append(shown(motion, grid))
+        return found[-1]
+
+    def repeat(often: int) -> None:
+        # Tails of chatters and rests stand in the log beside the impacts.
+        log = new_log(2 * found[-1].impact_tau.size + 1024, found[-1].impact_tau.size + 1024)
+        work = np.empty(3 if grid.exact is None else ORDER + 1)
+        period, step, theta = locate(motion.tau_end / motion.exciter.period, grid.steps)
+        ahead = (log, work, MOST_CONTACTS, often)
+        march_often(ALL_EFFECTS, p, grid, motion.x0, motion.v0, period, step, theta, *ahead)
+
+    return Contestant(show, repeat)
+
+
+def shown(motion: Motion, grid: Grid | None) -> Shown:
+    """One march with samples of its last period."""
+    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, 0, MOST_CONTACTS)
+    run = run_motion(motion.exciter, task, grid)
+    if run.status not in (Status.OK, Status.SHORT_FLIGHTS):
+        return failed(Outcome.DID_NOT_END)
+    sampled = run_motion(motion.exciter, task._replace(samples_per_period=SAMPLES), grid)
+    struck, counts = run.contacts, run.counts
+    return Shown(
+        Outcome.OK,
+        run.end,
+        struck["impact_tau"],
+        struck["impact_support"],
+        struck["impact_velocity"],
+        sampled.displacement[-SAMPLES:],
+        (float(counts[STEPS]), float(counts[POLYNOMIALS]), float(counts[EVALUATIONS])),
+    )
+
+
+def newmark_crude(motion: Motion, steps: int) -> Contestant:
+    """Newmark's method with impacts taken at the end of the step."""
+    p = motion.exciter.parameters()
+    grid = newmark_grid(ALL_EFFECTS, p, steps)
+    room = [1024]
+
+    def show() -> Shown:
+        samples = np.empty(SAMPLES)
+        while True:
+            log = new_log(room[0], 1)
+            end = crude(p, grid, motion.periods, motion.x0, motion.v0, log, samples)
+            if log.counts[IMPACTS] <= room[0]:
+                break
+            room[0] = int(log.counts[IMPACTS])
+        n = int(log.counts[IMPACTS])
+        return Shown(
+            Outcome.OK if all(map(math.isfinite, end)) else Outcome.DID_NOT_END,
+            end,
+            log.position[:n] * motion.exciter.period,
+            log.support[:n],
+            log.velocity[:n],
+            samples,
+            (float(log.counts[STEPS]), 0.0, 0.0),
+        )
+
+    def repeat(often: int) -> None:
+        log = new_log(room[0], 1)
+        start = (motion.x0, motion.v0)
+        crude_often(p, grid, motion.periods, *start, log, np.empty(0), often)
+
+    return Contestant(show, repeat)

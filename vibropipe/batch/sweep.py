@@ -75,7 +75,7 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _check_follow(over: Mapping[str, np.ndarray], follow: Follow) -> Follow:
+def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     if follow is None:
         return None
     along, direction = follow
@@ -87,9 +87,13 @@ def _check_follow(over: Mapping[str, np.ndarray], follow: Follow) -> Follow:
 
 
 def count_rows(over: Mapping[str, Any], follow: Follow = None) -> tuple[int, int]:
-    """(rows of the sweep, rows of a chain that can not be cut: 1, or the followed parameter's)."""
+    """(rows of the sweep, rows of a chain that can not be cut: 1, or the followed parameter's).
+
+    Raises ParameterError where a parameter is followed that is not swept.
+    """
     sizes = {name: np.size(values) for name, values in over.items()}
-    chain = sizes[follow[0]] if follow is not None else 1
+    checked = _check_follow(over, follow)
+    chain = sizes[checked[0]] if checked is not None else 1
     return math.prod(sizes.values()), chain
 
 

@@ -1,0 +1,142 @@
+"""Reset, chatter, release, saltation, and the closed forms of motions that need no march."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from vibropipe.physics.conservative import arc, arc_harmonic, backbone_velocity, on_arc
+from vibropipe.physics.contact import (
+    NEVER,
+    chatter_duration,
+    frame,
+    release_turn,
+    reset,
+    to_displacement,
+)
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.linear import linear_amplitude, never_strikes
+from vibropipe.physics.saltation import product, saltation_matrix
+
+P = Parameters(1.0, 1.0, 0.2, 0.5, 0.01, 0.7, 0.6)
+
+
+def test_reset_is_equation_6() -> None:
+    assert reset(0.7, 2.0) == 1.4
+    assert reset(0.0, 2.0) == 0.0
+
+
+@pytest.mark.parametrize("home", [0, 1, 2])
+def test_a_frame_maps_supports_to_its_ends(home: int) -> None:
+    _sigma, load, near, far = frame(P, home)
+    ends = sorted([to_displacement(P, home, near), to_displacement(P, home, far)])
+    assert ends == pytest.approx([P.delta - P.l, P.l + P.delta], abs=1e-16)
+    # At y = 0 without force the spring pulls by the load.
+    assert load == pytest.approx(-to_displacement(P, home, 0.0) * (-1.0 if home == 1 else 1.0))
+
+
+@given(f=st.floats(-5, 5), load=st.floats(-5, 5))
+def test_release_is_where_the_push_turns(f: float, load: float) -> None:
+    assume(abs(abs(load) - abs(f)) > 1e-6)
+    turn = release_turn(f, load)
+    turns = np.linspace(0, 1, 2001)
+    push = f * np.sin(2 * np.pi * turns) + load
+    if turn == NEVER:
+        assert (push <= 1e-12).all()
+    elif turn < 0:
+        assert (push > 0).all()
+    else:
+        eps = 1e-7
+        assert f * math.sin(2 * math.pi * (turn - eps)) + load < 0
+        assert f * math.sin(2 * math.pi * (turn + eps)) + load > 0
+
+
+@pytest.mark.parametrize("R", [0.05, 0.5, 0.9, 0.99])
+def test_a_chatter_under_constant_push_is_its_geometric_series(R: float) -> None:
+    w, push, flights = 1e-10, -0.8, 0.0
+    for _ in range(5000):
+        flights += 2 * w / -push
+        w *= R
+    assert chatter_duration(1e-10, push, 0.0, R, 0.0, 1.0) == pytest.approx(flights, rel=1e-12)
+
+
+def test_a_chatter_is_not_completed_while_the_push_changes() -> None:
+    assert chatter_duration(1e-3, -0.8, 0.5, 0.7, 0.2, 1.0) == NEVER
+    assert chatter_duration(1e-9, -0.8, 0.5, 1.0, 0.2, 1.0) == NEVER
+    assert chatter_duration(1e-16, -0.8, 0.5, 1.0, 0.2, 1.0) == pytest.approx(2.5e-16)
+
+
+@given(
+    R=st.floats(0, 1), v=st.floats(0.1, 3), push=st.floats(-2, 2), h=st.floats(0, 1),
+    dx=st.floats(-1, 1), dv=st.floats(-1, 1),
+)  # fmt: skip
+def test_saltation_is_the_derivative_of_a_late_impact(
+    R: float, v: float, push: float, h: float, dx: float, dv: float
+) -> None:
+    """A deviating motion, marched on to its own impact and back, to first order in the deviation."""
+    before, after = push - h * v, push + h * R * v
+    s11, s12, s21, s22 = saltation_matrix(R, v, before, after)
+    assert s11 * s22 - s12 * s21 == pytest.approx(R * R, abs=1e-14)
+    e = 1e-6
+    late = -e * dx / v
+    x_after = e * dx + (v + e * dv) * late - (-R * (v + e * dv + before * late)) * late
+    v_after = -R * (v + e * dv + before * late) - after * late + R * v
+    assert x_after / e == pytest.approx(s11 * dx + s12 * dv, abs=1e-3)
+    assert v_after / e == pytest.approx(s21 * dx + s22 * dv, abs=1e-3)
+
+
+def test_product_is_the_matrix_product() -> None:
+    a, b = np.arange(1.0, 5).reshape(2, 2), np.array([[2.0, -1.0], [0.5, 3.0]])
+    np.testing.assert_array_equal(np.reshape(product(*a.ravel(), *b.ravel()), (2, 2)), a @ b)
+
+
+def test_the_linear_motion_solves_equation_5() -> None:
+    x = linear_amplitude(P)
+    for tau in (0.0, 0.4, 2.0):
+        turn = complex(math.cos(P.nu * tau), math.sin(P.nu * tau))
+        at, rate, second = (2 * (x * factor * turn).real for factor in (1, 1j * P.nu, -(P.nu**2)))
+        assert second + P.h * rate + at == pytest.approx(P.f * math.sin(P.nu * tau), abs=1e-14)
+
+
+def test_the_certificate_is_given_only_where_it_holds() -> None:
+    quiet = P._replace(f=0.04)
+    assert never_strikes(quiet, 0.0, 0.0)
+    assert not never_strikes(P, 0.0, 0.0)
+    assert not never_strikes(quiet._replace(h=0.0), 0.0, 0.0)
+    assert not never_strikes(quiet, 0.0, 0.6)
+    assert not never_strikes(quiet._replace(delta=0.6), 0.2, 0.0)
+
+
+FREE = Parameters(1.0, 0.0, 0.0, 0.5, 0.01, 1.0, 1.0)
+
+
+def test_the_backbone_is_the_half_period_of_its_own_motion() -> None:
+    """Eq. (10) read backwards: a motion with that velocity takes that time from support to support."""
+    for d in (0.0, 0.1, 0.3):
+        for tau_bar in (0.5, 1.0, 1.6):
+            v = float(backbone_velocity(np.array(d), np.array(tau_bar)))
+            a = arc(FREE._replace(l=1.0, delta=d), 1.0 + d, -v)
+            assert 2 * a.half == pytest.approx(tau_bar, rel=1e-13)
+            assert on_arc(a, a.half * (1 - 1e-12))[0] == pytest.approx(-(1 - d), abs=1e-10)
+
+
+def test_the_backbone_ends_where_one_support_is_missed() -> None:
+    assert math.isnan(backbone_velocity(np.array(0.3), np.array(4.6)))
+    assert math.isnan(backbone_velocity(np.array(0.0), np.array(2 * math.pi + 0.1)))
+
+
+@given(x=st.floats(-0.48, 0.5), v=st.floats(-2, 2))
+def test_harmonics_of_an_arc_add_up_to_its_motion(x: float, v: float) -> None:
+    assume(math.hypot(x, v) > 0.05)
+    assume(min(abs(math.hypot(x, v) - 0.49), abs(math.hypot(x, v) - 0.51)) > 1e-3)
+    a = arc(FREE, x, v)
+    assert on_arc(a, 0.0) == pytest.approx((x, v), abs=1e-12)
+    times = np.arange(4096) * 2 * a.half / 4096
+    samples = np.array([on_arc(a, t)[0] for t in times])
+    spectrum = np.fft.fft(samples) / 4096
+    for k in range(4):
+        assert arc_harmonic(a, k) == pytest.approx(spectrum[k], abs=1e-6)

@@ -1,0 +1,81 @@
+"""The exciter: its checks name what is wrong, its conversions are eqs. (2)-(4)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import vibropipe as vp
+
+GOOD = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "delta": 0.01, "R1": 0.6, "R2": 0.8}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("l", 0.0), ("l", -1.0), ("l", math.nan), ("l", math.inf), ("nu", 0.0), ("nu", -1.0),
+        ("f", math.nan), ("f", math.inf), ("h", -1e-9), ("h", math.nan), ("delta", math.inf),
+        ("R1", -0.1), ("R1", 1.0001), ("R2", math.nan), ("R2", 2.0), ("h", "0.2"), ("f", None), ("nu", True),
+    ],
+)  # fmt: skip
+def test_a_bad_value_is_named_with_what_is_allowed(name: str, value: object) -> None:
+    with pytest.raises(vp.ParameterError) as error:
+        vp.Exciter(**{**GOOD, name: value})
+    message = str(error.value)
+    assert message.startswith(f"{name} = {value!r}: allowed is a")
+    assert isinstance(error.value, ValueError)
+
+
+def test_defaults_mean_that_an_effect_is_absent() -> None:
+    e = vp.Exciter(l=2.0)
+    assert (e.nu, e.f, e.h, e.delta, e.R1, e.R2) == (1.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    assert (e.upper, e.lower, e.period) == (2.0, -2.0, 2 * math.pi)
+    with pytest.raises(TypeError):
+        vp.Exciter()  # type: ignore[call-arg]
+
+
+def test_supports_on_one_number_are_refused() -> None:
+    with pytest.raises(vp.ParameterError, match="l = 1e-09"):
+        vp.Exciter(l=1e-9, delta=1e9)
+
+
+@given(
+    m=st.floats(1e-3, 1e3), C=st.floats(1e-3, 1e3), H=st.floats(0, 1e2), F=st.floats(-1e3, 1e3),
+    omega=st.floats(1e-2, 1e2),
+)  # fmt: skip
+def test_from_physical_is_equations_2_to_4(
+    m: float, C: float, H: float, F: float, omega: float
+) -> None:
+    e = vp.Exciter.from_physical(m=m, C=C, H=H, F=F, omega=omega, l=0.3, delta=0.1, R1=0.5, R2=0.9)
+    # The same motion in physical time: m x'' + H x' + C x = F sin(omega t), with tau = p t.
+    p = math.sqrt(C / m)
+    assert e.nu * p == pytest.approx(omega, rel=1e-14)
+    assert e.h * p * m == pytest.approx(H, rel=1e-13, abs=1e-300)
+    assert e.f * C == pytest.approx(F, rel=1e-14)
+    assert (e.l, e.delta, e.R1, e.R2) == (0.3, 0.1, 0.5, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("m", 0.0), ("C", -1.0), ("H", math.nan), ("omega", math.inf)]
+)
+def test_from_physical_names_a_bad_value(name: str, value: float) -> None:
+    good = {"m": 1.0, "C": 1.0, "H": 0.0, "F": 0.0, "omega": 1.0, "l": 1.0}
+    with pytest.raises(vp.ParameterError, match=f"^{name} = "):
+        vp.Exciter.from_physical(**{**good, name: value})
+
+
+def test_the_mirror_of_the_mirror_is_the_exciter() -> None:
+    e = vp.Exciter(**GOOD)
+    m = e.mirrored()
+    assert (m.f, m.delta, m.R1, m.R2) == (1.0, -0.01, 0.8, 0.6)
+    assert (m.upper, m.lower) == (-e.lower, -e.upper)
+    assert m.mirrored() == e
+
+
+@pytest.mark.parametrize("x0", [0.52, -0.491, math.nan, "0"])
+def test_a_start_outside_the_supports_is_named(x0: object) -> None:
+    with pytest.raises(vp.ParameterError, match=r"^x0 = "):
+        vp.Exciter(**GOOD).check_start(x0, 0.0)  # type: ignore[arg-type]

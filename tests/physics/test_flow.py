@@ -1,0 +1,135 @@
+"""The exact motion between impacts against closed forms, and Newmark's step against its definition."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibropipe.physics.flow import (
+    ORDER,
+    combine,
+    displacement,
+    exact_basis,
+    exact_map,
+    fastest_rate,
+    free_flow,
+    motion,
+    steps_for_exact,
+    taylor,
+    velocity,
+)
+from vibropipe.physics.forcing import sincos_turns
+from vibropipe.physics.newmark import mean_acceleration, newmark_map, step
+
+RATES = [
+    (1.0, 0.0),
+    (1.0, 0.2),
+    (1.0 + 1e-9, 0.0),
+    (0.3, 2.0),
+    (2.2, 2.0 + 1e-12),
+    (1.0, 5.0),
+    (200.0, 0.2),
+]
+
+
+def exact_state(nu, h, y, w, load, s, c, t):
+    """(y, y') at t by the matrix exponential in 40 digits: y'' = load + force - h y' - y, force turning."""
+    with mp.workdps(40):
+        a = mp.matrix(
+            [
+                [0, 1, 0, 0, 0],
+                [-1, -mp.mpf(h), 1, 1, 0],
+                [0, 0, 0, 0, 0],
+                [0, 0, 0, 0, nu],
+                [0, 0, 0, -mp.mpf(nu), 0],
+            ]
+        )
+        z = mp.expm(a * mp.mpf(t)) * mp.matrix([y, w, load, s, c])
+        return float(z[0]), float(z[1])
+
+
+@pytest.mark.parametrize(("nu", "h"), RATES)
+def test_one_polynomial_covers_a_step_to_rounding(nu: float, h: float) -> None:
+    dt = 2 * math.pi / nu / steps_for_exact(nu, h)
+    c = np.empty(ORDER + 1)
+    taylor(c, 0.3, -0.7, 0.4, -0.9, 0.2, h, nu, dt)
+    for theta in (0.0, 0.3, 1.0):
+        y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, theta * dt)
+        assert displacement(c, ORDER, theta) == pytest.approx(y, abs=1e-15)
+        assert velocity(c, ORDER, theta, dt) == pytest.approx(w, abs=3e-15)
+        assert motion(c, theta, dt) == pytest.approx((y, w), abs=3e-15)
+
+
+@pytest.mark.parametrize(("nu", "h"), RATES)
+def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
+    dt = 0.9 / fastest_rate(nu, h)
+    one, other = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    taylor(one, 0.3, -0.7, 0.4, -0.9, 0.2, h, nu, dt)
+    combine(exact_basis(h, nu, dt), other, 0.3, -0.7, 0.2, 0.4, -0.9)
+    np.testing.assert_allclose(other, one, rtol=0, atol=2e-16)
+
+
+@pytest.mark.parametrize(("nu", "h"), RATES)
+def test_the_one_step_map_is_the_polynomial_at_its_end(nu: float, h: float) -> None:
+    dt = 0.8 / fastest_rate(nu, h)
+    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(exact_basis(h, nu, dt), dt)
+    y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, dt)
+    assert a11 * 0.3 - a12 * 0.7 + b1 * 0.2 + p1 * 0.4 - p2 * 0.9 == pytest.approx(y, abs=1e-15)
+    assert a21 * 0.3 - a22 * 0.7 + b2 * 0.2 + q1 * 0.4 - q2 * 0.9 == pytest.approx(w, abs=3e-15)
+    assert a11 * a22 - a12 * a21 == pytest.approx(math.exp(-h * dt), rel=1e-14)
+
+
+@given(h=st.floats(0, 50), t=st.floats(0, 30))
+def test_the_free_flow_is_a_group_with_the_right_determinant(h: float, t: float) -> None:
+    whole, half = (
+        np.array(free_flow(h, t)).reshape(2, 2),
+        np.array(free_flow(h, t / 2)).reshape(2, 2),
+    )
+    np.testing.assert_allclose(half @ half, whole, rtol=0, atol=1e-12)
+    # Twice the half way: the determinant of the whole is lost in rounding where its terms are not small.
+    assert np.linalg.det(half) == pytest.approx(math.exp(-h * t / 2), abs=1e-13)
+
+
+@pytest.mark.parametrize("h", [0.0, 0.2, 1.999999, 2.0, 2.000001, 5.0, 1e4])
+@pytest.mark.parametrize("t", [0.0, 1e-9, 0.3, 7.0])
+def test_the_free_flow_against_forty_digits(h: float, t: float) -> None:
+    for column, (y, w) in enumerate([(1.0, 0.0), (0.0, 1.0)]):
+        found = free_flow(h, t)[column], free_flow(h, t)[column + 2]
+        assert found == pytest.approx(exact_state(1.0, h, y, w, 0, 0, 0, t), abs=2e-15)
+
+
+@given(u=st.floats(-1000, 1000))
+def test_sine_and_cosine_of_turns(u: float) -> None:
+    s, c = sincos_turns(u)
+    with mp.workdps(40):
+        assert s == pytest.approx(float(mp.sin(2 * mp.pi * mp.mpf(u))), abs=2.3e-16)
+        assert c == pytest.approx(float(mp.cos(2 * mp.pi * mp.mpf(u))), abs=2.3e-16)
+
+
+def test_quarters_of_a_turn_are_exact() -> None:
+    found = [sincos_turns(k / 4 + 1000) for k in range(4)]
+    assert found == [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)]
+
+
+@given(
+    y=st.floats(-2, 2), w=st.floats(-2, 2), start=st.floats(-2, 2), end=st.floats(-2, 2),
+    h=st.floats(0, 9), dt=st.floats(1e-3, 3),
+)  # fmt: skip
+def test_newmark_is_constant_average_acceleration(
+    y: float, w: float, start: float, end: float, h: float, dt: float
+) -> None:
+    """By its definition: the accelerations at both ends, each from eq. (5), averaged (beta 1/4, gamma 1/2)."""
+    y1, w1 = step(y, w, start, end, h, dt)
+    a0, a1 = start - h * w - y, end - h * w1 - y1
+    assert w1 == pytest.approx(w + dt / 2 * (a0 + a1), abs=1e-12)
+    assert y1 == pytest.approx(y + dt * w + dt * dt / 4 * (a0 + a1), abs=1e-12)
+    a11, a12, b1, a21, a22, b2 = newmark_map(h, dt)
+    mean = 0.5 * (start + end)
+    assert a11 * y + a12 * w + b1 * mean == pytest.approx(y1, abs=1e-13)
+    assert a21 * y + a22 * w + b2 * mean == pytest.approx(w1, abs=1e-13)
+    assert mean_acceleration(y, w, mean, h, dt) == pytest.approx(0.5 * (a0 + a1), abs=1e-11)

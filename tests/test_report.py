@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import typst
-from figures.made import Scene, backbone, motion, steady, sweep
+from figures.made import Scene, backbone, hard_cases, motion, steady, sweep
 
 from vibropipe.figures import draw_study
 from vibropipe.figures.words import number
@@ -44,9 +44,10 @@ def solved(tmp_path_factory):
         "offset": steady(0.035, delta=0.01, tau_end=13.0),
         "very_unequal_scene": steady(-0.02, R1=0.6, R2=0.8, tau_end=13.0),
         "response": sweep(f=[0.1, 0.2, 0.5], all_regimes=True),
+        "hard": hard_cases(),
     }
     datasets = {name: dataset.assign_attrs(PROVENANCE) for name, dataset in datasets.items()}
-    kinds = {"law": "backbone", "response": "sweep"}
+    kinds = {"law": "backbone", "response": "sweep", "hard": "hard_cases"}
     scenes = {name: Scene(kinds.get(name, "motion"), title="") for name in datasets}
     scenes["offset"].title = HOSTILE
     scenes["offset"].caption = f"Look at {HOSTILE}."

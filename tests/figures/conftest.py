@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from figures.made import Scene, amplitude_frequency, backbone, motion, sweep
+from figures.made import Scene, amplitude_frequency, backbone, hard_cases, motion, sweep
 
 
 @pytest.fixture(scope="session")
@@ -23,6 +23,7 @@ def made() -> dict[str, tuple[str, xr.Dataset]]:
         "law": ("backbone", backbone()),
         "free_0": ("backbone", amplitude_frequency(0.0)),
         "free_1": ("backbone", amplitude_frequency(0.01)),
+        "hard": ("hard_cases", hard_cases()),
         "line": ("sweep", sweep()),
         "lines": ("sweep", sweep(f=[0.1, 0.2, 0.5], all_regimes=True)),
         "columns": ("sweep", sweep(f=[0.1, 0.5], delta=[0.0, 0.1])),

@@ -193,3 +193,25 @@ def sweep(points=121, all_regimes=False, **over) -> xr.Dataset:
             {"method": "exact"},
         )
     )
+
+
+def hard_cases() -> xr.Dataset:
+    """Return four cases by three solvers: passed, exactly right, not for all, not passed."""
+    grid = ("case", "solver")
+    measured = np.array([[2e-15, 0.04, 8e-4], [0, 0, 0], [3e-11, np.nan, np.nan], [0.5, np.inf, 1]])
+    bound = np.array([[1e-12, 0.06, 1e-3], [0, 0, 0], [1e-9, np.nan, np.nan], [1e-3, 1.0, 0]])
+    data = {
+        "asked": ("case", np.array(["chatter, R = 0.5", "a start", "an orbit", "a graze"])),
+        "known": ("case", np.array(["its series", "one impact", "its velocity", "wrong of 20"])),
+        "measured": (grid, measured),
+        "bound": (grid, bound),
+        "passed": (grid, np.array([[1, 1, 1], [1, 1, 1], [1, 2, 2], [0, 0, 0]], np.int8)),
+        "worst_status": (grid, np.array([[0, 5, 0]] * 4, np.int8)),
+        "motions": (grid, np.full((4, 3), 2)),
+        "impacts": (grid, np.full((4, 3), 50)),
+        "short_flight_motions": (grid, np.array([[0, 1, 0]] * 4)),
+    }
+    names = ["chatter_complete", "start_on_support", "slow_drift", "grazing_free"]
+    coords = {"case": names, "solver": ["exact", "newmark 8", "newmark 60"]}
+    attrs = {"method": "exact, newmark 8, newmark 60 steps per forcing period"}
+    return describe(xr.Dataset(data, coords, attrs))

@@ -35,6 +35,7 @@ NAMES = [
     "law",
     "free_0",
     "free_1",
+    "hard",
     "line",
     "lines",
     "columns",

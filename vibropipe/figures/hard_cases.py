@@ -102,5 +102,5 @@ def describe_hard_cases(dataset: xr.Dataset, options: Options) -> str:
     total = count(int(dataset.sizes["case"]), "case")
     said = f"not passed: {series(names)}" if names else "all passed"
     short = int(dataset["short_flight_motions"].values.sum())
-    told = count(short, "motion") + " had flights shorter than the step"
+    told = f"{short} had flights shorter than the step"
     return f"{total}, {said}. Of {int(dataset['motions'].values.sum())} motions {told}."

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.batch.hard_cases.case import Case, Solver, judge, solvers
 from vibropipe.batch.hard_cases.contacts import CONTACTS
+from vibropipe.batch.hard_cases.energy import ENERGY
 from vibropipe.batch.hard_cases.labels import LABELS
 from vibropipe.batch.hard_cases.smooth import SMOOTH
 from vibropipe.vocabulary import describe
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "solve_hard_cases"]
 
-CASES: tuple[Case, ...] = (*CONTACTS, *SMOOTH, *LABELS)
+CASES: tuple[Case, ...] = (*CONTACTS, *SMOOTH, *ENERGY, *LABELS)
 NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
 
 

@@ -177,7 +177,10 @@ def ends_on_impact(solver: Solver) -> float:
     wrong = 0
     for R, x0 in itertools.product((0.0, 0.6), (0.0, 0.2)):
         p = Exciter(l=0.5, R1=R, nu=1.3, f=0.2, h=0.1)
-        first = float(solver.motion(p, 4.0, x0=x0, v0=1.0)["impact_tau"][0])
+        struck = solver.motion(p, 4.0, x0=x0, v0=1.0)["impact_tau"].values
+        if struck.size == 0:
+            return WRONG
+        first = float(struck[0])
         for off, known in ((-1e-9, 0), (0.0, 1), (1e-9, 1)):
             wrong += solver.motion(p, first + off, x0=x0, v0=1.0).sizes["impact"] != known
     return wrong

@@ -108,32 +108,46 @@ def _peak_between(
     return tau + low, float((propagators(p, np.array([low]))[0] @ state)[0])
 
 
-def flight_error(p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float) -> float:
-    """How far the flights of a motion are from the closed form, relative to the motion's size.
+def flights(
+    p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float
+) -> tuple[Floats, Floats]:
+    """(tau, x, x') where each flight of a motion begins and where it ends, two arrays of shape (flights, 3).
 
-    Each flight is propagated from the impact, release or start it begins with: it must arrive at the next
-    impact, or at the end, and stay between the supports on its way.
+    A flight begins with the start, an impact or a release, and ends with an impact or the end.
     """
     place = {1: p.upper, 2: p.lower}
     struck = [place[s] for s in motion["impact_support"].values.tolist()]
     taus, before, after = (
         motion[name].values for name in ("impact_tau", "impact_velocity", "impact_velocity_after")
     )
-    rests = _rests(motion)
+    rests = rests_of(motion)
     leave = [(0.0, x0, v0), *zip(taus.tolist(), struck, after.tolist(), strict=True)]
     leave += [(end, place[s], 0.0) for _, end, s in rests if end < tau_end]
     leave.sort(key=lambda item: item[0])
     meet = list(zip(taus.tolist(), struck, before.tolist(), strict=True))
     if not any(start <= tau_end <= end for start, end, _ in rests):
         meet.append((tau_end, float(motion["displacement_end"]), float(motion["velocity_end"])))
-    if not meet:
-        return 0.0
-    began, arrived = np.array(leave), np.array(meet)
+    began, arrived = np.array(leave), np.array(meet).reshape(-1, 3)
     came = began[np.maximum(np.searchsorted(began[:, 0], arrived[:, 0]) - 1, 0)]
-    sizes = np.abs(np.concatenate([began, arrived])[:, 1:]).max(axis=0) + 1e-300
-    states = np.column_stack(
-        [came[:, 1:], p.f * np.sin(p.nu * came[:, 0]), p.f * np.cos(p.nu * came[:, 0])]
-    )
+    return came, arrived
+
+
+def with_force(p: Exciter, states: Floats) -> Floats:
+    """States (tau, x, x') as (x, x', f sin, f cos)."""
+    turned = p.nu * states[:, 0]
+    return np.column_stack([states[:, 1:], p.f * np.sin(turned), p.f * np.cos(turned)])
+
+
+def flight_error(p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float) -> float:
+    """How far the flights of a motion are from the closed form, relative to the motion's size.
+
+    Each is propagated from where it begins: it must arrive where it ends, and stay between the supports.
+    """
+    came, arrived = flights(p, motion, tau_end, x0, v0)
+    if not arrived.size:
+        return 0.0
+    sizes = np.abs(np.concatenate([came, arrived])[:, 1:]).max(axis=0) + 1e-300
+    states = with_force(p, came)
     part = propagators(p, (arrived[:, 0] - came[:, 0]) / INSIDE)
     beyond = 0.0
     for _ in range(INSIDE):
@@ -144,7 +158,8 @@ def flight_error(p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: 
     return max(float(np.max(miss)), beyond / float(sizes[0]))
 
 
-def _rests(motion: xr.Dataset) -> list[tuple[float, float, int]]:
+def rests_of(motion: xr.Dataset) -> list[tuple[float, float, int]]:
+    """Rests of a motion as (start, end, support)."""
     columns = (motion[name].values.tolist() for name in ("rest_start", "rest_end", "rest_support"))
     return list(zip(*columns, strict=True))
 

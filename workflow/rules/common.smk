@@ -132,8 +132,10 @@ def cut(wildcards):
 
 
 def threads_of(wildcards):
-    """Return how many threads a whole scene is worth: one per four seconds of work."""
+    """Return how many threads a scene is worth: one per four seconds of a sweep, all for a race."""
     plan = PLANS[wildcards.study][wildcards.scene]
+    if plan.kind == "accuracy":
+        return workflow.cores  # what measures times runs alone
     return max(1, round(plan.seconds / 4)) if plan.kind == "sweep" else 1
 
 

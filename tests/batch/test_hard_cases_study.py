@@ -123,6 +123,7 @@ def broken(spoil: Any, steps: int | None = None) -> Solver:
         ("start_on_support", deaf),
         ("end_on_impact", deaf),
         ("supports_together", late),
+        ("impact_at_release", deaf),
         ("growth_resonance", adrift),
         ("growth_impacts", deaf),
         ("near_resonance", adrift),

@@ -24,7 +24,7 @@ def propagators(p: Exciter, spans: Floats) -> Floats:
     a = np.zeros((4, 4))
     a[0, 1], a[1, 0], a[1, 1], a[1, 2] = 1.0, -1.0, -p.h, 1.0
     a[2, 3], a[3, 2] = p.nu, -p.nu
-    longest = float(np.max(spans, initial=0.0)) * max(2.0, 1.0 + p.h, p.nu)
+    longest = float(np.max(np.abs(spans), initial=0.0)) * max(2.0, 1.0 + p.h, p.nu)
     halvings = max(0, math.ceil(math.log2(longest)) + 2) if longest > 0.25 else 0
     small = a * (spans / 2.0**halvings)[:, None, None]
     power = np.broadcast_to(np.eye(4), small.shape)

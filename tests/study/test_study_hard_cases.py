@@ -1,0 +1,64 @@
+"""Scenes of hard cases: what they take, what they refuse, and that a few of them can be solved alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from vibropipe.plan import plan_scene
+from vibropipe.scenes import solve_scene
+from vibropipe.study import HardCasesScene, StudyError, fingerprint, load_study
+from vibropipe.warm import miniature, work_of
+
+
+def study(tmp_path, scene: str, more: str = ""):
+    file = tmp_path / "hard.yaml"
+    file.write_text(f"title: T\n{more}scenes:\n  s: {scene}\n", encoding="utf-8")
+    return load_study(file)
+
+
+@pytest.mark.parametrize(
+    ("scene", "told"),
+    [
+        ("{kind: hard_cases, cases: [grazing_fre]}", "scenes.s.cases[0]: found 'grazing_fre'"),
+        ("{kind: hard_cases, cases: [split, split]}", "scenes.s.cases: found split, split"),
+        ("{kind: hard_cases, exciter: {h: 1}}", "scenes.s.exciter.h: found 1.0, allowed no exc"),
+        ("{kind: hard_cases, tau_end: 1}", "scenes.s.tau_end: found an unknown key"),
+    ],
+)
+def test_what_is_refused(tmp_path, scene, told):
+    with pytest.raises(StudyError) as error:
+        study(tmp_path, scene)
+    assert told in str(error.value)
+    if "fre]" in scene:
+        assert "did you mean 'grazing_free'?" in str(error.value)
+
+
+def test_data_depend_on_the_cases_alone(tmp_path):
+    plain = study(tmp_path, "{kind: hard_cases}")
+    shared = study(tmp_path, "{kind: hard_cases}", "exciter: {l: 3, h: 1}\n")
+    few = study(tmp_path, "{kind: hard_cases, cases: [split]}")
+    assert fingerprint(plain, plain.scene("s")) == fingerprint(shared, shared.scene("s"))
+    assert fingerprint(plain, plain.scene("s")) != fingerprint(few, few.scene("s"))
+
+
+def test_a_few_cases_are_solved_alone(tmp_path):
+    few = study(tmp_path, "{kind: hard_cases, cases: [start_on_support, plastic_for_ever]}")
+    found = solve_scene(few, "s")
+    # in the order of the list of all cases
+    assert found.case.values.tolist() == ["plastic_for_ever", "start_on_support"]
+    assert (
+        found.attrs["method"]
+        == "exact, newmark 8, newmark 60, newmark 2000 steps per forcing period"
+    )
+    assert found.attrs["kind"] == "hard_cases"
+    assert (found.passed == 1).all()
+    assert plan_scene(few.scene("s")).size == "2 cases"
+
+
+def test_the_miniature_calls_every_kernel_with_little_work(tmp_path):
+    scene = study(tmp_path, "{kind: hard_cases}").scene("s")
+    small = miniature(scene)
+    assert isinstance(small, HardCasesScene)
+    assert len(small.cases) == 3
+    assert work_of(small) == work_of(scene) == "hard_cases"
+    assert plan_scene(scene).shards == 1

@@ -65,12 +65,26 @@ def exit_code(error: Exception) -> int | None:
 
 
 @app.command()
-def plan(file: StudyFile) -> None:
-    """Check a study and say, scene by scene, what it will compute and how much of it."""
+def plan(
+    file: StudyFile,
+    rough: Annotated[
+        bool, typer.Option("--rough", help="Guess the times at once, without solving samples.")
+    ] = False,
+) -> None:
+    """Check a study and say, scene by scene, what it will compute and how long it will take here."""
     from vibropipe.listing import plan_text
     from vibropipe.study import load_study
 
-    typer.echo(plan_text(load_study(file)))
+    study = load_study(file)
+    if rough:
+        typer.echo(plan_text(study))
+        return
+
+    from vibropipe.calibration import calibrate, compiled
+
+    if compiled() == 0:
+        typer.echo("compiling the kernels, once, to take times with them", err=True)
+    typer.echo(plan_text(study, calibrate(study)))
 
 
 @app.command()
@@ -221,11 +235,15 @@ def warm(
         Path | None, typer.Option("--stamp", metavar="F", help="File to write when done.")
     ] = None,
 ) -> None:
-    """Compile what the scenes of some studies need, so that no later job has to."""
+    """Compile what the scenes of some studies need, and find out how long they will take."""
+    from vibropipe.calibration import calibrate
     from vibropipe.store import whole_file
+    from vibropipe.study import load_study
     from vibropipe.warm import warm as compile_all
 
     compile_all(files, threads or os.cpu_count() or 1)
+    for file in files:
+        calibrate(load_study(file))
     if stamp is not None:
         with whole_file(stamp):
             pass

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.plan import plan_scene
+from vibropipe.expectation import Expected
+from vibropipe.plan import ScenePlan, plan_scene
 from vibropipe.status import Status
 from vibropipe.vocabulary import PARAMETERS
 
@@ -17,29 +19,52 @@ if TYPE_CHECKING:
 MOST_LINES = 60
 
 
-def plan_text(study: Study) -> str:
-    """Return the plan of a study as a table for people."""
+def plan_text(study: Study, found: Mapping[str, Expected] | None = None) -> str:
+    """Return the plan of a study as a table for people.
+
+    With what a calibration has `found` by scene: the method chosen, the time expected on this machine
+    and the size on disk; without it, rough ones that are the same everywhere.
+    """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
-    head = ("scene", "kind", "size", "method", "outputs", "jobs", "work", "size of data")
+    known = found or {}
+    work, size = ("expected", "on disk") if found else ("work", "size of data")
+    head = ("scene", "kind", "size", "method", "outputs", "jobs", work, size)
     body = [
         (
             plan.name,
             plan.kind,
             plan.size,
-            plan.method,
+            known[plan.name].method if found else plan.method,
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
-            seconds_text(plan.seconds),
-            bytes_text(plan.bytes),
+            seconds_text(work_of(plan, found)),
+            bytes_text(known[plan.name].bytes if found else plan.bytes),
         )
         for plan in plans
     ]
-    total = (
-        f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
-        f" roughly {seconds_text(sum(plan.seconds for plan in plans))} of work on one core,"
-        f" {bytes_text(sum(plan.bytes for plan in plans))} before compression"
-    )
+    seconds = sum(work_of(plan, found) for plan in plans)
+    stored = sum(known[plan.name].bytes if found else plan.bytes for plan in plans)
+    rows = f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
+    if found:
+        cores = os.cpu_count() or 1
+        longest = max(work_of(plan, found) / plan.shards for plan in plans)
+        total = (
+            f"{rows} expected on this machine: {seconds_text(seconds)} of one core,"
+            f" {seconds_text(max(longest, seconds / cores))} on its {cores}, {bytes_text(stored)} on disk"
+        )
+    else:
+        total = (
+            f"{rows} roughly {seconds_text(seconds)} of work on one core,"
+            f" {bytes_text(stored)} before compression"
+        )
     return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
+
+
+def work_of(plan: ScenePlan, found: Mapping[str, Expected] | None) -> float:
+    """Return the seconds of one core that a scene takes, kernels loaded by each of its jobs."""
+    if not found:
+        return plan.seconds
+    return found[plan.name].core_seconds + plan.shards * found[plan.name].load_seconds
 
 
 def columns(rows: Sequence[Sequence[str]]) -> list[str]:

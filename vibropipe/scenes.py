@@ -15,6 +15,7 @@ from vibropipe.batch.accuracy import settle_to_accuracy
 from vibropipe.batch.motion import Task, simulate
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import solve_shard, sweep
+from vibropipe.expectation import recall
 from vibropipe.physics.exciter import Exciter
 from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.status import Status
@@ -46,7 +47,22 @@ def solve_to_file(
     """Solve a scene or a shard into the file `path`, and the time it took into its sidecar."""
     begin = time.perf_counter()
     write(solve_scene(study, name, shard), path)
-    write_sidecar(path, time.perf_counter() - begin, threads)
+    taken = time.perf_counter() - begin
+    write_sidecar(path, taken, threads, **expectation(study, name, shard, threads))
+
+
+def expectation(
+    study: Study, name: str, shard: tuple[int, int] | None, threads: int
+) -> dict[str, float]:
+    """Return the seconds expected of a job as an entry of its sidecar, where a plan has found them."""
+    scene, known = study.scene(name), recall(fingerprint(study, name))
+    if known is None:
+        return {}
+    share = 1.0
+    if isinstance(scene, SweepScene) and shard is not None:
+        first, last = row_range(scene, *shard)
+        share = (last - first) / scene.row_count
+    return {"expected_seconds": known.seconds(threads, share)}
 
 
 def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) -> None:
@@ -69,7 +85,9 @@ def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) ->
     seconds = sum(float(record.get("seconds", 0)) for record in taken)
     threads = max(int(record.get("threads", 1)) for record in taken)
     seconds += time.perf_counter() - begin
-    write_sidecar(path, seconds, threads, shards=len(shards))
+    expected = [float(record.get("expected_seconds", math.nan)) for record in taken]
+    more = {} if math.isnan(sum(expected)) else {"expected_seconds": sum(expected)}
+    write_sidecar(path, seconds, threads, shards=len(shards), **more)
 
 
 def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -> xr.Dataset:

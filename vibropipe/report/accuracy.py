@@ -95,7 +95,10 @@ def accuracy_text(datasets: Datasets) -> str:
             f"{number(departures[worst], 2)} in displacement, in {breakable(worst)}."
         )
     said += [conclusion(dataset) for dataset in datasets.values() if "time_per_period" in dataset]
-    said.append("Seconds are those one run took, on the machine it ran on.")
+    said.append(
+        "Seconds are those one run took, on the machine it ran on; where a plan was made there before, "
+        "behind those it expected (expected / taken)."
+    )
     return " ".join(said)
 
 

@@ -1,0 +1,157 @@
+"""How long a study will take on this machine and how much it will write, found by solving samples of it.
+
+A sweep is sampled at rows spread over its grid, a long motion at its beginning; what takes next to no
+time is solved whole. Races and hard cases bound their own time and are taken at their plan. Findings
+are kept beside the compiled kernels, so that a later job can set them against the time it took.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibropipe.expectation import Expected, keep
+from vibropipe.jit import cache_folder
+from vibropipe.plan import Scene, plan_scene
+from vibropipe.scenes import exciter_of, solve
+from vibropipe.store import write
+from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene, fingerprint
+from vibropipe.study.grids import ValueGrid
+from vibropipe.warm import miniature, work_of
+
+# Seconds of one core that the samples of a whole study may take, and those of one scene at least.
+BUDGET, LEAST_BUDGET = 1.0, 0.05
+# Seconds in which a job loads libraries and compiled kernels, at least.
+USUAL_LOAD = 0.7
+FIRST_SAMPLE, GROWTH = 64, 4
+# Rows in a row along a followed parameter: enough that the first, which has no neighbour, weighs little.
+SEGMENT = 32
+
+
+def calibrate(study: Study) -> dict[str, Expected]:
+    """Expectations by scene; they are kept for the jobs that solve the scenes."""
+    budget = max(LEAST_BUDGET, BUDGET / len(study.scenes))
+    loads: dict[str, float] = {}
+    found = {name: expected(scene, budget, loads) for name, scene in study.scenes.items()}
+    keep({fingerprint(study, name): value for name, value in found.items()})
+    return found
+
+
+def compiled() -> int:
+    """How many kernels of this version lie compiled on this machine."""
+    return sum(1 for _ in cache_folder().rglob("*.nbc"))
+
+
+def expected(scene: Scene, budget: float, loads: dict[str, float]) -> Expected:
+    """Expectation of one scene; `loads` are seconds to load kernels, by the work they do."""
+    plan = plan_scene(scene)
+    if not isinstance(scene, MotionScene | SweepScene | BackboneScene):
+        return Expected(plan.seconds, 0.0, plan.bytes, False, plan.method)
+    with one_thread(), TemporaryDirectory(prefix="vibropipe-sample-") as folder:
+        file = Path(folder) / "sample.nc"
+
+        def solved(sample: Scene) -> float:
+            begin = time.perf_counter()
+            write(solve(sample), file)
+            return time.perf_counter() - begin
+
+        small, known = miniature(scene), compiled()
+        first, again = solved(small), solved(small)
+        # What had to be compiled will be there for the jobs; what was loaded for a scene before, will not.
+        load = max(first - again if compiled() == known else 0.0, USUAL_LOAD)
+        load = loads.setdefault(work_of(scene), load)
+        if isinstance(scene, SweepScene):
+            # What every job has to do is in the small sample as in the large one.
+            base, least, spent = file.stat().st_size, small.row_count, 0.0
+            for sample in samples(scene):
+                taken = solved(sample)
+                spent += taken
+                if spent > budget:
+                    break
+            more = max(1, sample.row_count - least)
+            rate, each = max(0.0, taken - again) / more, (file.stat().st_size - base) / more
+            rest = scene.row_count - least
+            return Expected(again + rate * rest, load, base + each * rest, True, plan.method)
+        part, share = beginning(scene, plan.seconds, budget)
+        core = solved(part) / share
+        return Expected(core, load, file.stat().st_size / share, False, method_of(scene))
+
+
+def samples(scene: SweepScene) -> Iterator[SweepScene]:
+    """Yield the sweep on ever larger parts of its grid, spread over it, at last on all of it.
+
+    Of a parameter that is followed a segment is taken, since rows are quick where the one before is near.
+    """
+    arrays = scene.over_arrays()
+    followed: str | None = scene.follow.along if scene.follow else None
+    others = [name for name in arrays if name != followed]
+    wanted = FIRST_SAMPLE
+    while True:
+        part: dict[str, NDArray[np.float64]] = {}
+        left = wanted
+        if followed is not None:
+            along = np.sort(arrays[followed])
+            length = min(along.size, max(SEGMENT, wanted // SEGMENT))
+            first = (along.size - length) // 2
+            part[followed] = along[first : first + length]
+            left = max(1, wanted // length)
+        for place, name in enumerate(others):
+            each = int(np.ceil(left ** (1 / (len(others) - place))))
+            part[name] = spread(arrays[name], each)
+            left = max(1, left // part[name].size)
+        grids = {name: ValueGrid(values=part[name].tolist()) for name in arrays}
+        yield scene.model_copy(update={"over": grids})
+        if all(part[name].size == arrays[name].size for name in arrays):
+            return
+        wanted *= GROWTH
+
+
+def spread(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """About `count` of the values, each from the middle of its share of them."""
+    count = min(count, values.size)
+    return values[((np.arange(count) + 0.5) * values.size / count).astype(int)]
+
+
+def beginning(scene: Scene, rough: float, budget: float) -> tuple[Scene, float]:
+    """A scene short enough to be solved now, and which share of the whole it is."""
+    if rough <= budget or not isinstance(scene, MotionScene):
+        return scene, 1.0
+    share = budget / rough
+    short = {
+        "tau_end": scene.tau_end * share,
+        "settle_periods": int(scene.settle_periods * share),
+    }
+    return scene.model_copy(update=short), share
+
+
+def method_of(scene: Scene) -> str:
+    """Name the method of a scene, chosen on its very exciter where an accuracy was asked."""
+    if not isinstance(scene, MotionScene) or "accuracy" not in scene.solver.arguments():
+        return plan_scene(scene).method
+    from vibropipe.batch.choice import choose
+
+    _begin, end = scene.tau_span()
+    choice = choose(
+        exciter_of(scene), end, scene.start.x0, scene.start.v0, scene.solver.arguments()["accuracy"]
+    )
+    steps = f", {choice.steps_per_period} steps" if choice.steps_per_period is not None else ""
+    return f"{choice.method}{steps} for {scene.solver.accuracy:g}"
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let kernels use one thread inside this."""
+    import numba
+
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

@@ -13,7 +13,7 @@ from oracles import Flight, Parameters, Twin, digits
 import vibropipe as vp
 from vibropipe.batch.hard_cases import CASES, solve_hard_cases
 from vibropipe.batch.hard_cases.case import Bound, Case, Solver, judge, solvers
-from vibropipe.batch.hard_cases.contacts import FALL, PRESSED, chatter_series
+from vibropipe.batch.hard_cases.chatter import FALL, PRESSED, chatter_series
 from vibropipe.batch.hard_cases.known import first_peak, flight_error, linear, transfer
 
 BY_NAME = {case.name: case for case in CASES}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.batch.hard_cases.case import Case, Solver, judge, solvers
+from vibropipe.batch.hard_cases.chatter import CHATTER
 from vibropipe.batch.hard_cases.contacts import CONTACTS
 from vibropipe.batch.hard_cases.energy import ENERGY
 from vibropipe.batch.hard_cases.labels import LABELS
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "solve_hard_cases"]
 
-CASES: tuple[Case, ...] = (*CONTACTS, *SMOOTH, *ENERGY, *LABELS)
+CASES: tuple[Case, ...] = (*CONTACTS, *CHATTER, *SMOOTH, *ENERGY, *LABELS)
 NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
 
 

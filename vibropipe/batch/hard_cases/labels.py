@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vibropipe.batch.hard_cases.case import Bound, Case, Solver
-from vibropipe.batch.hard_cases.contacts import WRONG
 from vibropipe.batch.hard_cases.known import transfer
+from vibropipe.batch.hard_cases.laws import WRONG
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.vocabulary import Regime
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 
 from vibropipe.batch.hard_cases.case import Bound, Case, Measure, Solver
-from vibropipe.batch.hard_cases.contacts import FLIGHTS, WRONG, flights_or_breaches
 from vibropipe.batch.hard_cases.known import answered, linear, transfer
+from vibropipe.batch.hard_cases.laws import FLIGHTS, WRONG, flights_or_breaches
 from vibropipe.physics.exciter import Exciter
 
 TURN = 2.0 * math.pi

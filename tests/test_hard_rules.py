@@ -287,76 +287,18 @@ def test_a_chatter_ends_in_bounded_work(R: float, method: dict[str, Any]) -> Non
     assert ds.impact_tau.size <= 20 + math.log(1e-9) / math.log(R)
 
 
-def test_an_ideal_support_that_the_damped_mass_is_pushed_into() -> None:
+@methods
+def test_an_ideal_support_that_the_damped_mass_is_pushed_into(method: dict[str, Any]) -> None:
     """R = 1, h > 0: the hops get ever shorter, never still; the run ends and says what it knows."""
-    e = vp.Exciter(l=0.5, delta=-1.5, h=5.0)
-    started = time.perf_counter()
-    ds = vp.simulate(e, tau_end=60.0, x0=-1.2, samples_per_period=0)
-    assert time.perf_counter() - started < 60
-    if int(ds.status) == 0:
-        assert float(ds.displacement_end) == pytest.approx(-1.0, abs=1e-9)
-        assert float(ds.velocity_end) == pytest.approx(0.0, abs=1e-6)
-    else:
-        assert math.isnan(float(ds.displacement_end))
-
-
-# -- bad input ---------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *(
-            (name, value)
-            for name in Parameters._fields
-            for value in (math.nan, math.inf, -math.inf)
-        ),
-        ("nu", -1.0),
-        ("h", -1e-9),
-        ("l", -0.5),
-        ("l", 0.0),
-        ("R1", 1.0000001),
-        ("R1", -0.1),
-        ("R2", 2.0),
-        ("R2", -1e-300),
-        ("f", "strong"),
-    ],
-)
-def test_a_bad_parameter_is_named_with_its_value(name: str, value: Any) -> None:
-    good = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.1, "delta": 0.0, "R1": 0.5, "R2": 0.5}
-    with pytest.raises(vp.ParameterError, match=name) as error:
-        vp.Exciter(**{**good, name: value})
-    assert str(value) in str(error.value)
-    assert isinstance(error.value, ValueError)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("x0", 0.6),
-        ("x0", -0.5000001),
-        ("x0", math.nan),
-        ("v0", math.inf),
-        ("tau_end", math.nan),
-        ("tau_end", -1.0),
-        ("tau_end", math.inf),
-        ("method", "euler"),
-        ("steps_per_period", 0),
-        ("samples_per_period", -1),
-    ],
-)
-def test_a_bad_argument_is_named_with_its_value(name: str, value: Any) -> None:
-    settings = {"method": "newmark", "steps_per_period": 100, name: value}
-    with pytest.raises(ValueError, match=name) as error:
-        vp.simulate(vp.Exciter(l=0.5), **settings)
-    assert str(value) in str(error.value)
-
-
-def test_newmark_without_a_step_says_so() -> None:
-    with pytest.raises(ValueError, match="steps_per_period"):
-        vp.simulate(vp.Exciter(l=0.5), method="newmark")
-
-
-def test_a_start_outside_the_supports_is_refused_for_steady_states_too() -> None:
-    with pytest.raises(vp.ParameterError, match="x0"):
-        vp.steady_state(vp.Exciter(l=0.5, delta=0.7), x0=0.0)
+    e = vp.Exciter(l=0.5, delta=-1.5, h=50.0)
+    started = time.process_time()
+    ds = vp.simulate(e, tau_end=60.0, x0=-1.2, samples_per_period=0, **method)
+    assert time.process_time() - started < 60
+    if math.isnan(float(ds.displacement_end)):
+        assert int(ds.status) != 0
+        return
+    # newmark overdamps or underdamps hops shorter than its step: it is near by its own order
+    near, still = ((TURN / method["steps_per_period"]) ** 2, 0.1) if method else (1e-9, 1e-6)
+    assert -1.5 - 1e-12 <= float(ds.displacement_end) <= -1.0
+    assert float(ds.displacement_end) == pytest.approx(-1.0, abs=near)
+    assert float(ds.velocity_end) == pytest.approx(0.0, abs=still)

@@ -1,0 +1,70 @@
+"""A bad parameter or start is refused by a message that names it, its value and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from oracles import Parameters
+
+import vibropipe as vp
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(
+            (name, value)
+            for name in Parameters._fields
+            for value in (math.nan, math.inf, -math.inf)
+        ),
+        ("nu", -1.0),
+        ("h", -1e-9),
+        ("l", -0.5),
+        ("l", 0.0),
+        ("R1", 1.0000001),
+        ("R1", -0.1),
+        ("R2", 2.0),
+        ("R2", -1e-300),
+        ("f", "strong"),
+    ],
+)
+def test_a_bad_parameter_is_named_with_its_value(name: str, value: Any) -> None:
+    good = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.1, "delta": 0.0, "R1": 0.5, "R2": 0.5}
+    with pytest.raises(vp.ParameterError, match=name) as error:
+        vp.Exciter(**{**good, name: value})
+    assert str(value) in str(error.value)
+    assert isinstance(error.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("x0", 0.6),
+        ("x0", -0.5000001),
+        ("x0", math.nan),
+        ("v0", math.inf),
+        ("tau_end", math.nan),
+        ("tau_end", -1.0),
+        ("tau_end", math.inf),
+        ("method", "euler"),
+        ("steps_per_period", 0),
+        ("samples_per_period", -1),
+    ],
+)
+def test_a_bad_argument_is_named_with_its_value(name: str, value: Any) -> None:
+    settings = {"method": "newmark", "steps_per_period": 100, name: value}
+    with pytest.raises(ValueError, match=name) as error:
+        vp.simulate(vp.Exciter(l=0.5), **settings)
+    assert str(value) in str(error.value)
+
+
+def test_newmark_without_a_step_says_so() -> None:
+    with pytest.raises(ValueError, match="steps_per_period"):
+        vp.simulate(vp.Exciter(l=0.5), method="newmark")
+
+
+def test_a_start_outside_the_supports_is_refused_for_steady_states_too() -> None:
+    with pytest.raises(vp.ParameterError, match="x0"):
+        vp.steady_state(vp.Exciter(l=0.5, delta=0.7), x0=0.0)

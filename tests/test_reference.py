@@ -1,4 +1,4 @@
-"""Agreement with the 20-digit reference motions and orbits, and with the equations of the model."""
+"""Agreement with the 20-digit reference motions, and with the equations of the model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from oracles import Parameters, Twin, digits
 import vibropipe as vp
 
 MOTIONS = reference("motions")
-ORBITS = reference("steady")
 CHAOTIC = "high_frequency"  # one ulp of R grows to 1e-2 within its 97 impacts
 
 

@@ -227,4 +227,7 @@ def labelled(
         "motion": ("motion", list(motions)),
         "method": ("method", list(methods)),
     }
-    return describe(xr.Dataset(variables, coords))
+    comment = (
+        "time_per_period* are of the run that took them; everything else is the same in every run"
+    )
+    return describe(xr.Dataset(variables, coords, {"comment": comment}))

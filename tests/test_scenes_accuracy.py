@@ -26,7 +26,7 @@ scenes:
     outputs: [motion, impacts, harmonics, stability]
   coarse:
     kind: motion
-    exciter: {h: 10, nu: 0.1, f: 0.5, l: 1}
+    exciter: {h: 10, nu: 0.1, f: 0.5, l: 0.5}
     tau_end: 500
     solver: {accuracy: 1e-2}
   response:

@@ -13,7 +13,7 @@ from vibropipe.warm import miniature, work_of
 CONFIG = Path(__file__).parents[1] / "config"
 STUDY = """\
 title: All kinds of work
-exciter: {l: 0.5, f: -1, h: 0.2}
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7}
 scenes:
   exact: {kind: motion}
   longer: {kind: motion, tau_end: 1e6, exciter: {R1: 0.5}}
@@ -21,6 +21,7 @@ scenes:
   newmark: {kind: motion, solver: {method: newmark, steps_per_period: 100}}
   finer: {kind: motion, solver: {method: newmark, steps_per_period: 200}}
   ends: {kind: motion, outputs: [impacts]}
+  unforced: {kind: motion, exciter: {f: 0}}
   sweep: {kind: sweep, over: {nu: {start: 0.5, stop: 2, points: 500}}}
   other: {kind: sweep, over: {f: [1, 2, 3]}, harmonics: 7, outputs: [stability, impacts, harmonics]}
   energy: {kind: sweep, over: {f: [1, 2, 3]}, outputs: [energy]}

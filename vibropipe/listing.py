@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.expectation import Expected
+from vibropipe.physics.effects import NAMES
 from vibropipe.plan import ScenePlan, plan_scene
 from vibropipe.status import Status
 from vibropipe.vocabulary import PARAMETERS
@@ -28,13 +29,14 @@ def plan_text(study: Study, found: Mapping[str, Expected] | None = None) -> str:
     plans = [plan_scene(scene) for scene in study.scenes.values()]
     known = found or {}
     work, size = ("expected", "on disk") if found else ("work", "size of data")
-    head = ("scene", "kind", "size", "method", "outputs", "jobs", work, size)
+    head = ("scene", "kind", "size", "method", "effects", "outputs", "jobs", work, size)
     body = [
         (
             plan.name,
             plan.kind,
             plan.size,
             known[plan.name].method if found else plan.method,
+            effects_text(plan.effects),
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
             seconds_text(work_of(plan, found)),
@@ -74,6 +76,13 @@ def columns(rows: Sequence[Sequence[str]]) -> list[str]:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
+
+
+def effects_text(effects: Sequence[str]) -> str:
+    """Return the effects of a scene by name; all of them, or none, in a word."""
+    if set(effects) == set(NAMES):
+        return "all"
+    return " ".join(effects) if effects else "none"
 
 
 def seconds_text(seconds: float) -> str:

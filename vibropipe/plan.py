@@ -21,6 +21,7 @@ from vibropipe.study import (
     HardCasesScene,
     MotionScene,
     SweepScene,
+    scene_effects,
 )
 
 Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene
@@ -58,8 +59,8 @@ class PlanError(ValueError):
 class ScenePlan:
     """What one scene comes to.
 
-    rows: steady states, or points of a curve, or 1 for a motion; shards: jobs that solve it;
-    seconds: rough work of one core; bytes: in the dataset before compression.
+    rows: steady states, or points of a curve, or 1 for a motion; effects: the physics it states or calls
+    for; shards: jobs that solve it; seconds: rough work of one core; bytes: in the dataset before compression.
     """
 
     name: str
@@ -67,6 +68,7 @@ class ScenePlan:
     size: str
     rows: int
     method: str
+    effects: tuple[str, ...]
     outputs: tuple[str, ...]
     shards: int
     seconds: float
@@ -165,6 +167,7 @@ def _sweep(scene: SweepScene) -> ScenePlan:
         size=_product(scene),
         rows=scene.row_count,
         method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
+        effects=scene_effects(scene),
         outputs=tuple(scene.outputs),
         shards=shard_count(scene, seconds, stored),
         seconds=seconds,
@@ -189,6 +192,7 @@ def _motion(scene: MotionScene) -> ScenePlan:
         size=f"tau {scene.tau_end:g}",
         rows=1,
         method=_method(chosen),
+        effects=scene_effects(scene),
         outputs=tuple(scene.outputs),
         shards=1,
         seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP),
@@ -204,6 +208,7 @@ def _backbone(scene: BackboneScene) -> ScenePlan:
         size=_product(scene),
         rows=scene.row_count,
         method="exact",
+        effects=scene_effects(scene),
         outputs=("harmonics",) if scene.over_amplitude else (),
         shards=1,
         seconds=scene.row_count * SECONDS_PER_POINT,
@@ -219,6 +224,7 @@ def _hard_cases(scene: HardCasesScene) -> ScenePlan:
         size=f"{count} cases" if count else "all cases",
         rows=max(1, count),
         method="exact, newmark",
+        effects=scene_effects(scene),
         outputs=(),
         shards=1,
         seconds=SECONDS_OF_HARD_CASES,
@@ -233,6 +239,7 @@ def _races(scene: AccuracyScene) -> ScenePlan:
         size=f"{len(scene.motions)} motions",
         rows=scene.row_count,
         method=", ".join(scene.methods),
+        effects=scene_effects(scene),
         outputs=(),
         shards=1,
         seconds=scene.row_count * SECONDS_PER_RACE,

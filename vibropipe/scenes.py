@@ -16,6 +16,7 @@ from vibropipe.batch.motion import Task, simulate
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import solve_shard, sweep
 from vibropipe.expectation import recall
+from vibropipe.physics.effects import asked_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.status import Status
@@ -28,6 +29,8 @@ from vibropipe.study import (
     Study,
     SweepScene,
     fingerprint,
+    grounds,
+    scene_effects,
 )
 from vibropipe.vocabulary import describe
 
@@ -102,15 +105,20 @@ def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -
 
 
 def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
-    """Solve a scene, or one shard of it, without saying where it comes from."""
+    """Solve a scene, or one shard of it, without saying where it comes from but for its effects."""
     check_cut(scene, shard)
     if isinstance(scene, SweepScene):
         return solve_sweep(scene, shard)
+    if isinstance(scene, MotionScene):
+        return solve_motion(scene)
+    return solve_set(scene).assign_attrs(effects=", ".join(scene_effects(scene)))
+
+
+def solve_set(scene: BackboneScene | HardCasesScene | AccuracyScene) -> xr.Dataset:
+    """Solve a scene whose motions are chosen by its kind."""
     if isinstance(scene, HardCasesScene):
         return solve_cases(scene)
-    if isinstance(scene, AccuracyScene):
-        return solve_races(scene)
-    return solve_motion(scene) if isinstance(scene, MotionScene) else solve_backbone(scene)
+    return solve_races(scene) if isinstance(scene, AccuracyScene) else solve_backbone(scene)
 
 
 def origin(study: Study, scene: Scene) -> dict[str, Any]:
@@ -152,6 +160,7 @@ def solve_sweep(scene: SweepScene, shard: tuple[int, int] | None = None) -> xr.D
         "follow": scene.follow_pair(),
         "outputs": tuple(scene.outputs),
         "accuracy": scene.solver.arguments().get("accuracy"),
+        "effects": scene_effects(scene),
     }
     exciter = exciter_of(scene)
     if shard is None:
@@ -183,15 +192,32 @@ def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr
     """Return the motion of a scene as one solver sees it, the settling included."""
     x0, v0 = scene.start.x0, scene.start.v0
     begin, end = scene.tau_span()
+    effects = scene_effects(scene)
     samples = scene.samples_per_period if "motion" in scene.outputs else 0
     if "accuracy" in solver:
-        task = Task(begin, end, x0, v0, samples)
+        at, how = grounds(scene)
+        task = Task(begin, end, x0, v0, samples, effects=asked_effects(effects, *at, **how))
         return settle_to_accuracy(exciter, task, solver["accuracy"])
     if scene.settle_periods:
-        settled = simulate(exciter, tau_end=begin, x0=x0, v0=v0, samples_per_period=0, **solver)
+        settled = simulate(
+            exciter,
+            tau_end=begin,
+            x0=x0,
+            v0=v0,
+            samples_per_period=0,
+            effects=effects,
+            **solver,
+        )
         x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
     return simulate(
-        exciter, tau_start=begin, tau_end=end, x0=x0, v0=v0, samples_per_period=samples, **solver
+        exciter,
+        tau_start=begin,
+        tau_end=end,
+        x0=x0,
+        v0=v0,
+        samples_per_period=samples,
+        effects=effects,
+        **solver,
     )
 
 
@@ -203,6 +229,7 @@ def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) 
         v0=scene.start.v0,
         harmonics=scene.harmonics,
         accuracy=scene.solver.arguments().get("accuracy"),
+        effects=scene_effects(scene),
     )
     names = {*steady.variables, *steady.dims}
     steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})

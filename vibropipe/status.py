@@ -16,6 +16,7 @@ class Status(IntEnum):
     SHORT_FLIGHTS = 5
     LOG_FULL = 6
     INACCURATE = 7
+    SUPPORT_REACHED = 8
 
     @property
     def remedy(self) -> str:
@@ -45,5 +46,8 @@ _REMEDIES = {
     Status.INACCURATE: (
         "The motion amplifies rounding beyond the accuracy asked; the errors beside its quantities hold: shorten "
         "tau_end or ask for less."
+    ),
+    Status.SUPPORT_REACHED: (
+        "The motion reaches a support that `effects` leaves out, and was stopped there: add the support to them."
     ),
 }

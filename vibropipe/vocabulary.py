@@ -222,7 +222,9 @@ VOCABULARY: dict[str, Quantity] = {
     "displacement_start": _number("motion", "displacement at the start", r"$x(0)$"),
     "velocity_start": _number("motion", "velocity at the start", r"$\dot{x}(0)$"),
     "error_end": _number(_RACE, "relative error of the end state", r"$e$"),
-    "error_impact_tau": _number(_RACE, "error of impact times over the forcing period", r"$e_\tau$"),
+    "error_impact_tau": _number(
+        _RACE, "error of impact times over the forcing period", r"$e_\tau$"
+    ),
     "error_impact_velocity": _number(_RACE, "relative error of impact velocities", r"$e_v$"),
     "error_harmonics": _number(_RACE, "relative error of harmonics of displacement", r"$e_A$"),
     "work_steps": _number(_RACE, "steps per forcing period", r"$n$"),
@@ -235,7 +237,10 @@ VOCABULARY: dict[str, Quantity] = {
     "periods_run": _number("motion method", "forcing periods run", r"$n_T$"),
     "accuracy": _number("accuracy", "error to reach", r"$e$"),
     "time_to_reach": Quantity(
-        ("motion", "method", "accuracy"), "ns", "least time per forcing period for the error", r"$t$"
+        ("motion", "method", "accuracy"),
+        "ns",
+        "least time per forcing period for the error",
+        r"$t$",
     ),
     "order": _number("motion method", "order of convergence", r"$p$"),
     # shards of a sweep

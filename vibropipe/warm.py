@@ -21,6 +21,7 @@ from vibropipe.study import (
     MotionScene,
     SweepScene,
     load_study,
+    scene_effects,
 )
 from vibropipe.study.accuracy import METHODS
 from vibropipe.study.grids import ValueGrid
@@ -44,7 +45,7 @@ def warm(files: Sequence[Path], processes: int) -> None:
 def work_of(scene: Scene) -> str:
     """Name what is compiled for a scene; scenes of one name need the same kernels."""
     if isinstance(scene, SweepScene):
-        return " ".join([scene.kind, *sorted(scene.outputs)])
+        return " ".join([scene.kind, *sorted(scene.outputs), *sorted(scene_effects(scene))])
     if isinstance(scene, AccuracyScene):
         return scene.kind
     if isinstance(scene, BackboneScene):
@@ -54,7 +55,8 @@ def work_of(scene: Scene) -> str:
     sampled = ["sampled"] if scene.samples_per_period else []
     settled = ["settled"] if scene.settle_periods else []
     solver = scene.solver.arguments()
-    words = [str(solver.get("method", "accuracy")), *sampled, *settled, *sorted(scene.outputs)]
+    words = [str(solver.get("method", "accuracy")), *sampled, *settled]
+    words += [*sorted(scene.outputs), *sorted(scene_effects(scene))]
     return " ".join([scene.kind, *words])
 
 
@@ -69,7 +71,8 @@ def miniature(scene: Scene) -> Scene:
     """Return a scene of the same work with grids of a few values and a short motion."""
     if isinstance(scene, MotionScene):
         settle = min(scene.settle_periods, 1)
-        return scene.model_copy(update={"settle_periods": settle, "tau_end": min(scene.tau_end, 6)})
+        short = {"settle_periods": settle, "tau_end": min(scene.tau_end, 6)}
+        return scene.model_copy(update={**short, "effects": list(scene_effects(scene))})
     if isinstance(scene, HardCasesScene):
         # sampled motions, plain ones, steady states
         few = ["chatter_interrupted", "plastic_for_ever", "coexisting"]
@@ -79,7 +82,10 @@ def miniature(scene: Scene) -> Scene:
     # along eq. (10) some values must lie where both supports are struck
     most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
     grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}
-    return scene.model_copy(update={"over": grids} if isinstance(scene, SweepScene) else grids)
+    if isinstance(scene, SweepScene):
+        # a small part of a grid may call for less than the whole of it
+        return scene.model_copy(update={"over": grids, "effects": list(scene_effects(scene))})
+    return scene.model_copy(update=grids)
 
 
 def quick_race(scene: AccuracyScene) -> AccuracyScene:

@@ -46,7 +46,7 @@ def settled(p):
 def test_the_derivative_is_that_of_the_marched_map(periods: int) -> None:
     x, v, e = 0.1, -0.2, 1e-6
     start, end, _status, log = marched(FORCED, x, v, periods)
-    found = np.reshape(derivative(FORCED, log, start, end, periods), (2, 2))
+    found = np.reshape(derivative(ALL_EFFECTS, FORCED, log, start, end, periods), (2, 2))
     for column, (dx, dv) in enumerate([(e, 0.0), (0.0, e)]):
         up = np.array(section(FORCED, marched(FORCED, x + dx, v + dv, periods)[1]))
         down = np.array(section(FORCED, marched(FORCED, x - dx, v - dv, periods)[1]))
@@ -56,7 +56,7 @@ def test_the_derivative_is_that_of_the_marched_map(periods: int) -> None:
 def test_a_rest_forgets_where_the_mass_came_from() -> None:
     start, end, _status, log = marched(CHATTER, 0.0, 0.0, 1)
     assert log.counts[RESTS] >= 1
-    assert derivative(CHATTER, log, start, end, 1) == (0.0, 0.0, 0.0, 0.0)
+    assert derivative(ALL_EFFECTS, CHATTER, log, start, end, 1) == (0.0, 0.0, 0.0, 0.0)
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 4))
@@ -81,7 +81,7 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     complete = close(p, m, float(m), closed)
     x, v = section(p, orbit.state)
     energy = np.zeros(2)
-    along_orbit(p, x, v, orbit.end, log, m, direct, energy, np.empty(ORDER + 1))
+    along_orbit(ALL_EFFECTS, p, x, v, orbit.end, log, m, direct, energy, np.empty(ORDER + 1))
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
     np.testing.assert_allclose(closed[kept], direct[kept] / m, atol=1e-9)
     struck = log.support[: log.counts[0]] > 0

@@ -21,8 +21,14 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
 @pytest.mark.parametrize(
     ("scene", "told"),
     [
-        ("{kind: motin}", "s.kind: found 'motin', allowed motion, sweep, backbone, hard_cases, accuracy ("),
-        ("{knd: motion}", "s.kind: found nothing, allowed motion, sweep, backbone, hard_cases, accuracy ("),
+        (
+            "{kind: motin}",
+            "s.kind: found 'motin', allowed motion, sweep, backbone, hard_cases, accuracy (",
+        ),
+        (
+            "{knd: motion}",
+            "s.kind: found nothing, allowed motion, sweep, backbone, hard_cases, accuracy (",
+        ),
         ("3", "s: found 3, allowed a mapping with kind"),
         ("{kind: sweep}", "s.over: found nothing, allowed a mapping of grids"),
         ("{kind: sweep, over: {}}", "s.over: found an empty mapping, allowed a mapping of grids"),

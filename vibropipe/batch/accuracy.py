@@ -10,7 +10,6 @@ from vibropipe.batch.choice import LEAST_ACCURACY, check_accuracy, choose_for
 from vibropipe.batch.errors import deviation
 from vibropipe.batch.motion import Task, run_motion, to_dataset, to_variables
 from vibropipe.kernels.grid import newmark_grid
-from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Exciter
 from vibropipe.status import Status
 from vibropipe.vocabulary import describe
@@ -31,7 +30,7 @@ def simulate_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Data
     choice, exact, errors = choose_for(exciter, task, asked)
     run = exact
     if choice.steps_per_period is not None:
-        grid = newmark_grid(ALL_EFFECTS, exciter.parameters(), choice.steps_per_period)
+        grid = newmark_grid(task.effects, exciter.parameters(), choice.steps_per_period)
         run = run_motion(exciter, task, grid)
         found = to_variables(exciter, task, run)
         errors = deviation(found, to_variables(exciter, task, exact), errors)

@@ -16,7 +16,6 @@ from vibropipe.batch.errors import Errors, deviation, exact_errors, misses, size
 from vibropipe.batch.motion import Run, Task, run_motion, to_variables
 from vibropipe.kernels.grid import newmark_grid
 from vibropipe.kernels.record import EVALUATIONS, POLYNOMIALS, STEPS
-from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Exciter, ParameterError, number
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.status import Status
@@ -101,7 +100,7 @@ def choose_for(exciter: Exciter, task: Task, accuracy: float) -> tuple[Choice, R
     short = task._replace(samples_per_period=0)
     periods = (task.tau_end - task.tau_start) / exciter.period
     while least_cost(steps, periods, exact) < nanoseconds and steps <= MOST_STEPS:
-        grid = newmark_grid(ALL_EFFECTS, exciter.parameters(), steps)
+        grid = newmark_grid(task.effects, exciter.parameters(), steps)
         run = run_motion(exciter, short, grid)
         spent = cost(NEWMARK_PRICES, steps, run)
         if spent < nanoseconds and run.status == Status.OK:

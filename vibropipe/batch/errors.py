@@ -15,11 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.batch.motion import Run, Task, run_motion, to_variables
+from vibropipe.batch.motion import Run, Task, has_closed_form, run_motion, to_variables
 from vibropipe.kernels.grid import exact_grid_of
 from vibropipe.kernels.roots import TOUCH
-from vibropipe.physics.conservative import is_free
-from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.vocabulary import PARAMETERS
@@ -76,9 +74,9 @@ def exact_errors(exciter: Exciter, task: Task, run: Run) -> Errors:
     steps = steps_for_exact(exciter.nu, exciter.h)
     for copy in range(COPIES):
         other, start = nudged(exciter, task, copy, touches)
-        p = other.parameters()
-        free = is_free(p, start.x, start.v)
-        grid = None if free else exact_grid_of(ALL_EFFECTS, p, steps + copy + 1)
+        grid = None
+        if has_closed_form(other, start) is None:
+            grid = exact_grid_of(task.effects, other.parameters(), steps + copy + 1)
         again = to_variables(other, start, run_motion(other, start, grid))
         for name, value in deviation(variables, again, {}).items():
             errors[name] = np.maximum(errors[name], SAFETY * value)

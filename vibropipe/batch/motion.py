@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.batch import linear
 from vibropipe.batch.free import contacts, positions
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.march import march
@@ -23,9 +25,10 @@ from vibropipe.kernels.record import (
 from vibropipe.kernels.state import REST, State, begin
 from vibropipe.physics.conservative import arc, is_free
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number
 from vibropipe.physics.flow import ORDER
+from vibropipe.physics.linear import keeps_off
 from vibropipe.status import Status
 from vibropipe.vocabulary import describe
 
@@ -49,6 +52,7 @@ def simulate(
     *,
     tau_start: float = 0.0,
     max_impacts: int = 10_000_000,
+    effects: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """The motion of eqs. (5), (6) from (x0, v0) at tau_start to tau_end.
 
@@ -57,17 +61,29 @@ def simulate(
     accuracy: error allowed, in place of method and steps_per_period, which are then chosen (`choose` in
     `vibropipe.batch.choice`); `<name>_error` stands beside every quantity, and attributes say what was reached.
     samples_per_period: samples of the motion per forcing period 2 pi / nu; 0 records none.
+    effects: any of damping, forcing, support_1, support_2, restitution, rest; the motion is marched by a
+    kernel without the others, compiled when it is first called for. All of them if left out.
 
     Returns a dataset (all non-dimensional): `displacement, velocity, force` over `tau` (from tau_start, the
     last sample exactly tau_end); `impact_tau, impact_support, impact_velocity` (before, signed),
     `impact_velocity_after` over `impact`; `rest_start, rest_end` (inf if not released before tau_end),
     `rest_support` over `rest`; `grazing_tau, grazing_support` over `grazing`; `displacement_end, velocity_end`
     (after an impact at tau_end itself); `status`: `short_flights` when Newmark flights were shorter than a
-    step, `max_impacts` when more contacts happen than allowed (then the motion is nan from there on).
-    Raises ParameterError for a value outside what is allowed.
+    step, `support_reached` when it reaches a support that `effects` leaves out, `max_impacts` when more
+    contacts happen than allowed (then the motion is nan from there on).
+    Raises ParameterError for a value outside what is allowed, or an effect left out that the parameters have.
     """
     x, v = exciter.check_start(x0, v0)
-    task = Task(tau_start, tau_end, x, v, samples_per_period, max_impacts)
+    _turns(exciter, tau_start, tau_end)
+    with_effects = asked_effects(
+        effects,
+        exciter.parameters()._asdict(),
+        x,
+        v,
+        tau_end - tau_start,
+        exact=method == "exact" and accuracy is None,
+    )
+    task = Task(tau_start, tau_end, x, v, samples_per_period, max_impacts, effects=with_effects)
     if accuracy is not None:
         from vibropipe.batch.accuracy import simulate_to_accuracy
 
@@ -77,7 +93,7 @@ def simulate(
             )
         return simulate_to_accuracy(exciter, task, accuracy)
     exact = method == "exact" and steps_per_period is None
-    grid = None if exact else _grid(exciter, method, steps_per_period)
+    grid = None if exact else _grid(exciter, with_effects, method, steps_per_period)
     return to_dataset(exciter, task, run_motion(exciter, task, grid))
 
 
@@ -95,6 +111,7 @@ class Task(NamedTuple):
     max_impacts: int = 10_000_000
     x_doubt: float = 0.0
     v_doubt: float = 0.0
+    effects: Effects = ALL_EFFECTS
 
 
 class Run(NamedTuple):
@@ -113,14 +130,35 @@ def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
     """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
     turns = _turns(exciter, task.tau_start, task.tau_end)
     _check_samples(task.samples_per_period)
-    p = exciter.parameters()
-    if grid is None and is_free(p, task.x, task.v):
-        return _free(exciter, task, _sample_times(turns, task.samples_per_period))
+    p, e = exciter.parameters(), task.effects
+    closed = has_closed_form(exciter, task) if grid is None else None
+    if closed is not None:
+        return closed(exciter, task, _sample_times(turns, task.samples_per_period))
     if grid is None:
-        grid = exact_grid(ALL_EFFECTS, p)
+        grid = exact_grid(e, p)
     samples = _samples(grid, turns, task.samples_per_period)
-    state = begin(ALL_EFFECTS, p, grid, turns[0], task.x, task.v)
-    return _march(p, grid, state, turns[1], samples, task.max_impacts)
+    state = begin(e, p, grid, turns[0], task.x, task.v)
+    return _march(e, p, grid, state, turns[1], samples, task.max_impacts)
+
+
+def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Run] | None:
+    """What solves a motion without a march: one that is conservative, or one that strikes nothing."""
+    p = exciter.parameters()
+    if task.effects.watched is None and is_free(p, task.x, task.v):
+        return _free
+    turn = task.tau_start * exciter.nu / (2 * math.pi) % 1.0
+    return _linear if keeps_off(p, task.x, task.v, turn) else None
+
+
+def _linear(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
+    """A motion that strikes nothing, in closed form; turns as for `_free`."""
+    start, end = _turns(exciter, task.tau_start, task.tau_end)
+    after = np.append(turns, end - start)
+    xs, vs = linear.positions(exciter.parameters(), task.x, task.v, start % 1.0, after)
+    if after[0] == 0.0:
+        xs[0], vs[0] = task.x, task.v
+    none, worked = _contacts(_take(new_log(1, 1)), 1.0), np.zeros(COUNTS, np.int64)
+    return Run(Status.OK, none, xs[:-1], vs[:-1], (float(xs[-1]), float(vs[-1])), worked)
 
 
 def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
@@ -151,7 +189,7 @@ def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, f
     return turns
 
 
-def _grid(exciter: Exciter, method: str, steps_per_period: int | None) -> Grid:
+def _grid(exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None) -> Grid:
     if method not in METHODS:
         raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
     if method == "exact":
@@ -160,8 +198,8 @@ def _grid(exciter: Exciter, method: str, steps_per_period: int | None) -> Grid:
                 f"steps_per_period = {steps_per_period!r}: allowed with method 'newmark' only; "
                 "the exact method has no step to choose"
             )
-        return exact_grid(ALL_EFFECTS, exciter.parameters())
-    return newmark_grid(ALL_EFFECTS, exciter.parameters(), check_steps(steps_per_period))
+        return exact_grid(effects, exciter.parameters())
+    return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
 
 
 def check_steps(steps_per_period: Any) -> int:
@@ -205,6 +243,7 @@ def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples
 
 
 def _march(
+    e: Effects,
     p: Parameters,
     grid: Grid,
     state: State,
@@ -220,7 +259,7 @@ def _march(
     events = 0
     while True:
         state, status = march(
-            ALL_EFFECTS,
+            e,
             p,
             grid,
             state,
@@ -300,7 +339,8 @@ def to_dataset(exciter: Exciter, task: Task, run: Run) -> xr.Dataset:
     }
     if "tau" in variables:
         coords["tau"] = variables.pop("tau")
-    return describe(xr.Dataset(variables, coords))
+    attrs = {"effects": ", ".join(names_of(task.effects))}
+    return describe(xr.Dataset(variables, coords, attrs))
 
 
 def to_variables(exciter: Exciter, task: Task, run: Run) -> dict[str, Any]:

@@ -87,16 +87,18 @@ def solve_rows(
     harmonics: int,
     outputs: tuple[str, ...],
     progress: Callable[[int], None] | None = None,
+    effects: Effects = ALL_EFFECTS,
 ) -> list[Rows]:
     """Results of parameters (rows, 7) from starts (rows, 2), in pieces of whole chains; bit for bit the same
-    for every number of threads. progress is told the number of rows done after each piece."""
+    for every number of threads. effects: what the kernel has, for all rows alike.
+    progress is told the number of rows done after each piece."""
     pieces = []
     rows_per_piece = max(1, ROWS_PER_CALL // chain_length) * chain_length
     for first in range(0, len(parameters), rows_per_piece):
         piece = slice(first, min(first + rows_per_piece, len(parameters)))
         out = new_rows(piece.stop - piece.start, harmonics, outputs)
         _drive(
-            ALL_EFFECTS,
+            effects,
             np.ascontiguousarray(parameters[piece]),
             np.ascontiguousarray(starts[piece]),
             chain_length,

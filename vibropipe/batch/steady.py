@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.batch.sweep import assemble, solve_shard
@@ -19,6 +20,7 @@ def steady_state(
     v0: float = 0.0,
     harmonics: int = 6,
     accuracy: float | None = None,
+    effects: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """The law of motion of eqs. (5), (6) that settles from (x0, v0) at tau = 0.
 
@@ -32,11 +34,11 @@ def steady_state(
     relative to the motion's size, energies per orbit. A motion without an orbit is labelled so, and its
     harmonics and impacts are means over `window_periods` forcing periods.
     accuracy: adds `error`, shared by all quantities (`vibropipe.batch.row_errors`); a larger one than that has
-    status `inaccurate`.
+    status `inaccurate`. effects: what the kernel has, as for `sweep`.
     Raises ParameterError for a start outside the supports or a value outside what is allowed.
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
     asked = (x0, v0, harmonics, None, OUTPUTS)
-    shard = solve_shard(exciter, over, 0, 1, *asked, accuracy=accuracy)
+    shard = solve_shard(exciter, over, 0, 1, *asked, accuracy=accuracy, effects=effects)
     return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")

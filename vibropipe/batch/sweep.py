@@ -13,6 +13,7 @@ from vibropipe.batch.choice import check_accuracy
 from vibropipe.batch.label import Variables, coordinates, label_rows
 from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
+from vibropipe.physics.effects import asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.vocabulary import describe
 
@@ -34,6 +35,7 @@ def sweep(
     follow: Follow = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     accuracy: float | None = None,
+    effects: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Steady states (see `steady_state`) over every combination of the values in `over`.
 
@@ -42,15 +44,19 @@ def sweep(
     seeded by their neighbour from below or above, and only the first starts from (x0, v0): hysteresis shows.
     outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
     accuracy: adds `error` of each row (`vibropipe.batch.row_errors`); rows beyond it have status `inaccurate`.
+    effects: any of damping, forcing, support_1, support_2, restitution, rest; rows are marched by a kernel
+    without the others, compiled when it is first called for. All of them if left out. A row that reaches a
+    support left out has status `support_reached`.
 
     Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
     flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
-    Raises ParameterError naming the parameter, its value and what is allowed.
+    Raises ParameterError naming the parameter, its value and what is allowed, or an effect left out that the
+    parameters have.
     """
     arrays = check_over(over)
     rows, _chain = count_rows(arrays, follow)
     asked = (x0, v0, harmonics, follow, outputs)
-    shard = solve_shard(exciter, arrays, 0, rows, *asked, accuracy=accuracy)
+    shard = solve_shard(exciter, arrays, 0, rows, *asked, accuracy=accuracy, effects=effects)
     return assemble([shard], exciter, arrays, follow)
 
 
@@ -115,6 +121,7 @@ def solve_shard(
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     progress: Callable[[int], None] | None = None,
     accuracy: float | None = None,
+    effects: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`).
 
@@ -134,12 +141,15 @@ def solve_shard(
         raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
     parameters = _parameters(exciter, arrays, follow, np.arange(row_start, row_stop))
     starts = _starts(exciter, arrays, parameters, x0, v0)
+    # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
+    grid = {**exciter.parameters()._asdict(), **arrays}
+    e = asked_effects(effects, grid, float(x0), float(v0), followed=follow is not None)
     # A chain followed downwards is solved from its upper end; its rows are put back in order afterwards.
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
 
     def solved(parameters: np.ndarray) -> Variables:
         chains = (parameters[order], starts[order], chain)
-        pieces = solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress)
+        pieces = solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress, e)
         parts, done = [], 0
         for piece in pieces:
             n = len(piece.regime)
@@ -149,6 +159,7 @@ def solve_shard(
 
     variables = solved(parameters)
     attrs: dict[str, Any] = {"row_start": row_start, "row_stop": row_stop}
+    attrs["effects"] = ", ".join(names_of(e))
     if accuracy is not None:
         asked_for = check_accuracy(accuracy)
         error = row_errors(parameters, variables, solved(nudged_rows(parameters)))
@@ -259,7 +270,7 @@ def assemble(
     }
     coords |= {name: (name, values) for name, values in arrays.items()}
     coords |= {str(name): ordered[0][name] for name in ordered[0].coords}
-    joined = describe(xr.Dataset(variables, coords))
+    joined = describe(xr.Dataset(variables, coords, {"effects": ordered[0].attrs["effects"]}))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"
     return joined

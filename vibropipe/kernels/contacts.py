@@ -16,8 +16,10 @@ from vibropipe.kernels.state import (
     State,
     departure,
     is_before,
+    looked_at,
     place,
     release_wait,
+    restitution_of,
 )
 from vibropipe.physics.contact import NEVER, frame, reset
 
@@ -31,18 +33,18 @@ def side_of(home, at_near):
 
 
 @jit
-def impact(p, grid, state, at_near, approach, theta, log):
+def impact(e, p, grid, state, at_near, approach, theta, log):
     """State after an impact with speed `approach` at `theta` of the state's step, by eq. (6)."""
     side = side_of(state.home, at_near)
     sign = 1.0 if side == 1 else -1.0
-    w = reset(p.R1 if side == 1 else p.R2, approach)
+    w = reset(restitution_of(e, p, side), approach)
     position = state.period + (state.step + theta) / grid.steps
     log_impact(log, position, side, sign * approach, -sign * (approach + w))
     return State(state.period, state.step, theta, side, 0.0, w, WITH_SPEED, 0.0)
 
 
 @jit
-def contact(p, grid, state, kind, at_near, c, theta, log):
+def contact(e, p, grid, state, kind, at_near, c, theta, log):
     """State after an impact or a graze at `theta` past the state."""
     at = state.theta + theta
     if kind == GRAZING:
@@ -52,7 +54,7 @@ def contact(p, grid, state, kind, at_near, c, theta, log):
     _y, rate = evaluate(grid, c, theta)
     if state.order != FLIGHT:
         log.counts[SHORT_FLIGHTS] += 1
-    return impact(p, grid, state, at_near, max(0.0, -rate if at_near else rate), at, log)
+    return impact(e, p, grid, state, at_near, max(0.0, -rate if at_near else rate), at, log)
 
 
 @jit
@@ -70,7 +72,7 @@ def settle(e, p, grid, state, end_period, end_step, end_theta, log):
         )
     start = period + (step + theta) / grid.steps
     if state.w > 0.0:
-        restitution = p.R1 if state.home == 1 else p.R2
+        restitution = restitution_of(e, p, state.home)
         tail = state.w * (1.0 + restitution) / (1.0 - restitution) if restitution < 1.0 else state.w
         sign = -1.0 if state.home == 1 else 1.0
         middle = state.period + (state.step + state.theta) / grid.steps + 0.5 * wait
@@ -103,10 +105,13 @@ def meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log):
         return state
     _sigma, _load, near, far = frame(p, state.home)
     at_near = state.w < 0.0
+    to_near, to_far = looked_at(e, state.home)
+    if not (to_near if at_near else to_far):
+        return state
     room = state.y - near if at_near else far - state.y
     # Rounding of a time counted in steps, beside that of a phase.
     instant = SAME_INSTANT + 2.0**-50 * (state.period * grid.steps + state.step)
     if not (room <= instant * abs(state.w) * grid.dt and state.w != 0.0):
         return state
-    after = impact(p, grid, state, at_near, abs(state.w), state.theta, log)
+    after = impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)
     return settle(e, p, grid, after, end_period, end_step, end_theta, log)

@@ -7,9 +7,18 @@ from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, force_part, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
 from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
-from vibropipe.kernels.state import FLIGHT, WITH_PULL, WITH_RATE, WITH_SPEED, State, departure
+from vibropipe.kernels.state import (
+    FLIGHT,
+    WITH_PULL,
+    WITH_RATE,
+    WITH_SPEED,
+    State,
+    departure,
+    looked_at,
+    restitution_of,
+)
 from vibropipe.physics.contact import force_at, frame
-from vibropipe.physics.flow import combine
+from vibropipe.physics.flow import combine, combine_unforced
 from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
@@ -22,7 +31,8 @@ SHORTEST_FLIGHT = 1e-4
 
 @jit
 def coast(e, p, grid, state, end_period, end_step, counts):
-    """Whole steps in flight while it is certified that neither support is reached in them."""
+    """Whole steps in flight while it is certified that no support is reached in them."""
+    to_near, to_far = looked_at(e, state.home)
     sigma, load, near, far = frame(p, state.home)
     period, step, y, w = state.period, state.step, state.y, state.w
     load1, load2 = grid.b1 * load, grid.b2 * load
@@ -34,7 +44,7 @@ def coast(e, p, grid, state, end_period, end_step, counts):
             part_y, part_w = force_part(grid, step)
             y1 += sigma * part_y
             w1 += sigma * part_w
-        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far):
+        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far, to_near, to_far):
             break
         y, w = y1, w1
         made += 1
@@ -53,32 +63,45 @@ def fill(e, p, grid, state, sigma, load, limit, c):
     if e.forcing is not None:
         s, s_rate = force_at(p, sigma, (state.step + state.theta) / grid.steps)
     if grid.exact is not None:
-        combine(grid.basis, c, state.y, state.w, load, s, s_rate)
+        if e.forcing is not None:
+            combine(grid.basis, c, state.y, state.w, load, s, s_rate)
+        else:
+            combine_unforced(grid.basis, c, state.y, state.w, load)
     else:
         end = s
         if e.forcing is not None:
             end, _rate = force_at(p, sigma, (state.step + limit) / grid.steps)
         span = (limit - state.theta) * grid.dt
-        quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
-    if state.order == WITH_RATE:
+        if e.damping is not None:
+            quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
+        else:
+            quadratic(c, state.y, state.w, s + load, end + load, None, span, grid.dt)
+    if e.rest is not None and state.order == WITH_RATE:
         c[2] = 0.0 if grid.exact is not None else c[2]
 
 
 @jit
-def first_contact(grid, state, load, near, far, c, y, span, counts):
+def first_contact(e, grid, state, load, near, far, c, y, span, counts):
     """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
+    to_near, to_far = looked_at(e, state.home)
     if state.order == FLIGHT:
-        theta = monotone_root(grid, c, 1.0, -near, state.y - near, y - near, span)
-        if theta >= 0.0:
-            return theta, CROSSING, True
-        theta = monotone_root(grid, c, -1.0, far, far - state.y, far - y, span)
-        if theta >= 0.0:
-            return theta, CROSSING, False
+        if to_near:
+            theta = monotone_root(grid, c, 1.0, -near, state.y - near, y - near, span)
+            if theta >= 0.0:
+                return theta, CROSSING, True
+        if to_far:
+            theta = monotone_root(grid, c, -1.0, far, far - state.y, far - y, span)
+            if theta >= 0.0:
+                return theta, CROSSING, False
     p = 0
     if state.order > FLIGHT:
         p = state.order if grid.exact is not None else min(state.order, 2)
     offset = -near if p == 0 else 0.0
-    theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
+    theta, kind = span, NONE
+    if to_near:
+        theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
+    if not to_far:
+        return theta, kind, True
     reach = theta if kind != NONE else span
     # numba compiles a literal zero to code of its own: the order of flight is the same number.
     other, other_kind = first_root(c, p - p, -1.0, far, load, reach, counts)
@@ -95,6 +118,8 @@ def step_by(e, p, grid, state, sigma, load, theta):
         turn = (state.step + state.theta) / grid.steps
         start, _rate = force_at(p, sigma, turn)
         end, _rate = force_at(p, sigma, turn + theta / grid.steps)
+    if e.damping is None:
+        return step(state.y, state.w, start + load, end + load, None, theta * grid.dt)
     return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)
 
 
@@ -162,14 +187,21 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
     log.counts[POLYNOMIALS] += 1
     at_step = state.period * grid.steps + state.step
     order = state.order
-    stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
+    stuck = False
+    if e.rest is not None:
+        stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
+    to_near, to_far = looked_at(e, state.home)
     kind, at_near, theta = NONE, True, limit - state.theta
     y, w = evaluate(grid, c, theta)
     if not stuck and not (
         order <= WITH_SPEED
-        and stays_between(grid, order, state.y, state.w, y, w, theta, load, near, far)
+        and stays_between(
+            grid, order, state.y, state.w, y, w, theta, load, near, far, to_near, to_far
+        )
     ):
-        theta, kind, at_near = first_contact(grid, state, load, near, far, c, y, theta, log.counts)
+        theta, kind, at_near = first_contact(
+            e, grid, state, load, near, far, c, y, theta, log.counts
+        )
     if kind == BOUND:
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
@@ -179,15 +211,14 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
         samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
     )
     if kind != NONE:
-        after = contact(p, grid, state, kind, at_near, c, theta, log)
+        after = contact(e, p, grid, state, kind, at_near, c, theta, log)
         if kind == GRAZING:
             return after, OK
-        if grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT:
-            restitution = p.R1 if after.home == 1 else p.R2
-            if restitution >= 1.0:
-                return State(
-                    state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
-                ), OK
+        hops = grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT
+        if hops and restitution_of(e, p, after.home) >= 1.0:
+            return State(
+                state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
+            ), OK
         return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
     log.counts[STEPS] += 1
     period, step, at = state.period, state.step, limit

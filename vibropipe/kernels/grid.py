@@ -28,10 +28,7 @@ class Grid(NamedTuple):
     y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
     margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
     force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step; table_p and
-    table_q hold p and q of every step, or nothing where a period has too many steps for a table.
-    basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
-    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step; table_p and
-    table_q hold p and q of every step, or nothing where a period has too many steps for a table.
+    table_q hold p and q of every step, or nothing where there is no force or a period has too many steps.
     basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
     """
 
@@ -132,8 +129,9 @@ def evaluate(grid, c, theta):
 
 
 @jit
-def stays_between(grid, departs, y, w, y1, w1, span, load, near, far):
-    """Certificate, from its two ends, that a motion over `span` of a step touches neither near nor far.
+def stays_between(grid, departs, y, w, y1, w1, span, load, near, far, to_near, to_far):
+    """Certificate, from its two ends, that a motion over `span` of a step touches neither near nor far, of
+    those that it can reach at all (to_near, to_far).
 
     It lies within a margin of the hull of its Bezier points: of the cubic through the ends (exact method), or
     of the quadratic it is (Newmark). departs: 0 in flight; 1 it leaves near = y = 0 with speed w, and then
@@ -147,10 +145,10 @@ def stays_between(grid, departs, y, w, y1, w1, span, load, near, far):
         share = span * grid.dt / 2.0
         margin = 0.0
     b1, b2 = y + share * w, y1 - share * w1
-    if not max(max(y, y1), max(b1, b2)) + margin < far:
+    if to_far and not max(max(y, y1), max(b1, b2)) + margin < far:
         return False
     if departs == 0:
-        return min(min(y, y1), min(b1, b2)) - margin > near
+        return not to_near or min(min(y, y1), min(b1, b2)) - margin > near
     return 3.0 * b1 > 16.0 * margin and b1 > 0.0 and b2 > 0.0 and y1 > 0.0
 
 

@@ -8,11 +8,12 @@ from vibropipe.jit import jit
 from vibropipe.kernels.contacts import meet_at_end, rest
 from vibropipe.kernels.flight import coast, fly
 from vibropipe.kernels.record import is_full
-from vibropipe.kernels.state import FLIGHT, REST, is_before
+from vibropipe.kernels.state import FLIGHT, REST, is_before, is_watched
 from vibropipe.status import Status
 
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
 NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
+SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
 
 
 @jit
@@ -21,7 +22,8 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
 
     log: contacts are appended; LOG_FULL with the state reached when it has no room for another;
     samples: Samples or None (then no code for them exists); c: work array of ORDER + 1.
-    At most max_events contacts and releases are made, then MAX_IMPACTS is returned. An impact at the end
+    At most max_events contacts and releases are made, then MAX_IMPACTS is returned; SUPPORT_REACHED where
+    the mass meets a support that is watched. An impact at the end
     itself, within rounding of time, is made: the state is the one after it.
     """
     events = 0
@@ -30,7 +32,9 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
             return state, NOT_FINITE
         if is_full(log):
             return state, LOG_FULL
-        if state.order == REST:
+        if is_watched(state.home, e.watched):
+            return state, SUPPORT_REACHED
+        if e.rest is not None and state.order == REST:
             state = rest(e, p, grid, state, end_period, end_step, end_theta, log, samples)
             events += 1
         else:
@@ -46,4 +50,7 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
             events += state.order != FLIGHT
         if events > max_events:
             return state, MAX_IMPACTS
-    return meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log), OK
+    state = meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log)
+    if is_watched(state.home, e.watched):
+        return state, SUPPORT_REACHED
+    return state, OK

@@ -7,7 +7,7 @@ import math
 from vibropipe.jit import jit
 from vibropipe.kernels.march import OK, march
 from vibropipe.kernels.record import GRAZINGS, IMPACTS, RESTS, TAILS
-from vibropipe.kernels.state import FLIGHT, REST, State
+from vibropipe.kernels.state import FLIGHT, REST, State, restitution_of
 from vibropipe.physics.contact import frame, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
@@ -78,7 +78,15 @@ def difference(p, after, before):
 
 
 @jit
-def derivative(p, log, start, end, m):
+def flow(e, p, t):
+    """Derivative of the flow between impacts over a time t."""
+    if e.damping is None:
+        return math.cos(t), math.sin(t), -math.sin(t), math.cos(t)
+    return free_flow(p.h, t)
+
+
+@jit
+def derivative(e, p, log, start, end, m):
     """Derivative (j11, j12, j21, j22) of the return map over m periods along a marched orbit.
 
     The product of free flows and saltation matrices over the logged impacts; zero after a rest, which
@@ -90,19 +98,24 @@ def derivative(p, log, start, end, m):
     j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0
     position = 0.0
     for i in range(min(log.counts[IMPACTS], log.position.size)):
-        e11, e12, e21, e22 = free_flow(p.h, (log.position[i] - position) * period)
+        e11, e12, e21, e22 = flow(e, p, (log.position[i] - position) * period)
         j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
         at_1 = log.support[i] == 1
         x = p.l + p.delta if at_1 else p.delta - p.l
         before = log.velocity[i]
-        force = p.f * sincos_turns(log.position[i])[0] - x
-        restitution = p.R1 if at_1 else p.R2
+        force = -x
+        if e.forcing is not None:
+            force = p.f * sincos_turns(log.position[i])[0] - x
+        restitution = restitution_of(e, p, log.support[i])
+        drag = 0.0
+        if e.damping is not None:
+            drag = p.h * before
         s11, s12, s21, s22 = saltation_matrix(
-            restitution, before, force - p.h * before, force + p.h * restitution * before
+            restitution, before, force - drag, force + restitution * drag
         )
         j11, j12, j21, j22 = product(s11, s12, s21, s22, j11, j12, j21, j22)
         position = log.position[i]
-    e11, e12, e21, e22 = free_flow(p.h, (m - position) * period)
+    e11, e12, e21, e22 = flow(e, p, (m - position) * period)
     return product(e11, e12, e21, e22, j11, j12, j21, j22)
 
 

@@ -80,7 +80,7 @@ def regime_of(impacts, rests) -> int:
 
 
 @jit_allocating
-def write_harmonics(p, settled, log, c, amplitudes, row) -> None:
+def write_harmonics(e, p, settled, log, c, amplitudes, row) -> None:
     """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
     if amplitudes is not None:
         m, end = settled.m, settled.end
@@ -88,7 +88,7 @@ def write_harmonics(p, settled, log, c, amplitudes, row) -> None:
         add_contacts(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
         if not close(p, m, float(m), amplitudes[row]):
             x, v = section(p, settled.state)
-            mend_resonance(p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
+            mend_resonance(e, p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
 
 
 @jit
@@ -100,12 +100,12 @@ def write_multipliers(first, second, multipliers, row) -> None:
 
 
 @jit_allocating
-def write_energy(p, settled, log, c, energy, row) -> None:
+def write_energy(e, p, settled, log, c, energy, row) -> None:
     """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
     if energy is not None:
         x, v = section(p, settled.state)
         none = np.zeros(0, np.complex128)
-        along_orbit(p, x, v, settled.end, log, settled.m, none, energy[row], c)
+        along_orbit(e, p, x, v, settled.end, log, settled.m, none, energy[row], c)
         for i in range(min(log.counts[IMPACTS], log.position.size)):
             before, impulse = log.velocity[i], log.impulse[i]
             side = abs(log.support[i]) - 1

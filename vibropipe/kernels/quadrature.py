@@ -10,6 +10,7 @@ from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
+from vibropipe.physics.contact import force_at
 from vibropipe.physics.flow import ORDER, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
@@ -18,7 +19,7 @@ NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
 @jit
-def _add_flight(p, x, v, start, end, m, out, energy, c):
+def _add_flight(e, p, x, v, start, end, m, out, energy, c):
     """Add the integrals over one flight from (x, v) at `start` to `end` (forcing periods); returns (x, v)."""
     if end <= start:
         return x, v
@@ -27,15 +28,19 @@ def _add_flight(p, x, v, start, end, m, out, energy, c):
     dt = (end - start) * period / pieces
     for piece in range(pieces):
         begin = start + (end - start) * piece / pieces
-        s, co = sincos_turns(begin)
-        taylor(c, x, v, p.f * s, p.f * co, 0.0, p.h, p.nu, dt)
+        force, force_rate = 0.0, 0.0
+        if e.forcing is not None:
+            force, force_rate = force_at(p, 1.0, begin)
+        taylor(c, x, v, force, force_rate, 0.0, p.h, p.nu, dt)
         for g in range(NODES.size):
             turn = begin + NODES[g] * dt / period
             at_x = displacement(c, ORDER, NODES[g])
             at_v = velocity(c, ORDER, NODES[g], dt)
             share = WEIGHTS[g] * dt / period
-            energy[0] += share * period * p.f * sincos_turns(turn)[0] * at_v
-            energy[1] += share * period * p.h * at_v * at_v
+            if e.forcing is not None:
+                energy[0] += share * period * p.f * sincos_turns(turn)[0] * at_v
+            if e.damping is not None:
+                energy[1] += share * period * p.h * at_v * at_v
             for k in range(out.size):
                 out[k] += share * at_x * turn_factor(k * turn / m)
         x, v = displacement(c, ORDER, 1.0), velocity(c, ORDER, 1.0, dt)
@@ -52,7 +57,7 @@ def _add_rest(x, start, end, m, out) -> None:
 
 
 @jit
-def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
+def along_orbit(e, p, x, v, end, log, m, out, energy, c) -> None:
     """Integrals over m periods of a logged motion from (x, v) at period 0 to the state `end`.
 
     out[k] += integral of x exp(-i k nu tau/m) over the orbit, in forcing periods; energy[0] += work of the
@@ -73,7 +78,7 @@ def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
         elif end.order == REST and r == rests:
             rest = max(0.0, end.rest_start)
         upto = min(min(impact, rest), float(m))
-        x, v = _add_flight(p, x, v, now, upto, m, out, energy, c)
+        x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
         now = upto
         if impact <= rest and impact < m:
             x = p.l + p.delta if abs(log.support[i]) == 1 else p.delta - p.l
@@ -86,10 +91,10 @@ def along_orbit(p, x, v, end, log, m, out, energy, c) -> None:
 
 
 @jit_allocating
-def mend_resonance(p, x, v, end, log, m, out, energy, c) -> None:
+def mend_resonance(e, p, x, v, end, log, m, out, energy, c) -> None:
     """Replace the harmonics that `harmonics.close` could not divide out by their quadrature."""
     direct = np.zeros(out.size, np.complex128)
-    along_orbit(p, x, v, end, log, m, direct, energy, c)
+    along_orbit(e, p, x, v, end, log, m, direct, energy, c)
     for k in range(out.size):
         if abs(admittance(p, k, m)) < RESONANT:
             out[k] = direct[k] / m

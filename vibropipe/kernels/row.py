@@ -52,8 +52,8 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
         out.regime[row] = regime_of(impacts, rests)
         out.period_multiple[row] = settled.m
         out.frequency[row] = p.nu / settled.m
-        write_harmonics(p, settled, log, c, out.amplitudes, row)
-        write_energy(p, settled, log, c, out.energy, row)
+        write_harmonics(e, p, settled, log, c, out.amplitudes, row)
+        write_energy(e, p, settled, log, c, out.energy, row)
         write_impacts(
             log, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support, row
         )
@@ -87,7 +87,7 @@ def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
     )  # fmt: skip
     if never_strikes(p, x, v):
         x, v = solve_linear(p, out, row)
-    elif is_free(p, x, v):
+    elif e.watched is None and is_free(p, x, v):
         x, v = solve_free(p, x, v, out, row)
     else:
         x, v = march_row(e, p, x, v, max_periods, log, c, out, row)

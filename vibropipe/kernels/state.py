@@ -59,11 +59,43 @@ def place(grid, period, step, theta, wait):
 
 
 @jit
+def restitution_of(e, p, home):
+    """Restitution of the support `home`; 1 where no support reached has less."""
+    restitution = 1.0
+    if e.restitution is not None:
+        restitution = p.R1 if home == 1 else p.R2
+    return restitution
+
+
+@jit
+def is_watched(home, watched) -> bool:
+    """Whether `home` is one of the supports left out (1, 2 or 3 for both; None for none of them)."""
+    if watched is None:
+        return False
+    return home & watched != 0
+
+
+@jit
+def looked_at(e, home):
+    """(near, far): whether a motion written from `home` can reach the support near and the one far of it.
+
+    From the equilibrium support 2 is near and support 1 far; a mass stands on no support that is out of reach.
+    """
+    near, far = True, True
+    if e.support_1 is None:
+        near, far = e.support_2 is not None, False
+    elif e.support_2 is None:
+        near, far = home != 0, home == 0
+    return near, far
+
+
+@jit
 def release_wait(e, p, home, turn):
     """Turns from `turn` until a mass resting on `home` is released; 0 at once, NEVER."""
     sigma, load, _near, _far = frame(p, home)
-    f = sigma * p.f if e.forcing is not None else 0.0
-    release = release_turn(f, load)
+    if e.forcing is None:
+        return 0.0 if load > 0.0 else NEVER
+    release = release_turn(sigma * p.f, load)
     if release < 0.0:
         return 0.0
     if release == NEVER:
@@ -77,19 +109,25 @@ def release_wait(e, p, home, turn):
 def departure(e, p, grid, home, w, turn):
     """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
     (the rest of a chatter, completed; 0 when it is at rest already)."""
+    if e.rest is None:
+        # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
+        return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
     sigma, load, _near, _far = frame(p, home)
     s, c = 0.0, 0.0
     if e.forcing is not None:
         s, c = force_at(p, sigma, turn)
-    push = s + load - p.h * w
+    push, rate, h = s + load, p.nu * c, 0.0
+    if e.damping is not None:
+        h = p.h
+        push -= h * w
+        rate -= h * push
     if w > 0.0:
         if push < 0.0:
-            restitution = p.R1 if home == 1 else p.R2
-            rate = p.nu * c - p.h * push - w
-            wait = chatter_duration(w, push, rate, restitution, p.h, p.nu)
+            restitution = restitution_of(e, p, home)
+            wait = chatter_duration(w, push, rate - w, restitution, h, p.nu)
             if wait < NEVER:
                 return REST, wait / (grid.steps * grid.dt)
-            if restitution >= 1.0 and p.h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
+            if restitution >= 1.0 and h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
                 return REST, 0.0
         return WITH_SPEED, 0.0
     if push > 0.0:

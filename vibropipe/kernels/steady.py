@@ -99,7 +99,7 @@ def close_orbit(e, p, grid, state, m, within, log, c):
             first_change = change
             if residual > within:
                 break
-        j11, j12, j21, j22 = derivative(p, log, z, end, m)
+        j11, j12, j21, j22 = derivative(e, p, log, z, end, m)
         same = (z.order == REST) == (end.order == REST)
         if same and (residual <= CLOSED or (residual >= best and residual <= 1e3 * CLOSED)):
             first, second = multipliers(j11, j12, j21, j22)

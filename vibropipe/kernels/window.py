@@ -35,9 +35,9 @@ def _add_to_window(p, log, state, amplitudes, row) -> None:
 
 
 @jit
-def _add_direct(p, start, end, log, direct, energy, c) -> None:
+def _add_direct(e, p, start, end, log, direct, energy, c) -> None:
     x, v = section(p, start)
-    along_orbit(p, x, v, end, log, 1, direct, energy, c)
+    along_orbit(e, p, x, v, end, log, 1, direct, energy, c)
 
 
 @jit
@@ -71,7 +71,7 @@ def measure_window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, l
         count_contacts(log, state, impacts, rests, largest)
         _add_to_window(p, log, state, amplitudes, row)
         if resonant:
-            _add_direct(p, start, state, log, direct, energy, c)
+            _add_direct(e, p, start, state, log, direct, energy, c)
     for side in range(2):
         impacts[side] /= WINDOW
         rests[side] /= WINDOW

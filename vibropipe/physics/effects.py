@@ -7,11 +7,24 @@ is cached on disk like any other signature.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.bounds import ROUNDING, largest_size
+from vibropipe.physics.exciter import ParameterError
+
+NAMES = ("damping", "forcing", "support_1", "support_2", "restitution", "rest")
 
 
 class Effects(NamedTuple):
-    """Presence of each physical effect: 1 or None."""
+    """Presence of each physical effect: 1 or None.
+
+    watched: supports that were left out though nothing proves them out of reach, 1, 2 or 3 for both; they
+    are marched as present, and the march stops where it meets one. None where there are none.
+    """
 
     damping: int | None = 1
     forcing: int | None = 1
@@ -19,6 +32,119 @@ class Effects(NamedTuple):
     support_2: int | None = 1
     restitution: int | None = 1
     rest: int | None = 1
+    watched: int | None = None
 
 
 ALL_EFFECTS = Effects()
+
+
+def names_of(effects: Effects) -> tuple[str, ...]:
+    """The names of the effects that are present, in the order of NAMES; watched supports are not."""
+    watched = effects.watched or 0
+    left_out = {name for bit, name in ((1, "support_1"), (2, "support_2")) if watched & bit}
+    return tuple(n for n in NAMES if getattr(effects, n) is not None and n not in left_out)
+
+
+def of_names(names: Iterable[str]) -> Effects:
+    """Effects by name; ParameterError for a name that is none of NAMES."""
+    chosen = set(names)
+    for name in chosen - set(NAMES):
+        raise ParameterError(f"effects: {name!r}: allowed are any of {', '.join(NAMES)}")
+    return Effects(*(1 if name in chosen else None for name in NAMES))
+
+
+def effects_of(
+    values: Mapping[str, Any],
+    x: float,
+    v: float,
+    span: float = math.inf,
+    *,
+    exact: bool = True,
+    followed: bool = False,
+    left_out: Sequence[str] = (),
+) -> Effects:
+    """What the exciters over the grid of `values` (parameter name -> its values) call for, from (x, v).
+
+    span: how long the motions last; exact: solved by the exact method (the bounds are not proven for
+    Newmark's, whose supports all count as reached); followed: rows start where their neighbours settled;
+    left_out: supports that a user leaves out: they are watched where nothing keeps the motion from them.
+
+    The union over all rows: damping where h > 0, forcing where f != 0, a support unless `largest_size`
+    keeps every motion from it, restitution where R < 1 on a support reached, rest where the force can
+    press the mass on a support reached, |f| >= its pull towards the equilibrium.
+    """
+    p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
+    size = largest_size(p, x, v, span, followed) if exact else math.inf
+    force = np.abs(p["f"]).max()
+    # Where the supports stand from the equilibrium, each at its nearest over the grid.
+    places = {
+        "support_1": p["l"].min() + p["delta"].min(),
+        "support_2": p["l"].min() - p["delta"].max(),
+    }
+    met = {name for name, place in places.items() if not size * (1 + ROUNDING) < place}
+    there = met - set(left_out)
+    lossy = {name for name, R in (("support_1", "R1"), ("support_2", "R2")) if (p[R] < 1).any()}
+    pressed = {name for name, place in places.items() if not force < place * (1 - ROUNDING)}
+    present = ((p["h"] > 0).any(), force > 0, *(name in met for name in places))
+    watched = sum(bit for bit, name in ((1, "support_1"), (2, "support_2")) if name in met - there)
+    called_for = (*present, there & lossy, there & pressed)
+    effects = Effects(*(1 if is_so else None for is_so in called_for))
+    return effects._replace(watched=watched or None)
+
+
+def asked_effects(
+    names: Sequence[str] | None, values: Mapping[str, Any], *at: Any, **how: Any
+) -> Effects:
+    """The effects to compute with where a user states `names` of a grid of `values` (and what else
+    `effects_of` takes); all effects where nothing is stated.
+
+    A support left out that may be reached is watched. Raises ParameterError where the parameters call for
+    another effect that was left out.
+    """
+    if names is None:
+        return ALL_EFFECTS
+    stated = of_names(names)
+    missing = contradiction(names, values, *at, **how)
+    if missing is not None:
+        raise ParameterError(f"effects = {', '.join(names)}: {missing[0]}; allowed is {missing[1]}")
+    derived = effects_of(values, *at, **how, left_out=absent_supports(names))
+    watched = derived.watched or 0
+    return stated._replace(
+        support_1=1 if watched & 1 else stated.support_1,
+        support_2=1 if watched & 2 else stated.support_2,
+        watched=derived.watched,
+    )
+
+
+def absent_supports(names: Sequence[str]) -> tuple[str, ...]:
+    """The supports that are not among the names."""
+    return tuple(name for name in ("support_1", "support_2") if name not in names)
+
+
+def contradiction(
+    names: Sequence[str], values: Mapping[str, Any], *at: Any, **how: Any
+) -> tuple[str, str] | None:
+    """(what was found, what is allowed) where `names` leave out an effect that the parameters call for."""
+    derived = effects_of(values, *at, **how, left_out=absent_supports(names))
+
+    def largest(*parameters: str) -> str:
+        sizes = {q: np.abs(np.asarray(values[q], float)) for q in parameters}
+        ends = {q: size.min() if q in ("R1", "R2") else size.max() for q, size in sizes.items()}
+        return ", ".join(f"{q} = {float(end)!r}" for q, end in ends.items())
+
+    told = {
+        "damping": (f"no damping, but {largest('h')}", "damping among them, or h = 0"),
+        "forcing": (f"no forcing, but {largest('f')}", "forcing among them, or f = 0"),
+        "restitution": (
+            f"no restitution, but {largest('R1', 'R2')}",
+            "restitution among them, or R = 1 on the supports that are",
+        ),
+        "rest": (
+            f"no rest, but a force of {largest('f')} that can press the mass on a support",
+            "rest among them, or |f| below l - |delta|",
+        ),
+    }
+    for name, words in told.items():
+        if getattr(derived, name) is not None and name not in names:
+            return words
+    return None

@@ -116,6 +116,13 @@ def combine(basis, c, y, w, load, s, s_rate) -> None:
         )
 
 
+@jit
+def combine_unforced(basis, c, y, w, load) -> None:
+    """The same without forcing."""
+    for n in range(ORDER + 1):
+        c[n] = y * basis[0, n] + w * basis[1, n] + load * basis[2, n]
+
+
 @jit_allocating
 def exact_map(basis, dt: float):
     """The exact one-step map: y' = a11 y + a12 w + b1 load + p1 s + p2 c, w' = a21 y + ... + q2 c.

@@ -14,8 +14,10 @@ def mean_acceleration(y, w, force_mean, h, dt):
     """Mean acceleration of a step of length dt from (y, w) under the mean of the forces at its two ends.
 
     Averaging y'' = force - h y' - y over the step, with y' and y at its end written by the mean
-    acceleration itself, leaves one linear equation for it.
+    acceleration itself, leaves one linear equation for it. h: None where there is no damping.
     """
+    if h is None:
+        return (force_mean - 0.5 * dt * w - y) / (1.0 + 0.25 * dt * dt)
     return (force_mean - (h + 0.5 * dt) * w - y) / (1.0 + 0.5 * h * dt + 0.25 * dt * dt)
 
 

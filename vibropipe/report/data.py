@@ -55,6 +55,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "description": paragraphs(study.description or ""),
         "free_law": any("velocity_over_l" in dataset for dataset in datasets.values()),
         "parameters": parameter_table(study, datasets).as_data(),
+        "effects": effects_table(study, datasets).as_data(),
         "figures": [figure_entry(name, study.scenes[name], datasets) for name in datasets],
         "steady": [table.as_data() for table in steady_tables(steady)],
         "asymmetry": asymmetry(steady),
@@ -121,6 +122,16 @@ def one_by_one(study: Study, datasets: Datasets) -> Iterator[tuple[str, xr.Datas
                 yield f"{breakable(name)}: {breakable(str(raced))}", dataset.sel(motion=raced)
         else:
             yield f"{breakable(name)}: {kind_words(study.scenes[name].kind, dataset)}", dataset
+
+
+def effects_table(study: Study, datasets: Datasets) -> Table:
+    """Return one row per scene: the effects its kernels had, and the outputs that were asked."""
+    rows = []
+    for name, dataset in datasets.items():
+        outputs = getattr(study.scenes[name], "outputs", None) or [DASH]
+        effects = str(dataset.attrs.get("effects", DASH)) or "none"
+        rows.append([breakable(name), breakable(effects), ", ".join(outputs)])
+    return Table(["scene", "effects", "outputs"], rows)
 
 
 def kind_words(kind: str, dataset: xr.Dataset) -> str:

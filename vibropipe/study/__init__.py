@@ -6,6 +6,7 @@ every fault is told at once in a `StudyError`. `fingerprint` names what a scene'
 
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effects import grounds, scene_effects
 from vibropipe.study.identity import canonical_text, data_keys, fingerprint
 from vibropipe.study.loading import (
     Config,
@@ -42,11 +43,13 @@ __all__ = [
     "canonical_text",
     "data_keys",
     "fingerprint",
+    "grounds",
     "json_schema",
     "load_config",
     "load_studies",
     "load_study",
     "parse_config",
     "parse_study",
+    "scene_effects",
     "table_of_keys",
 ]

@@ -14,6 +14,7 @@ from typing import Any
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
 from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effects import check_effects
 from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid
 from vibropipe.study.models import (
     BackboneScene,
@@ -199,6 +200,11 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
         yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", allowed)
 
 
+def _effects(scene: MotionScene | SweepScene) -> Iterator[Problem]:
+    if has_l(scene):
+        yield from check_effects(scene)
+
+
 def _backbone_form(scene: BackboneScene) -> Iterator[Problem]:
     """See that delta_over_l and tau_bar are there, or amplitude, and no key of the other form."""
     given = scene.model_fields_set
@@ -269,6 +275,7 @@ _SUPPORTS: tuple[Path, ...] = (
     ("over", "l"),
     ("over", "delta"),
 )
+_CALLING: tuple[Path, ...] = (("start",), ("solver",), ("effects",))
 _GRIDS: tuple[Path, ...] = tuple((name,) for name in BackboneScene.GRIDS)
 
 # kind of scene, the keys that the check reads, the check
@@ -287,6 +294,8 @@ CHECKS: tuple[tuple[type[BaseScene], tuple[Path, ...], Check], ...] = (
         _length,
     ),
     (AccuracyScene, (*_EXCITER, ("motions",)), raced_problems),
+    (MotionScene, (*_EXCITER, *_CALLING, ("tau_end",), ("settle_periods",)), _effects),
+    (SweepScene, (*_EXCITER, *_CALLING, ("over",), ("follow",)), _effects),
     (BackboneScene, (*_GRIDS, ("check_points",), ("harmonics",)), _backbone_form),
     (BackboneScene, (), _backbone_ranges),
     (BackboneScene, (("amplitude",),), _backbone_exciter),

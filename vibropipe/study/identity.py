@@ -29,6 +29,8 @@ def data_keys(scene: BaseScene) -> dict[str, Any]:
     keys = {name: value for name, value in keys.items() if name not in _NO_DATA}
     if "outputs" in keys:
         keys["outputs"] = sorted(keys["outputs"])
+    if keys.get("effects") is not None:
+        keys["effects"] = sorted(keys["effects"])
     exciter = scene.resolved_exciter()
     if isinstance(scene, SweepScene):
         exciter = {name: value for name, value in exciter.items() if name not in scene.over}

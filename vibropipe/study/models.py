@@ -19,6 +19,10 @@ from vibropipe.study.parts import ExciterKeys, Follow, ParameterName, Solver, St
 from vibropipe.study.problems import Problem, StudyError, did_you_mean
 from vibropipe.study.values import Name, Within, Written
 
+Effect = Literal["damping", "forcing", "support_1", "support_2", "restitution", "rest"]
+StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), Written]
+EFFECTS_WORDS = "Physics to compute with, nothing else; left out, what the scene calls for."
+
 
 class MotionScene(BaseScene):
     """One motion from a given start."""
@@ -41,6 +45,8 @@ class MotionScene(BaseScene):
     outputs: Outputs = Field(
         default=["motion", "impacts"], description="What is computed and stored, nothing else."
     )
+
+    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
 
     def tau_span(self) -> tuple[float, float]:
         """Return tau at the beginning and at the end of the record."""
@@ -69,6 +75,7 @@ class SweepScene(BaseScene):
     solver: Solver = Field(
         default_factory=Solver, description="Exact, or an accuracy, which exact meets."
     )
+    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): grid for name, grid in self.over.items()}

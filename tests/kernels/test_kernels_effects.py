@@ -1,0 +1,131 @@
+"""Kernels without an absent effect give what the full ones give, and hold no code for it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.physics.effects import NAMES
+
+# name of what is absent: parameters, start (x0, v0) and the effects that are left
+FORCED = {"l": 0.5, "nu": 1.1, "f": 0.45, "h": 0.1, "delta": 0.01, "R1": 0.6, "R2": 0.8}
+FREE = {**FORCED, "f": 0.0}
+CASES: dict[str, tuple[dict[str, float], tuple[float, float], tuple[str, ...]]] = {
+    "forcing": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution", "rest")),
+    "forcing and rest": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution")),
+    "damping": ({**FORCED, "h": 0.0}, (0.0, 0.3), tuple(set(NAMES) - {"damping"})),
+    "restitution": (
+        {**FORCED, "R1": 1.0, "R2": 1.0},
+        (0.0, 0.5),
+        tuple(set(NAMES) - {"restitution"}),
+    ),
+    "rest": (FORCED, (0.0, 0.5), tuple(set(NAMES) - {"rest"})),
+    "support 1": (
+        {**FORCED, "l": 60.0, "delta": 59.8},
+        (0.0, 1.0),
+        tuple(set(NAMES) - {"support_1"}),
+    ),
+    "support 2": (
+        {**FORCED, "l": 60.0, "delta": -59.8},
+        (0.0, 1.0),
+        tuple(set(NAMES) - {"support_2"}),
+    ),
+}
+QUANTITIES = (
+    "displacement", "velocity", "displacement_end", "velocity_end", "impact_tau", "impact_support",
+    "impact_velocity", "impact_velocity_after", "rest_start", "rest_end", "rest_support", "status",
+)  # fmt: skip
+METHODS: list[dict[str, Any]] = [{}, {"method": "newmark", "steps_per_period": 40}]
+
+
+def motions(absent: str, method: dict[str, Any], samples: int = 16) -> tuple[Any, Any]:
+    """The same motion by the full kernel, the effect present but null, and by the one without it."""
+    parameters, (x0, v0), effects = CASES[absent]
+    exciter = vp.Exciter(**parameters)
+    asked = {"tau_end": 20.0, "x0": x0, "v0": v0, "samples_per_period": samples, **method}
+    return vp.simulate(exciter, **asked), vp.simulate(exciter, effects=effects, **asked)
+
+
+def compare_all() -> None:
+    """Every case by both methods, to the last bit: without the compiler nothing is fused."""
+    for absent in CASES:
+        for method in METHODS:
+            if method and absent.startswith("support"):
+                continue  # watched, not left out
+            full, without = motions(absent, method, samples=4)
+            assert full.impact_tau.size > 2, absent
+            for name in QUANTITIES:
+                assert np.array_equal(full[name].values, without[name].values), (absent, name)
+
+
+def run(code: str, **environment: str) -> str:
+    """What a fresh process prints."""
+    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_null_effects_change_no_bit_of_the_formulas() -> None:
+    code = "import test_kernels_effects; test_kernels_effects.compare_all(); print('same')"
+    assert run(code, NUMBA_DISABLE_JIT="1") == "same\n"
+
+
+@pytest.mark.parametrize("absent", ["forcing and rest", "support 1", "support 2"])
+def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
+    """Compilers fuse products and sums differently where there are fewer of them."""
+    full, without = motions(absent, {}, samples=0)
+    assert full.impact_tau.size > 2
+    for name in ("impact_support", "rest_support", "status"):
+        np.testing.assert_array_equal(full[name].values, without[name].values)
+    for name in ("impact_tau", "impact_velocity", "displacement_end", "velocity_end"):
+        np.testing.assert_allclose(without[name], full[name], rtol=0, atol=2e-13, err_msg=name)
+
+
+SINE = """
+import re
+import numpy as np
+from vibropipe.kernels.grid import exact_grid
+from vibropipe.kernels.flight import coast, fill
+from vibropipe.kernels.record import new_log
+from vibropipe.kernels.march import march
+from vibropipe.kernels.state import begin, departure
+from vibropipe.physics.effects import ALL_EFFECTS, of_names
+from vibropipe.physics.exciter import Exciter
+
+def code_of(kernel, e, f, *arguments):
+    p = Exciter(l=0.5, f=f, h=0.1, R1=0.5, R2=0.5).parameters()
+    grid = exact_grid(e, p)
+    state = begin(e, p, grid, 0.0, 0.1, 2.0)
+    kernel(e, p, grid, *(state if isinstance(a, str) else a for a in arguments))
+    signature = kernel.signatures[-1]
+    text = kernel.inspect_llvm(signature) + kernel.inspect_asm(signature)
+    # a coefficient of the polynomial that is the sine, as LLVM and as the assembler writes it
+    bits = np.float64(1.58969099521155010221e-10).view(np.uint64)
+    marks = (f"{bits:016x}", f"{bits:016X}", str(int(bits)))
+    sine = re.compile(r"call.*(sincos_turns|\\b(sin|cos|sincos)\\b)")
+    return any(map(sine.search, text.splitlines())) or any(mark in text for mark in marks)
+
+unforced = of_names(["damping", "support_1", "support_2", "restitution", "rest"])
+end = (2, 0, 0.0, new_log(64, 64), None, np.empty(19), 100)
+print(code_of(march, unforced, 0.0, "state", *end))
+print(code_of(departure, ALL_EFFECTS, 1.0, 1, 0.5, 0.1))
+"""
+
+
+def test_an_unforced_kernel_holds_no_sine(tmp_path: Path) -> None:
+    """Neither a call of it nor its polynomial, in the code of the whole march; the forced one does."""
+    assert run(SINE, VIBROPIPE_CACHE_DIR=str(tmp_path)).split() == ["False", "True"]

@@ -1,0 +1,153 @@
+"""What a set of parameters calls for, and the bounds that prove a support out of reach."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import vibropipe as vp
+from vibropipe.physics.bounds import largest_size, linear_size, ultimate_size
+from vibropipe.physics.effects import (
+    ALL_EFFECTS,
+    NAMES,
+    asked_effects,
+    contradiction,
+    effects_of,
+    names_of,
+    of_names,
+)
+
+FORCED = {"nu": 1.0, "f": -1.0, "h": 0.2, "l": 0.5, "delta": 0.0, "R1": 0.7, "R2": 0.7}
+FAR_2 = {"l": 100.0, "delta": -99.5}  # support 1 at 0.5, support 2 at -199.5
+FAR_1 = {"l": 100.0, "delta": 99.5}
+
+
+@pytest.mark.parametrize(
+    ("changed", "start", "called_for"),
+    [
+        ({}, (0.0, 0.0), set(NAMES)),
+        ({"h": 0.0}, (0.0, 0.0), set(NAMES) - {"damping"}),
+        ({"f": 0.0}, (0.0, 0.6), {"damping", "support_1", "support_2", "restitution"}),
+        ({"f": 0.0}, (0.0, 0.4), {"damping"}),
+        ({"f": 0.0, "delta": 0.5}, (0.2, 0.6), {"damping", "support_2", "restitution", "rest"}),
+        ({"f": 0.4}, (0.0, 0.6), set(NAMES) - {"rest"}),
+        ({"R1": 1.0, "R2": 1.0}, (0.0, 0.0), set(NAMES) - {"restitution"}),
+        ({"f": 0.01}, (0.0, 0.0), {"damping", "forcing"}),
+        ({**FAR_2, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_1", "restitution"}),
+        ({**FAR_1, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_2", "restitution"}),
+        # a support out of reach has no say
+        (
+            {**FAR_2, "f": 0.3, "R1": 1.0, "R2": 0.5},
+            (0.0, 0.0),
+            {"damping", "forcing", "support_1"},
+        ),
+        ({**FAR_2, "h": 0.0}, (0.0, 0.0), set(NAMES) - {"damping"}),
+    ],
+)
+def test_effects_follow_from_parameters_and_start(
+    changed: dict[str, float], start: tuple[float, float], called_for: set[str]
+) -> None:
+    assert set(names_of(effects_of({**FORCED, **changed}, *start))) == called_for
+
+
+def test_a_short_motion_can_not_come_far() -> None:
+    free = {**FORCED, "h": 0.0, "f": 0.1}
+    assert names_of(effects_of(free, 0.0, 0.0, 4.9)) == ("forcing",)
+    assert "support_1" in names_of(effects_of(free, 0.0, 0.0, 5.1))
+    # the bound is not proven for Newmark's method
+    assert "support_1" in names_of(effects_of(free, 0.0, 0.0, 4.9, exact=False))
+
+
+def test_a_grid_calls_for_what_any_of_its_rows_calls_for() -> None:
+    grid = {**FORCED, "f": [0.0, 0.1], "h": [0.0, 0.3], "R2": [0.5, 1.0]}
+    assert set(names_of(effects_of(grid, 0.0, 0.4))) == set(NAMES) - {"rest"}
+    # resonance lies inside the range, not at its ends
+    nu = np.linspace(0.5, 1.5, 101)
+    off = {**FORCED, "f": 0.06, "nu": [0.5, 1.5]}
+    assert "support_1" not in names_of(effects_of(off, 0.0, 0.0))
+    assert "support_1" in names_of(effects_of({**off, "nu": nu, "h": 0.05}, 0.0, 0.0))
+
+
+def test_rows_that_follow_each_other_start_anywhere() -> None:
+    weak = {**FORCED, "f": 0.01}
+    assert "support_1" not in names_of(effects_of(weak, 0.0, 0.0))
+    assert "support_1" in names_of(effects_of(weak, 0.0, 0.0, followed=True))
+
+
+def test_all_effects_where_nothing_is_stated() -> None:
+    assert asked_effects(None, FORCED, 0.0, 0.0) == ALL_EFFECTS
+    assert names_of(ALL_EFFECTS) == NAMES
+    assert of_names(NAMES) == ALL_EFFECTS
+
+
+@pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
+def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
+    names = [other for other in NAMES if other != name]
+    found, allowed = contradiction(names, FORCED, 0.0, 0.0) or ("", "")
+    assert name in found
+    assert name in allowed
+    with pytest.raises(vp.ParameterError, match=f"no {name}.*allowed is {name} among them"):
+        asked_effects(names, FORCED, 0.0, 0.0)
+
+
+def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
+    names = [name for name in NAMES if name != "support_2"]
+    watched = asked_effects(names, FORCED, 0.0, 0.0)
+    assert watched == ALL_EFFECTS._replace(watched=2)
+    assert "support_2" not in names_of(watched)
+    proven = asked_effects(names, {**FORCED, **FAR_2}, 0.0, 0.0)
+    assert proven == ALL_EFFECTS._replace(support_2=None)
+
+
+def test_more_than_is_called_for_may_be_stated() -> None:
+    assert asked_effects(NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
+
+
+def test_an_unknown_effect_is_named() -> None:
+    with pytest.raises(vp.ParameterError, match=r"'friction'.*damping, forcing"):
+        of_names(["friction"])
+
+
+# -- the bounds --------------------------------------------------------------------------------
+
+
+def log(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+@settings(max_examples=100)
+@given(
+    nu=log(-1, 1),
+    h=log(-1.5, 1.5),
+    f=log(-1, 1),
+    l=log(-1, 1),
+    offset=st.floats(-1, 1),
+    R=st.floats(0, 1),
+    v=st.floats(-2, 2),
+)
+@example(nu=1.0, h=2.0, f=1.0, l=0.5, offset=0.0, R=1.0, v=0.0)
+@example(nu=1.0, h=0.05, f=1.0, l=5.0, offset=-0.9, R=1.0, v=0.5)
+def test_no_motion_leaves_its_bounds(**drawn: Any) -> None:
+    f, half = drawn["f"], drawn["l"]
+    shape = {"nu": drawn["nu"], "f": f, "h": drawn["h"], "l": half}
+    shape["delta"] = drawn["offset"] * half
+    exciter = vp.Exciter(**shape, R1=drawn["R"], R2=drawn["R"])
+    x0 = exciter.delta
+    motion = vp.simulate(exciter, tau_end=20.0, x0=x0, v0=drawn["v"], samples_per_period=64)
+    size = np.hypot(motion.displacement, motion.velocity)
+    start = math.hypot(x0, drawn["v"])
+    assert (size <= (start + f * motion.tau) * (1 + 1e-12)).all()
+    assert size.max() <= ultimate_size(drawn["h"], f, start)
+    if motion.impact_tau.size == 0 and motion.rest_start.size == 0:
+        assert size.max() <= linear_size(drawn["nu"], drawn["h"], f, start)
+    grid = {name: np.atleast_1d(value) for name, value in exciter.parameters()._asdict().items()}
+    assert size.max() <= largest_size(grid, x0, drawn["v"], 20.0, False)
+
+
+def test_the_linear_bound_is_infinite_at_resonance() -> None:
+    assert linear_size([0.5, 1.0], 0.0, 0.1, 0.0).tolist() == [pytest.approx(4 / 15), math.inf]

@@ -1,0 +1,109 @@
+"""`effects` of a scene: stated, refused, or derived from what the scene says."""
+
+import pytest
+from study_texts import scene_faults, study_of
+
+from vibropipe.listing import plan_text
+from vibropipe.study import fingerprint, scene_effects
+
+FORCED = "{l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}"
+ALL = "damping, forcing, support_1, support_2, restitution, rest"
+
+
+def effects_in(scene, folder, exciter=FORCED):
+    study = study_of(f"title: T\nexciter: {exciter}\nscenes:\n  s: {scene}\n", folder)
+    return set(scene_effects(study.scene("s")))
+
+
+@pytest.mark.parametrize(
+    ("scene", "called_for"),
+    [
+        ("{kind: motion}", set(ALL.split(", "))),
+        ("{kind: motion, exciter: {f: 0}, start: {v0: 0.4}}", {"damping"}),
+        ("{kind: motion, exciter: {f: 0.02}}", {"damping", "forcing"}),
+        ("{kind: sweep, over: {f: [0.01, 0.02]}}", {"damping", "forcing"}),
+        ("{kind: backbone, amplitude: [0.1, 1]}", {"support_1", "support_2"}),
+        # by its own length a motion stays off; the steady state that is asked too does not
+        (
+            "{kind: motion, exciter: {f: 0.1, h: 0, R1: 1, R2: 1}, tau_end: 4}",
+            {"forcing"},
+        ),
+        (
+            "{kind: motion, exciter: {f: 0.1, h: 0, R1: 1, R2: 1}, tau_end: 4, outputs: [energy]}",
+            {"forcing", "support_1", "support_2"},
+        ),
+        # bounds are proven for the exact motion
+        (
+            "{kind: motion, exciter: {f: 0}, solver: {method: newmark, steps_per_period: 99}}",
+            {"damping", "support_1", "support_2", "restitution"},
+        ),
+    ],
+)
+def test_what_a_scene_calls_for(scene, called_for, tmp_path):
+    exciter = "{l: 0.5}" if "backbone" in scene else FORCED
+    assert effects_in(scene, tmp_path, exciter) == called_for
+
+
+def test_stated_effects_stand(tmp_path):
+    assert effects_in(f"{{kind: motion, exciter: {{f: 0}}, effects: [{ALL}]}}", tmp_path) == set(
+        ALL.split(", ")
+    )
+
+
+@pytest.mark.parametrize(
+    ("left_out", "found"),
+    [
+        ("damping", "found no damping, but h = 0.2, allowed damping among them, or h = 0"),
+        ("forcing", "found no forcing, but f = 1.0, allowed forcing among them, or f = 0"),
+        ("restitution", "found no restitution, but R1 = 0.7, R2 = 0.7, allowed restitution"),
+        ("rest", "found no rest, but a force of f = 1.0 that can press the mass on a support"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["motion", "sweep, over: {nu: [1, 2]}"])
+def test_a_contradiction_is_told_at_the_start(kind, left_out, found, tmp_path):
+    names = [name for name in ALL.split(", ") if name != left_out]
+    scene = f"{{kind: {kind}, effects: [{', '.join(names)}]}}"
+    (told,) = scene_faults(scene, tmp_path, FORCED)
+    assert told.startswith(f"scenes.s.effects: {found}")
+
+
+def test_the_restitution_of_a_support_left_out_is_a_contradiction(tmp_path):
+    names = ALL.replace("support_1, ", "")
+    scene = f"{{kind: motion, exciter: {{R1: 0.5}}, effects: [{names}]}}"
+    assert scene_faults(scene, tmp_path, FORCED) == [
+        "scenes.s.exciter.R1: found 0.5, allowed it with support_1 among the effects only"
+    ]
+    # inherited from the study it says nothing of this scene
+    assert "support_1" not in effects_in(f"{{kind: motion, effects: [{names}]}}", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("effects", "found"),
+    [
+        ("[damping, dampin]", "did you mean 'damping'?"),
+        ("[damping, damping]", "allowed each name once"),
+        ("damping", "allowed a list of damping, forcing"),
+        ("", "found nothing"),
+    ],
+)
+def test_bad_lists_are_refused(effects, found, tmp_path):
+    told = scene_faults(f"{{kind: motion, effects: {effects}}}", tmp_path, FORCED)
+    assert any(found in line for line in told), told
+
+
+def test_the_plan_lists_effects(tmp_path):
+    text = f"title: T\nexciter: {FORCED}\nscenes:\n  s: {{kind: motion}}\n"
+    text += "  t: {kind: motion, exciter: {f: 0.02}}\n"
+    head, first, second = plan_text(study_of(text, tmp_path)).splitlines()[1:4]
+    place = head.index("effects")
+    assert first[place:].startswith("all ")
+    assert second[place:].startswith("damping forcing ")
+
+
+def test_the_order_of_effects_changes_no_fingerprint(tmp_path):
+    texts = [
+        f"title: T\nexciter: {FORCED}\nscenes:\n  s: {{kind: motion, effects: [{names}]}}\n"
+        for names in (ALL, ", ".join(reversed(ALL.split(", "))))
+    ]
+    one, two = (fingerprint(study_of(text, tmp_path), "s") for text in texts)
+    assert one == two

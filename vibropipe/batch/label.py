@@ -29,17 +29,17 @@ def label_rows(rows: Rows, nu: np.ndarray) -> Variables:
         "velocity_strobe": (("row",), rows.section[:, 1]),
         "window_periods": (("row",), rows.window),
     }
-    if rows.amplitudes is not None:
+    if rows.amplitudes.size > 0:
         variables |= _harmonics(rows.amplitudes, base)
-    if rows.multipliers is not None:
+    if rows.multipliers.size > 0:
         radius = np.abs(rows.multipliers).max(axis=1)
         variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
         variables["stable"] = (("row",), (radius < 1).astype(np.int8))
-    if rows.impact_count is not None:
+    if rows.impact_count.size > 0:
         variables |= _impacts(rows)
-    if rows.energy is not None:
+    if rows.energy.size > 0:
         variables |= _energy(rows.energy)
-    if rows.motion is not None:
+    if rows.motion.size > 0:
         variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
         variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
     return variables
@@ -60,11 +60,6 @@ def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
 
 def _impacts(rows: Rows) -> Variables:
     position = rows.impact_position
-    assert position is not None
-    assert rows.impact_velocity is not None
-    assert rows.impact_support is not None
-    assert rows.impact_count is not None
-    assert rows.largest is not None
     whole = np.floor(position)
     return {
         "row_size": (("row",), rows.impact_count),

@@ -10,7 +10,7 @@ from numba import prange
 from vibropipe.jit import jit_parallel
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
-from vibropipe.kernels.row import solve_row
+from vibropipe.kernels.row import sample_row, solve_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.flow import ORDER
 
@@ -28,9 +28,10 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
     """Empty results of n rows; arrays only for the outputs named."""
     asked = {name: name in outputs for name in OUTPUTS}
 
-    def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray | None:
-        return np.zeros((n, *shape), kind) if when is None or asked[when] else None
+    def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray:
+        return np.zeros((n if when is None or asked[when] else 0, *shape), kind)
 
+    listed = n if asked["impacts"] else 0
     return Rows(
         regime=np.zeros(n, np.int8),
         frequency=np.zeros(n),
@@ -45,9 +46,9 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
         amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
         multipliers=zeros(2, kind=complex, when="stability"),
         impact_count=zeros(kind=np.int64, when="impacts"),
-        impact_position=np.empty((n, LOG_ROOM)) if asked["impacts"] else None,
-        impact_velocity=np.empty((n, LOG_ROOM)) if asked["impacts"] else None,
-        impact_support=np.empty((n, LOG_ROOM), np.int8) if asked["impacts"] else None,
+        impact_position=np.empty((listed, LOG_ROOM)),
+        impact_velocity=np.empty((listed, LOG_ROOM)),
+        impact_support=np.empty((listed, LOG_ROOM), np.int8),
         largest=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
@@ -79,6 +80,24 @@ def _drive(
                 x, v = solve_row(e, parameters[row], x, v, max_periods, log, c, out, row)
 
 
+@jit_parallel
+def _sample(
+    e: Effects,
+    parameters: np.ndarray,
+    section: np.ndarray,
+    multiple: np.ndarray,
+    motion: np.ndarray,
+) -> None:
+    """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
+    for row in prange(parameters.shape[0]):
+        if multiple[row] > 0:
+            log = new_log(LOG_ROOM, REST_ROOM)
+            x, v = section[row, 0], section[row, 1]
+            sample_row(
+                e, parameters[row], x, v, multiple[row], log, np.empty(ORDER + 1), motion, row
+            )
+
+
 def solve_rows(
     parameters: np.ndarray,
     starts: np.ndarray,
@@ -105,6 +124,12 @@ def solve_rows(
             max_periods,
             out,
         )
+        if "motion" in outputs:
+            # Rows in closed form were never marched and have their samples already.
+            marched = np.where(out.settled_after > 0, out.period_multiple, 0)
+            _sample(
+                effects, np.ascontiguousarray(parameters[piece]), out.section, marched, out.motion
+            )
         pieces.append(_compact(out))
         if progress is not None:
             progress(piece.stop)
@@ -113,11 +138,8 @@ def solve_rows(
 
 def _compact(out: Rows) -> Rows:
     """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
-    if out.impact_count is None:
+    if out.impact_count.size == 0:
         return out
-    assert out.impact_position is not None
-    assert out.impact_velocity is not None
-    assert out.impact_support is not None
     widest = int(out.impact_count.max())
     kept = np.arange(widest)[None, :] < out.impact_count[:, None]
     return out._replace(

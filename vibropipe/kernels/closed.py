@@ -26,14 +26,14 @@ def _write_label(out, row, regime, m) -> None:
 
 @jit
 def _linear_amplitudes(x, amplitudes, row) -> None:
-    if amplitudes is not None and amplitudes.shape[1] > 1:
+    if amplitudes.size > 0 and amplitudes.shape[1] > 1:
         amplitudes[row, 1] = x
 
 
 @jit
 def _linear_energy(p, x, energy, row) -> None:
     """Work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
-    if energy is not None:
+    if energy.size > 0:
         half_period = math.pi / p.nu
         energy[row, 0] = -2.0 * p.nu * x.real * p.f * half_period
         energy[row, 1] = p.h * (2.0 * p.nu * abs(x)) ** 2 * half_period
@@ -41,7 +41,7 @@ def _linear_energy(p, x, energy, row) -> None:
 
 @jit
 def _linear_motion(p, x, motion, row) -> None:
-    if motion is not None:
+    if motion.size > 0:
         for i in range(motion.shape[2]):
             turned = 2.0 * x * turn_factor(-i / motion.shape[2])
             motion[row, 0, i] = turned.real
@@ -66,14 +66,14 @@ def solve_linear(p, out, row):
 
 @jit
 def _free_amplitudes(a, amplitudes, row) -> None:
-    if amplitudes is not None:
+    if amplitudes.size > 0:
         for k in range(amplitudes.shape[1]):
             amplitudes[row, k] = arc_harmonic(a, k)
 
 
 @jit
 def _free_motion(a, motion, row) -> None:
-    if motion is not None:
+    if motion.size > 0:
         for i in range(motion.shape[2]):
             motion[row, 0, i], motion[row, 1, i] = on_arc(a, 2.0 * a.half * i / motion.shape[2])
 
@@ -81,7 +81,7 @@ def _free_motion(a, motion, row) -> None:
 @jit
 def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
     """Impacts of a conservative orbit; positions as fractions of its own period."""
-    if count is not None:
+    if count.size > 0:
         n = 0
         for side in range(2):
             at_top = top_support(a) == side + 1

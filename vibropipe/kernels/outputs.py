@@ -9,10 +9,9 @@ import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import add_contacts, close
-from vibropipe.kernels.march import march
-from vibropipe.kernels.orbit import clear, section
+from vibropipe.kernels.orbit import section
 from vibropipe.kernels.quadrature import along_orbit, mend_resonance
-from vibropipe.kernels.record import IMPACTS, RESTS, SAMPLES, Samples
+from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
 from vibropipe.vocabulary import Regime
 
@@ -25,7 +24,7 @@ TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
 
 
 class Rows(NamedTuple):
-    """Arrays of results, first dimension the row; an output that nobody asked for is None."""
+    """Arrays of results, first dimension the row; an output that nobody asked for has no size."""
 
     regime: np.ndarray
     frequency: np.ndarray
@@ -37,15 +36,15 @@ class Rows(NamedTuple):
     section: np.ndarray
     impacts: np.ndarray
     rests: np.ndarray
-    amplitudes: np.ndarray | None
-    multipliers: np.ndarray | None
-    impact_count: np.ndarray | None
-    impact_position: np.ndarray | None
-    impact_velocity: np.ndarray | None
-    impact_support: np.ndarray | None
-    largest: np.ndarray | None
-    energy: np.ndarray | None
-    motion: np.ndarray | None
+    amplitudes: np.ndarray
+    multipliers: np.ndarray
+    impact_count: np.ndarray
+    impact_position: np.ndarray
+    impact_velocity: np.ndarray
+    impact_support: np.ndarray
+    largest: np.ndarray
+    energy: np.ndarray
+    motion: np.ndarray
 
 
 @jit
@@ -75,14 +74,13 @@ def regime_of(impacts, rests) -> int:
     return ONE_SIDED_2 if impacts[1] > 0.0 else NO_IMPACT
 
 
-# numba prunes a branch on `argument is None` before it types the code, but only for plain arguments: so each
-# output has a function of its own, with its array as an argument.
+# Outputs that nobody asked for are arrays of no size: one compiled driver serves every choice of outputs.
 
 
 @jit_allocating
 def write_harmonics(e, p, settled, log, c, amplitudes, row) -> None:
     """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
-    if amplitudes is not None:
+    if amplitudes.size > 0:
         m, end = settled.m, settled.end
         resting = end.home if end.order == REST else 0
         add_contacts(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
@@ -94,7 +92,7 @@ def write_harmonics(e, p, settled, log, c, amplitudes, row) -> None:
 @jit
 def write_multipliers(first, second, multipliers, row) -> None:
     """Both Floquet multipliers."""
-    if multipliers is not None:
+    if multipliers.size > 0:
         multipliers[row, 0] = first
         multipliers[row, 1] = second
 
@@ -102,7 +100,7 @@ def write_multipliers(first, second, multipliers, row) -> None:
 @jit_allocating
 def write_energy(e, p, settled, log, c, energy, row) -> None:
     """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
-    if energy is not None:
+    if energy.size > 0:
         x, v = section(p, settled.state)
         none = np.zeros(0, np.complex128)
         along_orbit(e, p, x, v, settled.end, log, settled.m, none, energy[row], c)
@@ -130,7 +128,7 @@ def tail_loss(p, impulse, side):
 @jit
 def write_impacts(log, count, position, velocity, support, row) -> None:
     """The impacts of an orbit, as many as there is room for."""
-    if count is not None:
+    if count.size > 0:
         n = 0
         for i in range(min(log.counts[IMPACTS], log.position.size)):
             if log.support[i] > 0 and n < position.shape[1]:
@@ -144,16 +142,6 @@ def write_impacts(log, count, position, velocity, support, row) -> None:
 @jit
 def write_largest(largest_seen, impacts, largest, row) -> None:
     """The largest impact velocity on each support; nan where there was none."""
-    if largest is not None:
+    if largest.size > 0:
         for side in range(2):
             largest[row, side] = largest_seen[side] if impacts[side] > 0.0 else math.nan
-
-
-@jit_allocating
-def write_motion(e, p, grid, settled, log, c, motion, row) -> None:
-    """Samples of the closed orbit at equal fractions of it; empties the log."""
-    if motion is not None:
-        samples = Samples(motion[row, 0], motion[row, 1], settled.m, motion.shape[2], 0, 0.0)
-        clear(log)
-        log.counts[SAMPLES] = 0
-        march(e, p, grid, settled.state, settled.m, 0, 0.0, log, samples, c, 10_000_000)

@@ -7,7 +7,8 @@ import numpy as np
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
-from vibropipe.kernels.orbit import LOG_FULL, section
+from vibropipe.kernels.march import march
+from vibropipe.kernels.orbit import LOG_FULL, clear, section
 from vibropipe.kernels.outputs import (
     count_contacts,
     regime_of,
@@ -15,9 +16,9 @@ from vibropipe.kernels.outputs import (
     write_harmonics,
     write_impacts,
     write_largest,
-    write_motion,
     write_multipliers,
 )
+from vibropipe.kernels.record import SAMPLES, Samples
 from vibropipe.kernels.state import begin
 from vibropipe.kernels.steady import DRIFTING, PERIODIC, UNBOUNDED, settle_motion
 from vibropipe.kernels.window import WINDOW, measure_window
@@ -57,7 +58,6 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
         write_impacts(
             log, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support, row
         )
-        write_motion(e, p, grid, settled, log, c, out.motion, row)
         if status == LOG_FULL:
             out.regime[row] = UNRESOLVED
     elif status == MAX_PERIODS:
@@ -76,15 +76,19 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
     return section(p, last)
 
 
+@jit
+def row_parameters(row):
+    """(nu, f, h, l, delta, R1, R2) of a row of numbers, by name."""
+    return Parameters(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+
+
 @jit_allocating
 def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
     """Solve one row into `out`; returns the (x, v) at its section, to seed a neighbour.
 
     parameters: (nu, f, h, l, delta, R1, R2).
     """
-    p = Parameters(
-        parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6]
-    )  # fmt: skip
+    p = row_parameters(parameters)
     if never_strikes(p, x, v):
         x, v = solve_linear(p, out, row)
     elif e.watched is None and is_free(p, x, v):
@@ -93,3 +97,16 @@ def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
         x, v = march_row(e, p, x, v, max_periods, log, c, out, row)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
+
+
+@jit_allocating
+def sample_row(e, parameters, x, v, m, log, c, motion, row) -> None:
+    """Samples of a closed orbit of multiple m from its section (x, v), at equal fractions of it, into
+    motion[row] (2, samples)."""
+    p = row_parameters(parameters)
+    grid = exact_grid(e, p)
+    samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
+    clear(log)
+    log.counts[SAMPLES] = 0
+    state = begin(e, p, grid, 0.0, x, v)
+    march(e, p, grid, state, m, 0, 0.0, log, samples, c, 10_000_000)

@@ -19,7 +19,7 @@ WINDOW = 256
 
 @jit
 def _is_resonant(p, amplitudes) -> bool:
-    if amplitudes is None:
+    if amplitudes.size == 0:
         return False
     nearest = 1.0
     for k in range(amplitudes.shape[1]):
@@ -29,7 +29,7 @@ def _is_resonant(p, amplitudes) -> bool:
 
 @jit
 def _add_to_window(p, log, state, amplitudes, row) -> None:
-    if amplitudes is not None:
+    if amplitudes.size > 0:
         resting = state.home if state.order == REST else 0
         add_contacts(p, log, resting, state.rest_start, 1, 1.0, amplitudes[row])
 
@@ -44,7 +44,7 @@ def _add_direct(e, p, start, end, log, direct, energy, c) -> None:
 def _close_window(p, dx, dv, direct, amplitudes, row) -> None:
     """Amplitudes at multiples of nu from WINDOW periods over which x and x' changed by dx, dv; where the
     closed form would divide by nothing, those of the quadrature `direct`."""
-    if amplitudes is not None:
+    if amplitudes.size > 0:
         for k in range(amplitudes.shape[1]):
             # The ends of the window do not meet: the boundary terms of the partial integration stay.
             amplitudes[row, k] -= (dv + complex(p.h, k * p.nu) * dx) * p.nu / TWO_PI
@@ -60,7 +60,7 @@ def measure_window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, l
     multiples of nu; returns its last state."""
     x0, v0 = section(p, state)
     resonant = _is_resonant(p, amplitudes)
-    direct, energy = np.zeros(length_of(amplitudes), np.complex128), np.zeros(2)
+    direct, energy = np.zeros(amplitudes.shape[1], np.complex128), np.zeros(2)
     for _ in range(WINDOW):
         state = at_period_zero(state)
         start = state
@@ -78,9 +78,3 @@ def measure_window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, l
     x, v = section(p, state)
     _close_window(p, x - x0, v - v0, direct, amplitudes, row)
     return state
-
-
-@jit
-def length_of(amplitudes) -> int:
-    """Number of amplitudes of a row, 0 where nobody asked for any."""
-    return 0 if amplitudes is None else amplitudes.shape[1]

@@ -21,7 +21,14 @@ from vibropipe.jit import cache_folder
 from vibropipe.plan import Scene, plan_scene
 from vibropipe.scenes import exciter_of, solve
 from vibropipe.store import write
-from vibropipe.study import BackboneScene, MotionScene, Study, SweepScene, fingerprint
+from vibropipe.study import (
+    BackboneScene,
+    MotionScene,
+    Study,
+    SweepScene,
+    fingerprint,
+    scene_effects,
+)
 from vibropipe.study.grids import ValueGrid
 from vibropipe.warm import miniature, work_of
 
@@ -106,7 +113,8 @@ def samples(scene: SweepScene) -> Iterator[SweepScene]:
             part[name] = spread(arrays[name], each)
             left = max(1, left // part[name].size)
         grids = {name: ValueGrid(values=part[name].tolist()) for name in arrays}
-        yield scene.model_copy(update={"over": grids})
+        # A part of a grid may call for less than the whole: the sample runs on the scene's own kernel.
+        yield scene.model_copy(update={"over": grids, "effects": list(scene_effects(scene))})
         if all(part[name].size == arrays[name].size for name in arrays):
             return
         wanted *= GROWTH
@@ -126,6 +134,7 @@ def beginning(scene: Scene, rough: float, budget: float) -> tuple[Scene, float]:
     short = {
         "tau_end": scene.tau_end * share,
         "settle_periods": int(scene.settle_periods * share),
+        "effects": list(scene_effects(scene)),
     }
     return scene.model_copy(update=short), share
 

@@ -32,7 +32,7 @@ scenes:
     follow: {along: nu, direction: up}
   coarse:
     kind: motion
-    exciter: {h: 10, nu: 0.1, f: 0.5, l: 1}
+    exciter: {h: 10, nu: 0.1, f: 0.5, l: 0.5}
     tau_end: 500
     solver: {accuracy: 1e-2}
   long:

@@ -139,11 +139,15 @@ def first_root(c, p, sign, offset, load, span, counts):
     scale = abs(offset) + abs(load)
     for n in range(p, c.size):
         scale += abs(c[n])
-    touch = TOUCH * scale
-    third = _third_derivative_bound(c, p, span)
+    # Squares of very small motions would vanish: the search works on a gap of size 1, scaled by a power of two.
+    _share, exponent = math.frexp(scale)
+    unit = math.ldexp(1.0, min(-exponent, 1000))
+    touch = TOUCH * scale * unit
+    third = _third_derivative_bound(c, p, span) * unit
     theta, shift = 0.0, 0.0
     for stride_number in range(MAX_STRIDES):
         value, slope, curvature = gap(c, p, sign, offset, theta)
+        value, slope, curvature = value * unit, slope * unit, curvature * unit
         counts[6] += 1
         if stride_number == 0:
             # Stopping short of zero by `shift` lets a graze be recognised from either side of it.

@@ -7,7 +7,6 @@ over 300 examples, and over 20,000 when asked for the slow ones.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 import time
@@ -90,7 +89,10 @@ def cases(draw: Callable[..., Any]) -> Case:
     tau_end = draw(st.floats(0.01, 10)) * min(crossing, 4 * math.pi / exciter.nu, 10.0)
     steps = st.integers(8, 200).map(lambda n: {"method": "newmark", "steps_per_period": n})
     method = draw(st.one_of(st.just({}), steps))
-    return Case(exciter, tau_end, min(max(x0, lower), upper), v0, method)
+    x0 = min(max(x0, lower), upper)
+    # nearer to a support than a double can square is on it
+    on = [bound for bound in (lower, upper) if abs(x0 - bound) < 1e-150]
+    return Case(exciter, tau_end, on[0] if on else x0, v0, method)
 
 
 def coarse(steps: int) -> dict[str, Any]:
@@ -175,19 +177,15 @@ def check_mirror(case: Case) -> None:
     assert int(one.status) == int(two.status)
 
 
-@functools.cache
-def compiled() -> None:
-    """Both methods have run once, so that no example pays for their compilation."""
-    exciter = vp.Exciter(l=0.5, nu=1.1, f=1.0, h=0.1, R1=0.5, R2=0.5)
-    Case(exciter, 10.0, 0.1, 0.2, {}).run()
-    Case(exciter, 10.0, 0.1, 0.2, {"method": "newmark", "steps_per_period": 50}).run()
+def seconds(case: Case) -> float:
+    started = time.process_time()
+    case.run(samples_per_period=0)
+    return time.process_time() - started
 
 
 def check_time_is_bounded(case: Case) -> None:
-    compiled()
-    started = time.process_time()
-    case.run(samples_per_period=0)
-    assert time.process_time() - started < 2.0
+    """The first run of its kind may compile; the next may not."""
+    assert seconds(case) < 2.0 or seconds(case) < 2.0
 
 
 def check_samples_end_at_tau_end(case: Case) -> None:
@@ -203,8 +201,8 @@ def check_samples_end_at_tau_end(case: Case) -> None:
 def check_splitting(case: Case, share: float) -> None:
     """A motion taken up again at any instant goes on as before.
 
-    By the exact method: to 1e-12 of what it has seen, plus what a hundred ulps at the instant of
-    the split become by the end.
+    By the exact method: to 1e-12 of what it has seen and a rounding in each time 1/h, plus what a
+    hundred ulps at the instant of the split become by the end.
     """
     exact = case._replace(method={})
     whole = exact.run()
@@ -222,7 +220,8 @@ def check_splitting(case: Case, share: float) -> None:
         end = float(rest[f"{name}_end"])
         grown = abs(float(nudged[f"{name}_end"]) - end) / small * EPS
         size = np.abs(whole[name].values).max() + np.abs(whole.displacement.values).max()
-        assert abs(float(whole[f"{name}_end"]) - end) <= 1e-12 * size + 100 * grown
+        roundings = 1e-12 + EPS * case.exciter.h * case.tau_end
+        assert abs(float(whole[f"{name}_end"]) - end) <= roundings * size + 100 * grown
 
 
 test_finite_and_inside, test_finite_and_inside_at_length = over_all(
@@ -246,8 +245,9 @@ TINY = vp.Exciter(
 )
 
 
-@example(Case(TINY, 13.788582233137678, 0.0, 0.0, {}), 0.5625)
 @given(cases(), st.floats(0, 1))
+@example(Case(TINY, 13.788582233137678, 0.0, 0.0, {}), 0.5625)
+@example(Case(vp.Exciter(l=0.5, h=1e4, R1=0, R2=0), 10.0, -0.5, 0.0, {}), 0.5)
 def test_splitting(case: Case, share: float) -> None:
     check_splitting(case, share)
 

@@ -152,9 +152,9 @@ def test_the_head_of_a_file_explains_it(tmp_path):
             assert variable.units == known.units
             assert known.long_name in variable.long_name
             if variable.dimensions:
-                assert variable.filters()["zlib"]
-                assert variable.filters()["complevel"] == 1
-                assert variable.filters()["shuffle"]
+                whole_numbers = variable.dtype.kind == "i"
+                assert variable.filters()["zlib"] == whole_numbers
+                assert variable.filters()["shuffle"] == whole_numbers
                 assert variable.filters()["fletcher32"]
         assert file["regime"].flag_values.dtype == file["regime"].dtype
         assert "two_sided" in file["regime"].flag_meanings
@@ -177,7 +177,8 @@ def test_chunks_are_blocks_in_c_order_within_bounds(shape, most):
     if cut:
         assert all(c == 1 for c in chunks[: cut[-1]])
         axis = cut[-1]
-        assert 2 * np.prod(chunks) > most or chunks[axis] == 1 or 2 * chunks[axis] > shape[axis]
+        assert 16 * np.prod(chunks) > most or chunks[axis] == 1
+        assert -shape[axis] % chunks[axis] <= max(shape[axis] / 8, 1)
 
 
 def test_chunks_are_about_a_megabyte(tmp_path):

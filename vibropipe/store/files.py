@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
 from os import PathLike
@@ -19,6 +21,10 @@ if TYPE_CHECKING:
 __all__ = ["open_study", "read", "write"]
 
 ENDING = ".nc"
+DASK_BYTES = 16 << 20
+"""A chunk of dask: some chunks of the file, and little enough for a few at once on every thread."""
+CACHE_BYTES = 4 << 20
+"""Of each variable, where netCDF would keep 64 MB: a file has some thirty variables."""
 
 
 def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
@@ -73,15 +79,30 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
 
 def _open(path: Path, chunks: str | None) -> xr.Dataset:
     """Open a file lazily, complex quantities joined."""
+    import dask
     import xarray as xr
 
     try:
-        dataset = xr.open_dataset(path, engine="netcdf4", chunks=chunks)
+        with dask.config.set({"array.chunk-size": DASK_BYTES}), _chunk_cache(CACHE_BYTES):
+            dataset = xr.open_dataset(path, engine="netcdf4", chunks=chunks)
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path} cannot be read: {error}") from error
     joined = _join_parts(dataset)
     joined.set_close(dataset.close)
     return joined
+
+
+@contextmanager
+def _chunk_cache(size: int) -> Iterator[None]:
+    """Let each variable of files opened meanwhile keep up to ``size`` bytes of what was read."""
+    import netCDF4
+
+    usual = netCDF4.get_chunk_cache()
+    netCDF4.set_chunk_cache(size)
+    try:
+        yield
+    finally:
+        netCDF4.set_chunk_cache(*usual)
 
 
 def _join_parts(dataset: xr.Dataset) -> xr.Dataset:

@@ -65,6 +65,11 @@ class Grid:
         return tuple(axes)
 
     @property
+    def in_order(self) -> bool:
+        """Whether rows are solved in the order of the grid."""
+        return self.row_axes == tuple(range(len(self.dims)))
+
+    @property
     def row_shape(self) -> tuple[int, ...]:
         """Sizes in the order of the rows."""
         return tuple(self.shape[axis] for axis in self.row_axes)
@@ -97,13 +102,10 @@ class Grid:
         trailing = range(len(self.dims), boxed.ndim)
         return boxed.transpose(*self._places, *trailing)
 
-    def to_grid(self, rows: np.ndarray) -> np.ndarray:
-        """Return one value per row as an array of the shape of the grid."""
-        return rows.reshape(self.row_shape).transpose(self._places)
-
-    def to_rows(self, grid: np.ndarray) -> np.ndarray:
-        """Return an array of the shape of the grid as one value per row."""
-        return grid.transpose(self.row_axes).reshape(-1)
+    def in_grid(self, start: int, stop: int) -> np.ndarray:
+        """Return the place of each of the rows [start, stop) in C order of the grid."""
+        places = np.unravel_index(np.arange(start, stop), self.row_shape)
+        return np.asarray(np.ravel_multi_index(self._ordered(places), self.shape))
 
     @cached_property
     def _places(self) -> tuple[int, ...]:

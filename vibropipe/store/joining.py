@@ -1,18 +1,20 @@
 """Shards of a sweep streamed into one file over the grid of the swept parameters.
 
 The file does not depend on how the sweep was cut, byte for byte: values are written in blocks of
-the grid that know nothing of the shards, each chunk once, in one order. In memory are one shard,
-one block, and a few integers per row.
+the grid that know nothing of the shards, each chunk once, in one order. In memory are one shard
+and one block, however many rows there are.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,12 +28,9 @@ from vibropipe.store.encoding import (
     storable,
 )
 from vibropipe.store.grid import Grid
-from vibropipe.store.ragged import Places, Scratch
-from vibropipe.store.shards import ROW, Rows, Shard, Variable, inspect
+from vibropipe.store.ragged import InOrder, OnDisk, Places, Turned
+from vibropipe.store.shards import ROW, Rows, Shard, Variable, counts_of, inspect
 from vibropipe.vocabulary import attributes
-
-if TYPE_CHECKING:
-    import netCDF4
 
 __all__ = ["join"]
 
@@ -67,44 +66,52 @@ def _write(shards: list[Shard], path: Path, grid: Grid, attrs: dict[str, Any]) -
     import netCDF4
 
     first = shards[0]
-    places = {
-        dim: Places(grid, [shard.counts[name] for shard in shards])
+    block_rows, variables = _layout(shards, grid)
+    gridded = [name for name in first.gridded if name not in grid.dims]
+    with ExitStack() as files:
+        # room on the disk is taken before anything is written
+        made = None if grid.in_order else _scratch(shards, path.parent, grid, variables, files)
+        file = files.enter_context(netCDF4.Dataset(path, "w"))
+        created = create(file, variables, attrs)
+        ragged = {name: created[name] for name in first.ragged}
+        samples = InOrder(ragged) if made is None else Turned(ragged, *made)
+        rows = Rows(shards, partial(_check_grid, grid))
+        for block in grid.blocks(block_rows):
+            values = rows.take(block.start, block.stop)
+            for name in gridded:
+                created[name][block.where] = grid.place(block, values[name])
+            samples.put(block, values)
+        samples.finish()
+
+
+def _scratch(
+    shards: list[Shard], folder: Path, grid: Grid, variables: list[Stored], files: ExitStack
+) -> tuple[dict[str, tuple[str, Places]], dict[str, OnDisk]]:
+    """Return where samples go (with the name of their count, by dimension), and room for them."""
+    first = shards[0]
+    counts = {
+        dim: (
+            name,
+            Places(
+                grid,
+                OnDisk(files, folder, (grid.rows,), np.dtype(np.int64)),
+                counts_of(shards, name),
+            ),
+        )
         for dim, name in first.samples.items()
     }
-    block_rows, variables = _layout(first, grid, places)
-    ragged = {
-        item.name: (item.shape, item.dtype) for item in variables if item.name in first.ragged
+    kept = {
+        item.name: OnDisk(files, folder, item.shape, item.dtype)
+        for item in variables
+        if item.name in first.ragged
     }
-
-    def keep(shard: Shard, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        _check_grid(shard, values, grid)
-        for dim in shard.samples:
-            where = places[dim].of_rows(shard.start, shard.stop)
-            for name in ragged:
-                if first.variables[name].dims[0] == dim:
-                    scratch.put(name, where, values[name])
-        return {name: values[name] for name in first.gridded if name not in grid.dims}
-
-    with Scratch(path.parent, ragged) as scratch, netCDF4.Dataset(path, "w") as file:
-        created = create(file, variables, attrs)
-        rows = Rows(shards, keep)
-        for block in grid.blocks(block_rows):
-            for name, values in rows.take(block.start, block.stop).items():
-                created[name][block.where] = grid.place(block, values)
-        _write_ragged(scratch, created, list(ragged))
+    return counts, kept
 
 
-def _write_ragged(
-    scratch: Scratch, created: Mapping[str, netCDF4.Variable], names: Sequence[str]
-) -> None:
-    for name in names:
-        chunk = int(created[name].chunking()[0])
-        for start, values in scratch.blocks(name, 16 * chunk):
-            created[name][start : start + len(values)] = values
-
-
-def _layout(first: Shard, grid: Grid, places: Mapping[str, Places]) -> tuple[int, list[Stored]]:
+def _layout(shards: Sequence[Shard], grid: Grid) -> tuple[int, list[Stored]]:
     """Return the rows of a block, and the joined variables (values given where they are known)."""
+    first = shards[0]
+    totals = {dim: sum(shard.sizes[dim] for shard in shards) for dim in first.samples}
     gridded = [name for name in first.gridded if name not in grid.dims]
     row_bytes = {name: _bytes_per_row(first, first.variables[name]) for name in gridded}
     block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, sum(row_bytes.values()))))
@@ -113,7 +120,7 @@ def _layout(first: Shard, grid: Grid, places: Mapping[str, Places]) -> tuple[int
         for name, values in grid.values.items()
     ]
     joined = [
-        _joined(name, item, first, grid, places, block_rows)
+        _joined(name, item, first, grid, totals, block_rows)
         for name, item in first.variables.items()
         if name not in grid.dims
     ]
@@ -131,7 +138,7 @@ def _joined(
     variable: Variable,
     first: Shard,
     grid: Grid,
-    places: Mapping[str, Places],
+    totals: Mapping[str, int],
     block_rows: int,
 ) -> Stored:
     """Return one variable of the shards as it lies in the joined file."""
@@ -141,8 +148,8 @@ def _joined(
         most = CHUNK_BYTES // _bytes_per_row(first, variable)
         chunks = grid.chunks(min(block_rows, max(1, most))) + shape[1:]
         dims, shape = grid.dims + dims[1:], grid.shape + shape[1:]
-    elif dims and dims[0] in places:
-        shape = (places[dims[0]].total, *shape[1:])
+    elif dims and dims[0] in totals:
+        shape = (totals[dims[0]], *shape[1:])
         chunks = chunk_shape(shape, CHUNK_BYTES // variable.dtype.itemsize)
     else:
         values = first.constants[name]
@@ -161,7 +168,7 @@ def _coordinates(first: Shard, joined: Sequence[Stored]) -> dict[str, tuple[str,
     return {item.name: item.dims for item in joined if item.name in named}
 
 
-def _check_grid(shard: Shard, values: Mapping[str, np.ndarray], grid: Grid) -> None:
+def _check_grid(grid: Grid, shard: Shard, values: Mapping[str, np.ndarray]) -> None:
     """Raise unless the swept parameters a shard holds are those of its rows in the grid."""
     for name in grid.dims:
         if name in values:

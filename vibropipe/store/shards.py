@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.store.atomic import StoreError, check_whole
+from vibropipe.store.encoding import NO_CACHE
 from vibropipe.store.grid import Grid
 
 if TYPE_CHECKING:
     import netCDF4
 
-__all__ = ["ROW", "Rows", "Shard", "Variable", "inspect", "opened"]
+__all__ = ["ROW", "Rows", "Shard", "Variable", "counts_of", "inspect", "opened"]
 
 ROW = "row"
 OWN = ("row_start", "row_stop")
@@ -41,7 +42,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Shard:
-    """What a shard holds: rows [start, stop), its variables, the counts of its ragged ones."""
+    """What a shard holds: rows [start, stop) of its variables, the same constants as the others."""
 
     path: Path
     start: int
@@ -50,7 +51,6 @@ class Shard:
     sizes: dict[str, int]
     variables: dict[str, Variable]
     constants: Values
-    counts: Values
 
     @cached_property
     def samples(self) -> dict[str, str]:
@@ -73,7 +73,6 @@ class Shard:
 
 
 Values = dict[str, np.ndarray]
-OnLoad = Callable[[Shard, Values], Values]
 
 
 @contextmanager
@@ -85,6 +84,10 @@ def opened(path: Path) -> Iterator[netCDF4.Dataset]:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
             file.set_auto_chartostring(False)
+            for variable in file.variables.values():
+                if variable.dimensions:
+                    # read once and whole: a cache would hold all of it a second time
+                    variable.set_var_chunk_cache(size=NO_CACHE)
             yield file
     except StoreError:
         raise
@@ -133,18 +136,22 @@ def _head(path: Path) -> Shard:
             for name, item in variables.items()
             if not varying & set(item.dims)
         }
-        counts = {
-            name: np.asarray(file.variables[name][...])
-            for name, item in variables.items()
-            if "sample_dimension" in item.attrs
-        }
-    shard = Shard(path, start, stop, attrs, sizes, variables, constants, counts)
-    if sizes.get(ROW) != stop - start:
-        raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {sizes.get(ROW)}")
-    for dim, count in shard.samples.items():
-        if counts[count].sum(dtype=np.int64) != sizes[dim]:
-            raise StoreError(f"{path} holds {sizes[dim]} of {dim!r} but {count} counts another sum")
+        shard = Shard(path, start, stop, attrs, sizes, variables, constants)
+        if sizes.get(ROW) != stop - start:
+            raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {sizes.get(ROW)}")
+        for dim, count in shard.samples.items():
+            if file.variables[count][...].sum(dtype=np.int64) != sizes[dim]:
+                held = f"{sizes[dim]} of {dim!r}"
+                raise StoreError(f"{path} holds {held} but {count} counts another sum")
     return shard
+
+
+def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndarray]]:
+    """Read the count ``name`` of each shard, one after the other, each with its first row."""
+    for shard in shards:
+        with opened(shard.path) as file:
+            counts = np.asarray(file.variables[name][...])
+        yield shard.start, counts
 
 
 def _check_cover(shards: Sequence[Shard], rows: int) -> None:
@@ -196,26 +203,31 @@ def _check_alike(first: Shard, other: Shard) -> None:
 class Rows:
     """The rows of all shards, taken in order; one shard and the rows asked for are in memory.
 
-    ``on_load(shard, values)`` is called once with the values of each shard by name, and gives
-    back those to be taken by row.
+    ``check(shard, values)`` is called once with the values of each shard by name.
     """
 
-    def __init__(self, shards: Iterable[Shard], on_load: OnLoad) -> None:
+    def __init__(self, shards: Iterable[Shard], check: Callable[[Shard, Values], None]) -> None:
         self._left = iter(shards)
-        self._on_load = on_load
+        self._check = check
         self._loaded: Values = {}
+        self._bounds: Values = {}
         self._start = self._stop = 0
 
     def take(self, start: int, stop: int) -> Values:
-        """Return the rows [start, stop) of every variable; each call goes on where one ended."""
+        """Return the rows [start, stop) of every variable over ``row`` or a sample dimension.
+
+        Each call goes on where the one before ended.
+        """
         parts: dict[str, list[np.ndarray]] = {}
         while start < stop:
             if start >= self._stop:
                 self._load(next(self._left))
             end = min(stop, self._stop)
             for name, values in self._loaded.items():
-                piece = values[start - self._start : end - self._start]
-                parts.setdefault(name, []).append(piece)
+                first, last = start - self._start, end - self._start
+                if name in self._bounds:
+                    first, last = self._bounds[name][[first, last]]
+                parts.setdefault(name, []).append(values[first:last])
             start = end
         return {
             name: pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
@@ -227,5 +239,11 @@ class Rows:
         wanted = [*shard.gridded, *shard.ragged]
         with opened(shard.path) as file:
             values = {name: np.asarray(file.variables[name][...]) for name in wanted}
-        self._loaded = self._on_load(shard, values)
+        self._check(shard, values)
+        bounds = {
+            dim: np.concatenate([[0], np.cumsum(values[count], dtype=np.int64)])
+            for dim, count in shard.samples.items()
+        }
+        self._loaded = values
+        self._bounds = {name: bounds[shard.variables[name].dims[0]] for name in shard.ragged}
         self._start, self._stop = shard.start, shard.stop

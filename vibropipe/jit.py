@@ -55,18 +55,19 @@ def cache_folder() -> Path:
         return Path(tempfile.mkdtemp(prefix="vibropipe-kernels-"))
 
 
-def _compile(function: F, **flags: Any) -> F:
+def _compile(function: F, fused: bool = True, **flags: Any) -> F:
     import numba
+
+    # Of fastmath only the fusing of a product and a sum (halves the latency of every polynomial); the full set
+    # deletes isnan.
+    fast = {"contract"} if fused else False
 
     # The cache folder is read when the decorator runs; it is put back for other users of numba.
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
     try:
-        # numpy's error model: 1/0 gives inf, no branch per division. Of fastmath only the fusing of a
-        # product and a sum (halves the latency of every polynomial); the full set deletes isnan.
-        compiled: F = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, **flags)(
-            function
-        )
+        # numpy's error model: 1/0 gives inf, no branch per division.
+        compiled: F = numba.njit(error_model="numpy", fastmath=fast, cache=True, **flags)(function)
         return compiled
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
@@ -89,3 +90,9 @@ def jit_allocating(function: F) -> F:
 def jit_parallel(function: F) -> F:
     """Compile a driver whose `prange` runs rows on all threads, without the interpreter's lock."""
     return _compile(function, parallel=True, nogil=True)
+
+
+def jit_unfused(function: F) -> F:
+    """Compile a few products and sums that round one by one: the same bits in whatever code they end up, of one
+    motion or of many side by side, where the compiler would fuse now these and now those."""
+    return _compile(function, fused=False, _nrt=False, forceinline=True)

@@ -159,6 +159,7 @@ VOCABULARY: dict[str, Quantity] = {
         "support", "largest velocity before impact", r"$\max|\dot{x}^-|$"
     ),
     "row_size": _number("", "impacts of the row", r"$p$", sample_dimension="impact"),
+    "row_rests": _number("", "rests of the row", r"$r$", sample_dimension="rest"),
     "orbit_impact": _number("orbit_impact", "number of the impact in the orbit", r"$i$"),
     "orbit_impact_phase": _number(
         "orbit_impact", "fraction of the forcing period at impact of the orbit", r"$\nu\tau_i/2\pi$"

@@ -74,7 +74,7 @@ def simulate(
     Raises ParameterError for a value outside what is allowed, or an effect left out that the parameters have.
     """
     x, v = exciter.check_start(x0, v0)
-    _turns(exciter, tau_start, tau_end)
+    turns_of(exciter, tau_start, tau_end)
     with_effects = asked_effects(
         effects,
         exciter.parameters()._asdict(),
@@ -128,7 +128,7 @@ class Run(NamedTuple):
 
 def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
     """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
-    turns = _turns(exciter, task.tau_start, task.tau_end)
+    turns = turns_of(exciter, task.tau_start, task.tau_end)
     _check_samples(task.samples_per_period)
     p, e = exciter.parameters(), task.effects
     closed = has_closed_form(exciter, task) if grid is None else None
@@ -152,7 +152,7 @@ def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Run] | None:
 
 def _linear(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
     """A motion that strikes nothing, in closed form; turns as for `_free`."""
-    start, end = _turns(exciter, task.tau_start, task.tau_end)
+    start, end = turns_of(exciter, task.tau_start, task.tau_end)
     after = np.append(turns, end - start)
     xs, vs = linear.positions(exciter.parameters(), task.x, task.v, start % 1.0, after)
     if after[0] == 0.0:
@@ -176,7 +176,8 @@ def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
     return Run(Status.OK, struck, xs[:-1], vs[:-1], end, worked)
 
 
-def _turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
+def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
+    """Start and end in forcing periods, or a ParameterError."""
     start = number("tau_start", tau_start, "a finite number >= 0")
     end = number("tau_end", tau_end, "a finite number >= tau_start")
     if not (math.isfinite(start) and start >= 0):
@@ -352,7 +353,7 @@ def to_variables(exciter: Exciter, task: Task, run: Run) -> dict[str, Any]:
     variables["velocity_end"] = ((), run.end[1])
     variables["status"] = ((), np.int8(run.status))
     if task.samples_per_period > 0:
-        turns = _turns(exciter, task.tau_start, task.tau_end)
+        turns = turns_of(exciter, task.tau_start, task.tau_end)
         offsets = _sample_times(turns, task.samples_per_period)
         tau = np.append(task.tau_start + offsets * exciter.period, task.tau_end)
         phase = np.append((turns[0] % 1.0 + offsets) % 1.0, turns[1] % 1.0)

@@ -7,6 +7,7 @@ is located and nothing rests, so the error falls with the first power of the ste
 from __future__ import annotations
 
 from vibropipe.jit import jit
+from vibropipe.kernels.grid import force_part
 from vibropipe.kernels.orbit import clear
 from vibropipe.kernels.record import STEPS, log_impact
 
@@ -22,8 +23,9 @@ def crude(p, grid, periods, x, v, log, samples):
     for period in range(periods):
         taken = 0 if period == periods - 1 else samples.size
         for step in range(grid.steps):
-            x1 = grid.a11 * x + grid.a12 * v + grid.table_p[step]
-            v1 = grid.a21 * x + grid.a22 * v + grid.table_q[step]
+            p_x, p_v = force_part(grid, step)
+            x1 = grid.a11 * x + grid.a12 * v + p_x
+            v1 = grid.a21 * x + grid.a22 * v + p_v
             while taken < samples.size and taken * grid.steps < (step + 1) * samples.size:
                 theta = taken * grid.steps / samples.size - step
                 samples[taken] = x + theta * grid.dt * (v + 0.5 * theta * (v1 - v))

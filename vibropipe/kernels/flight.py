@@ -5,6 +5,7 @@ from __future__ import annotations
 from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, force_part, stays_between
+from vibropipe.kernels.newmark_steps import coast_newmark
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
 from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
 from vibropipe.kernels.state import (
@@ -32,6 +33,8 @@ SHORTEST_FLIGHT = 1e-4
 @jit
 def coast(e, p, grid, state, end_period, end_step, counts):
     """Whole steps in flight while it is certified that no support is reached in them."""
+    if grid.exact is None:
+        return coast_newmark(e, p, grid, state, end_period, end_step, counts)
     to_near, to_far = looked_at(e, state.home)
     sigma, load, near, far = frame(p, state.home)
     period, step, y, w = state.period, state.step, state.y, state.w

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_unfused
 from vibropipe.physics.flow import (
     exact_basis,
     exact_map,
@@ -27,8 +27,9 @@ class Grid(NamedTuple):
     Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
     y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
     margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
-    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step; table_p and
-    table_q hold p and q of every step, or nothing where there is no force or a period has too many steps.
+    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step. The tables
+    hold p and q of every step, or sin and cos (Newmark: the same for all rows of as many steps); nothing where
+    there is no force or a period has too many steps.
     basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
     """
 
@@ -44,8 +45,8 @@ class Grid(NamedTuple):
     margin0: float
     margin1: float
     force: tuple[float, float, float, float]
-    table_p: np.ndarray
-    table_q: np.ndarray
+    table_1: np.ndarray
+    table_2: np.ndarray
     basis: np.ndarray
 
 
@@ -63,16 +64,21 @@ def _margins(h, nu, f, dt):
     return share * fourth0, share * fourth1
 
 
+@jit_unfused
+def mixed(force, s, c):
+    """(p, q) of a step from sin and cos at its start."""
+    return force[0] * s + force[1] * c, force[2] * s + force[3] * c
+
+
 @jit_allocating
-def _tables(e, force, steps):
-    """p and q of every step of a forcing period; empty without force, or where a table would not fit a cache."""
+def waves(e, steps):
+    """sin and cos at the start of every step of a forcing period; empty without force, or where a table would
+    not fit a cache."""
     size = steps if e.forcing is not None and steps <= MAX_TABLE else 0
-    table_p, table_q = np.empty(size), np.empty(size)
+    sines, cosines = np.empty(size), np.empty(size)
     for j in range(size):
-        s, c = sincos_turns(j / steps)
-        table_p[j] = force[0] * s + force[1] * c
-        table_q[j] = force[2] * s + force[3] * c
-    return table_p, table_q
+        sines[j], cosines[j] = sincos_turns(j / steps)
+    return sines, cosines
 
 
 @jit_allocating
@@ -83,11 +89,11 @@ def exact_grid_of(e, p, steps):
     basis = exact_basis(p.h, p.nu, dt)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
     force = (p.f * p1, p.f * p2, p.f * q1, p.f * q2)
-    table_p, table_q = _tables(e, force, steps)
+    ps, qs = waves(e, steps)
+    for j in range(ps.size):
+        ps[j], qs[j] = mixed(force, ps[j], qs[j])
     margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
-    return Grid(
-        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, table_p, table_q, basis
-    )
+    return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis)
 
 
 @jit_allocating
@@ -96,28 +102,49 @@ def exact_grid(e, p):
     return exact_grid_of(e, p, steps_for_exact(p.nu, p.h))
 
 
-@jit_allocating
-def newmark_grid(e, p, steps):
-    """Grid of Newmark's method with `steps` steps per forcing period."""
+@jit
+def newmark_numbers(p, steps):
+    """The numbers of Newmark's method on a grid, in the order of `Grid`: from dt to the factors of the force."""
     dt = TWO_PI / p.nu / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
     # The mean of sin at both ends of a step, by sin and cos at its start.
     half_c, half_s = 0.5 + 0.5 * math.cos(p.nu * dt), 0.5 * math.sin(p.nu * dt)
     force = (b1 * p.f * half_c, b1 * p.f * half_s, b2 * p.f * half_c, b2 * p.f * half_s)
-    table_p, table_q = _tables(e, force, steps)
+    return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force
+
+
+@jit_allocating
+def newmark_grid(e, p, steps):
+    """Grid of Newmark's method with `steps` steps per forcing period."""
+    sines, cosines = waves(e, steps)
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_numbers(p, steps)
     basis = np.zeros((0, 0))
     return Grid(
-        None, steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force, table_p, table_q, basis
+        None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines, basis
     )
+
+
+@jit
+def wave_at(table_1, table_2, steps, step):
+    """sin and cos at the start of a step, from Newmark's tables if there are any."""
+    if table_1.size > 0:
+        return table_1[step], table_2[step]
+    return sincos_turns(step / steps)
 
 
 @jit
 def force_part(grid, step):
     """(p, q): the force's part of a step of the one-step map, for sigma = 1."""
-    if grid.table_p.size > 0:
-        return grid.table_p[step], grid.table_q[step]
-    s, c = sincos_turns(step / grid.steps)
-    return grid.force[0] * s + grid.force[1] * c, grid.force[2] * s + grid.force[3] * c
+    if grid.exact is not None and grid.table_1.size > 0:
+        return grid.table_1[step], grid.table_2[step]
+    s, c = wave_at(grid.table_1, grid.table_2, grid.steps, step)
+    return mixed(grid.force, s, c)
+
+
+@jit_unfused
+def whole_step(a11, a12, a21, a22, y, w, part_y, part_w):
+    """(y, w) after a step; part: of the force and the load. What does not wait for y comes first."""
+    return a11 * y + (a12 * w + part_y), a21 * y + (a22 * w + part_w)
 
 
 @jit

@@ -30,7 +30,7 @@ scenes:
   free: {kind: backbone, amplitude: [0.3, 0.6]}
   response: {kind: sweep, over: {f: [0.2, 1], nu: [0.9, 1, 1.1]}}
 """
-VERBS = ("plan", "simulate", "solve", "join", "figure", "report", "show")
+VERBS = ("plan", "simulate", "solve", "join", "figure", "report", "show", "warm", "bench")
 
 
 @pytest.fixture

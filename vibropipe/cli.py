@@ -249,6 +249,22 @@ def warm(
             pass
 
 
+@app.command()
+def bench(
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Solve all 160,000 points of the sweep.")
+    ] = False,
+    rounds: Annotated[int, typer.Option(min=1, metavar="N", help="Times taken of each.")] = 7,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON with every time taken.")] = False,
+) -> None:
+    """Measure how fast this is, side by side with the peers that are installed."""
+    from vibropipe.bench import as_json, as_text, items, measure
+
+    measured = items(whole=whole)
+    measure(measured, rounds)
+    typer.echo(as_json(measured) if json else as_text(measured))
+
+
 def shard_of(text: str) -> tuple[int, int]:
     """Read `I/N`, the I-th of N shards."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)

@@ -117,20 +117,27 @@ def enter(method: str, value: float, motion: Motion) -> Contestant | Outcome:
 
 
 class Timer:
-    """Times of one contestant, a round at a time."""
+    """Times of one contestant, a round at a time; `clock` tells seconds, of which no round begins once `most`
+    are spent."""
 
-    def __init__(self, repeat: Callable[[int], object], periods: int) -> None:
+    def __init__(
+        self,
+        repeat: Callable[[int], object],
+        periods: float,
+        clock: Callable[[], float] = time.thread_time,
+        most: float = SECONDS,
+    ) -> None:
         self.repeat, self.periods, self.times = repeat, periods, list[float]()
-        self.often, self.spent = 1, 0.0
+        self.often, self.spent, self.clock, self.most = 1, 0.0, clock, most
 
     def round(self) -> None:
         """Take one more time, unless all that may be spent has been."""
-        if self.spent > SECONDS:
+        if self.spent > self.most:
             return
         while True:
-            begin = time.thread_time()
+            begin = self.clock()
             self.repeat(self.often)
-            taken = time.thread_time() - begin
+            taken = self.clock() - begin
             self.spent += taken
             if taken >= SHORTEST:
                 break

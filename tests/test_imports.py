@@ -1,0 +1,56 @@
+"""What an import costs: next to nothing, and never a compilation."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import vibropipe
+
+# Seconds that may be spent beyond the lightest thing that is needed.
+MOST = 0.3
+TRIES = 5
+
+
+def seconds_of(code: str) -> float:
+    """Least of several times that a python of its own works; waiting for a core is not counted."""
+    taken = []
+    for _ in range(TRIES):
+        before = os.times()
+        subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+        after = os.times()
+        worked = (after.children_user, after.children_system)
+        taken.append(sum(worked) - before.children_user - before.children_system)
+    return min(taken)
+
+
+def test_importing_costs_next_to_nothing():
+    assert seconds_of("import vibropipe") - seconds_of("pass") < MOST
+
+
+def test_help_costs_little_more_than_its_library():
+    asked = "from vibropipe.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass"
+    assert seconds_of(asked) - seconds_of("import typer") < MOST
+
+
+def test_no_import_compiles(tmp_path):
+    """Every module: no kernel has a signature afterwards, and the cache holds no kernel."""
+    root = Path(vibropipe.__file__).parent
+    parts = [path.relative_to(root.parent).with_suffix("").parts for path in root.rglob("*.py")]
+    names = sorted({".".join(p[:-1] if p[-1] == "__init__" else p) for p in parts})
+    code = f"""
+import importlib, sys
+from numba.core.dispatcher import Dispatcher
+for name in {[name for name in names if not name.endswith("__main__")]!r}:
+    importlib.import_module(name)
+kernels = [value for module in list(sys.modules.values())
+           if getattr(module, "__name__", "").startswith("vibropipe")
+           for value in vars(module).values() if isinstance(value, Dispatcher)]
+assert len(kernels) > 50
+assert not [kernel for kernel in kernels if kernel.signatures]
+"""
+    environment = os.environ | {"VIBROPIPE_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    assert not [path for path in tmp_path.rglob("*") if path.suffix in (".nbi", ".nbc")]

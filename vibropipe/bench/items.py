@@ -1,0 +1,174 @@
+"""What is measured, against whom, and the ratios that are asked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numba
+import numpy as np
+
+from vibropipe.batch import contestant, peers
+from vibropipe.batch.contest import Judge
+from vibropipe.batch.contestant import Motion
+from vibropipe.batch.motions import march_rows
+from vibropipe.batch.sweep import sweep
+from vibropipe.bench.rounds import Contestant, Item, Ready, Target
+from vibropipe.bench.textbook import textbook
+from vibropipe.physics.exciter import Exciter
+from vibropipe.vocabulary import Outcome
+
+FORCED = Exciter(h=0.1, nu=1.0, f=1.0, l=1.0, R1=0.8, R2=0.8)
+SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)
+# Forcing periods of a motion, and of the slow peer, which takes milliseconds an impact; those that the 40-digit
+# twin judges.
+PERIODS, FEW_PERIODS, JUDGED_PERIODS = 1000, 10, 10
+STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
+# Values of either parameter of the whole sweep; every so manieth is solved if not the whole is asked.
+SWEEP_POINTS, EVERY = 400, 10
+PEER_PERIODS, PEER_MOTIONS = 100, 100
+
+Enter = Callable[[Motion], contestant.Contestant]
+
+
+def items(*, whole: bool = False) -> list[Item]:
+    """Everything that `vibropipe bench` measures; whole: the sweep over all its points."""
+    return [one_motion(), newmark(), swept(whole=whole)]
+
+
+def one_motion() -> Item:
+    """A long motion that strikes both supports, its impacts recorded."""
+    judge = Judge(Motion(FORCED, 0.0, 0.0, JUDGED_PERIODS))
+
+    def entry(name: str, package: str, enter: Enter, periods: int = PERIODS) -> Contestant:
+        return Contestant(name, lambda: ready(package, enter, periods, judge))
+
+    return Item(
+        "one motion, exact",
+        "h = 0.1, nu = 1, f = 1, l = 1, R = 0.8 from rest, impacts recorded; error against 40 digits",
+        "impact",
+        [
+            entry("exact", "", contestant.exact),
+            entry("heyoka, 1e-15", "heyoka", lambda m: peers.heyoka_peer(m, 1e-15)),
+            entry(
+                "DOP853, 1e-12",
+                "DOP853",
+                lambda m: peers.scipy_peer(m, "DOP853", 1e-12),
+                FEW_PERIODS,
+            ),
+        ],
+        [Target("exact", "heyoka, 1e-15", 20), Target("exact", "DOP853, 1e-12", 10_000)],
+    )
+
+
+def ready(package: str, enter: Enter, periods: int, judge: Judge) -> Ready | str:
+    """A method on the forced motion, with its error over the first periods; or why it does not enter."""
+    if package and not peers.is_installed(package):
+        return "not installed"
+    motion = Motion(FORCED, 0.0, 0.0, periods)
+    outcome, errors = judge.errors(enter(judge.motion).show())
+    entered = enter(motion)
+    shown = entered.show()
+    worst = max(outcome, shown.outcome)
+    if worst != Outcome.OK:
+        return Outcome(worst).name.lower().replace("_", " ")
+    return Ready(entered.repeat, shown.impact_tau.size, max(errors))
+
+
+def newmark() -> Item:
+    """Newmark's method on many rows: in lanes, one by one, and as a textbook has it, on one thread."""
+    return Item(
+        "newmark in lanes",
+        f"h, nu, f, l, R within 5 % of the above in {ROWS} rows, {STEPS} steps per period, two impacts in each",
+        "step and row",
+        [
+            # the threads of numba work elsewhere: their time counts
+            Contestant("in lanes", in_lanes, time.process_time),
+            Contestant("one by one", one_by_one),
+            Contestant("textbook loop", by_the_book),
+        ],
+        [Target("in lanes", "textbook loop", 6)],
+    )
+
+
+def rows_near() -> np.ndarray:
+    """Parameters (ROWS, 7) of exciters near the forced one, supports in the middle."""
+    near = 1.0 + np.random.default_rng(0).uniform(-0.05, 0.05, (ROWS, 7))
+    return near * np.array(FORCED.parameters())
+
+
+def in_lanes() -> Ready:
+    """All rows in lanes, impacts recorded, on one thread."""
+    parameters, starts = rows_near(), np.zeros((ROWS, 2))
+    turns = np.full(ROWS, float(ROW_PERIODS))
+
+    def repeat(often: int) -> None:
+        with threads(1):
+            for _ in range(often):
+                march_rows(parameters, starts, turns, STEPS, 10**6)
+
+    return Ready(repeat, ROWS * ROW_PERIODS * STEPS)
+
+
+def one_by_one() -> Ready:
+    """One row by the scalar path that gives the same motion."""
+    entered = contestant.newmark(Motion(FORCED, 0.0, 0.0, ROW_PERIODS), STEPS)
+    entered.show()
+    return Ready(entered.repeat, ROW_PERIODS * STEPS)
+
+
+def by_the_book() -> Ready:
+    """One row by the textbook loop."""
+    p = FORCED.parameters()
+
+    def repeat(often: int) -> None:
+        for _ in range(often):
+            textbook((p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
+
+    return Ready(repeat, ROW_PERIODS * STEPS)
+
+
+def swept(*, whole: bool) -> Item:
+    """Steady states over nu and f, on two threads, against a peer that waits for one of them to settle."""
+    every = 1 if whole else EVERY
+    nu = np.linspace(0.3, 3.0, SWEEP_POINTS)[every // 2 :: every]
+    f = np.linspace(0.05, 2.0, SWEEP_POINTS)[every // 2 :: every]
+
+    def steady() -> Ready:
+        def repeat(often: int) -> None:
+            with threads(2):
+                for _ in range(often):
+                    sweep(SWEPT, {"nu": nu, "f": f}, harmonics=3, outputs=("harmonics",))
+
+        return Ready(repeat, nu.size * f.size)
+
+    def waits() -> Ready | str:
+        if not peers.is_installed("heyoka"):
+            return "not installed"
+        motion = peers.heyoka_peer(Motion(SWEPT, 0.0, 0.0, PEER_PERIODS), 1e-15)
+        return Ready(lambda often: motion.repeat(often * PEER_MOTIONS), PEER_MOTIONS)
+
+    return Item(
+        "sweep",
+        f"steady states with three harmonics at {nu.size} x {f.size} of {SWEEP_POINTS} x {SWEEP_POINTS} points, "
+        "nu from 0.3 to 3, f from 0.05 to 2, l = 0.5, h = 0.2, R = 0.7; wall time on two threads. "
+        f"heyoka: {PEER_PERIODS} periods of one motion, nu = 1, f = 1",
+        "point",
+        [
+            Contestant("steady states", steady, time.perf_counter),
+            Contestant("heyoka, 1e-15", waits, time.perf_counter),
+        ],
+        [Target("steady states", "heyoka, 1e-15", 40)],
+    )
+
+
+@contextmanager
+def threads(count: int) -> Iterator[None]:
+    """So many threads for the kernels, as far as there are, and then as many as before."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(count, int(numba.config.NUMBA_NUM_THREADS)))  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

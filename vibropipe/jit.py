@@ -9,16 +9,21 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib
 import os
+import pickle
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).parent
+# Set in the environment of a process that compiles by itself what is not in the cache.
+COMPILER = "VIBROPIPE_COMPILES"
 # Whatever can change a stored number; figures, reports and the store are left out on purpose.
 HASHED = ("jit.py", "status.py", "physics", "kernels", "batch")
 
@@ -67,10 +72,62 @@ def _compile(function: F, fused: bool = True, **flags: Any) -> F:
     numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
     try:
         # numpy's error model: 1/0 gives inf, no branch per division.
-        compiled: F = numba.njit(error_model="numpy", fastmath=fast, cache=True, **flags)(function)
-        return compiled
+        compiled: Any = numba.njit(error_model="numpy", fastmath=fast, cache=True, **flags)(
+            function
+        )
+        if COMPILER not in os.environ and hasattr(compiled, "_cache"):
+            _load_or_compile_apart(compiled)
+        return cast(F, compiled)
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+
+def _load_or_compile_apart(dispatcher: Any) -> None:
+    """Let what is not in the cache be compiled by another process and loaded from there.
+
+    A process that compiles runs pieces that were optimised apart; one that loads runs them optimised once
+    more in one whole, with other products and sums fused. Chaotic motions show the difference. So nothing
+    runs where it was compiled, unless it cannot be compiled elsewhere.
+    """
+    function, cache = dispatcher.py_func, dispatcher._cache
+    load, place = cache.load_overload, (function.__module__, function.__qualname__)
+
+    def load_overload(signature: Any, target: Any) -> Any:
+        found = load(signature, target)
+        if found is None and COMPILER not in os.environ and _is_shared(place[0]):
+            if _compile_apart(*place, signature):
+                found = load(signature, target)
+            else:
+                os.environ[COMPILER] = "here"  # what is called from here is not tried again
+        return found
+
+    cache.load_overload = load_overload
+
+
+def _is_shared(module: str) -> bool:
+    """Whether another process finds the module and this one what that has compiled."""
+    return module.startswith(PACKAGE.name + ".") and cache_folder().name == kernel_hash()
+
+
+def _compile_apart(module: str, name: str, signature: Any) -> bool:
+    """Compile a function for a signature into the cache, in a process of its own; whether it did."""
+    try:
+        task = pickle.dumps((module, name, signature))
+    except (pickle.PicklingError, TypeError, AttributeError):
+        return False
+    command = [sys.executable, "-c", "from vibropipe.jit import compile_task; compile_task()"]
+    path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
+    environment = os.environ | {COMPILER: "apart", "PYTHONPATH": path}
+    done = subprocess.run(
+        command, input=task, env=environment, stdout=subprocess.DEVNULL, check=False
+    )
+    return done.returncode == 0
+
+
+def compile_task() -> None:
+    """Compile what standard input tells, as the process of `_compile_apart`."""
+    module, name, signature = pickle.load(sys.stdin.buffer)
+    getattr(importlib.import_module(module), name).compile(signature)
 
 
 def jit(function: F) -> F:

@@ -91,3 +91,32 @@ def coordinates(variables: Variables, harmonics: int) -> dict[str, Any]:
         "phase": np.arange(PHASES) / PHASES,
     }
     return {name: (name, values) for name, values in known.items() if name in used}
+
+
+def concatenate(parts: list[Variables]) -> Variables:
+    """The variables of all parts, which are emptied: one variable at a time is in memory twice."""
+    return {
+        name: (dims, np.concatenate([part.pop(name)[1] for part in parts]))
+        for name, (dims, _values) in list(parts[0].items())
+    }
+
+
+def ragged_places(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Places, in a flat array of row_size entries a row, of the entries of `rows` in that order."""
+    ends = np.cumsum(row_size)
+    sizes = row_size[rows]
+    shift = np.repeat(ends[rows] - sizes - (np.cumsum(sizes) - sizes), sizes)
+    return np.arange(sizes.sum()) + shift
+
+
+def take_rows(variables: Variables, rows: np.ndarray) -> Variables:
+    """The variables with their rows in another order, ragged entries moving with their rows."""
+    if np.array_equal(rows, np.arange(len(rows))):
+        return variables
+    taken = {}
+    for name, (dims, values) in variables.items():
+        if dims[0] == "row":
+            taken[name] = (dims, values[rows])
+        else:
+            taken[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
+    return taken

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.batch.choice import check_accuracy
-from vibropipe.batch.label import Variables, coordinates, label_rows
+from vibropipe.batch.cluster import gathered, solve_on
+from vibropipe.batch.label import Variables, concatenate, coordinates, label_rows, take_rows
 from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
 from vibropipe.physics.effects import asked_effects, names_of
@@ -36,10 +39,12 @@ def sweep(
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
+    client: Any = None,
 ) -> xr.Dataset:
     """Steady states (see `steady_state`) over every combination of the values in `over`.
 
-    over: parameter name (any of nu f h l delta R1 R2) -> values, one dimension each, in the order given.
+    over: parameter name (any of nu f h l delta R1 R2) -> values (an array, a dask array or a list), one
+    dimension each, in the order given.
     Every row starts from (x0, v0); with follow = ("nu", "up" or "down") the rows of that parameter are
     seeded by their neighbour from below or above, and only the first starts from (x0, v0): hysteresis shows.
     outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
@@ -47,17 +52,21 @@ def sweep(
     effects: any of damping, forcing, support_1, support_2, restitution, rest; rows are marched by a kernel
     without the others, compiled when it is first called for. All of them if left out. A row that reaches a
     support left out has status `support_reached`.
+    client: a `dask.distributed.Client`; the rows are then solved by the workers of its cluster, and those of a
+    worker that is lost by another one. The result is the same, bit for bit, on machines of the same kind.
 
     Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
     flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
     Raises ParameterError naming the parameter, its value and what is allowed, or an effect left out that the
     parameters have.
     """
-    arrays = check_over(over)
-    rows, _chain = count_rows(arrays, follow)
-    asked = (x0, v0, harmonics, follow, outputs)
-    shard = solve_shard(exciter, arrays, 0, rows, *asked, accuracy=accuracy, effects=effects)
-    return assemble([shard], exciter, arrays, follow)
+    arrays = check_over(over if client is None else gathered(client, over))
+    rows, chain = count_rows(arrays, follow)
+    asked: dict[str, Any] = {"follow": follow, "outputs": outputs, "effects": effects}
+    asked |= {"x0": x0, "v0": v0, "harmonics": harmonics, "accuracy": accuracy}
+    solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, arrays, **asked)
+    shards = [solve(0, rows)] if client is None else solve_on(client, solve, rows, chain)
+    return assemble(shards, exciter, arrays, follow)
 
 
 def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -149,13 +158,14 @@ def solve_shard(
 
     def solved(parameters: np.ndarray) -> Variables:
         chains = (parameters[order], starts[order], chain)
-        pieces = solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress, e)
+        pieces = deque(solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress, e))
         parts, done = [], 0
-        for piece in pieces:
+        while pieces:  # each is let go as it is labelled: the results are never in memory twice
+            piece = pieces.popleft()
             n = len(piece.regime)
             parts.append(label_rows(piece, parameters[order][done : done + n, 0]))
             done += n
-        return _take_rows(_concatenate(parts), np.argsort(order))
+        return take_rows(concatenate(parts), np.argsort(order))
 
     variables = solved(parameters)
     attrs: dict[str, Any] = {"row_start": row_start, "row_stop": row_stop}
@@ -213,32 +223,6 @@ def _chain_order(
     return (starts[:, None] + along[None, :]).ravel()
 
 
-def _concatenate(parts: list[Variables]) -> Variables:
-    return {
-        name: (dims, np.concatenate([part[name][1] for part in parts]))
-        for name, (dims, _values) in parts[0].items()
-    }
-
-
-def ragged_places(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Places, in a flat array of row_size entries a row, of the entries of `rows` in that order."""
-    ends = np.cumsum(row_size)
-    sizes = row_size[rows]
-    shift = np.repeat(ends[rows] - sizes - (np.cumsum(sizes) - sizes), sizes)
-    return np.arange(sizes.sum()) + shift
-
-
-def _take_rows(variables: Variables, rows: np.ndarray) -> Variables:
-    """The variables with their rows in another order, ragged entries moving with their rows."""
-    taken = {}
-    for name, (dims, values) in variables.items():
-        if dims[0] == "row":
-            taken[name] = (dims, values[rows])
-        else:
-            taken[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
-    return taken
-
-
 def assemble(
     shards: Sequence[xr.Dataset], exciter: Exciter, over: Mapping[str, Any], follow: Follow = None
 ) -> xr.Dataset:
@@ -256,7 +240,7 @@ def assemble(
     grid_of_rows = numbers.reshape([arrays[name].size for name in row_order(arrays, follow)])
     if follow is not None:
         grid_of_rows = np.moveaxis(grid_of_rows, -1, list(arrays).index(follow[0]))
-    flat = _take_rows(_concatenate(parts), grid_of_rows.ravel())
+    flat = take_rows(concatenate(parts), grid_of_rows.ravel())
     variables = {
         name: ((*arrays, *dims[1:]), values.reshape(*sizes, *values.shape[1:]))
         if dims[0] == "row"

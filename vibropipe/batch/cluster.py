@@ -1,0 +1,106 @@
+"""A sweep spread over a dask cluster: its shards are futures, the scheduler is dask's own.
+
+A shard lost with its worker is solved again by another one: `distributed` does that by itself, up to
+`distributed.scheduler.allowed-failures` times (3, unless configured).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.jit import kernel_hash
+from vibropipe.physics.exciter import ParameterError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHARDS_PER_THREAD = 8
+MOST_ROWS = 8192
+INSTALL = "pip install 'vibropipe[dask]'"
+
+# Not every threading layer of numba bears two parallel regions at once: tasks of a worker take turns,
+# each on all of its threads.
+_turn = threading.Lock()
+
+
+def solve_on(
+    client: Any, solve: Callable[[int, int], xr.Dataset], rows: int, chain: int
+) -> list[xr.Dataset]:
+    """Shards of a sweep of so many rows, cut at multiples of chain, each `solve(row_start, row_stop)` on some
+    worker of the dask cluster behind client.
+
+    Raises ParameterError where client is no dask client, RuntimeError where a worker has another version of
+    the kernels or was lost too often with the same shard.
+    """
+    check_client(client)
+    from distributed import KilledWorker
+
+    cuts = _cuts(rows, chain, sum(client.nthreads().values()))
+    futures = client.map(
+        _solve, cuts[:-1], cuts[1:], solve=solve, expected=kernel_hash(), pure=False
+    )
+    try:
+        return list(client.gather(futures))
+    except KilledWorker as error:
+        raise RuntimeError(
+            f"a shard was given up, since every worker that took it was lost ({error}): see the logs of the "
+            "workers; most often their memory is too small"
+        ) from error
+    finally:
+        client.cancel(futures)
+
+
+def gathered(client: Any, over: Mapping[str, Any]) -> dict[str, Any]:
+    """The swept values, those that are dask collections computed on the cluster that may hold them."""
+    check_client(client)
+    from dask.base import is_dask_collection
+
+    return {
+        name: client.compute(values, sync=True) if is_dask_collection(values) else values
+        for name, values in over.items()
+    }
+
+
+def check_client(client: Any) -> None:
+    """Raise ParameterError unless client is a dask client whose calls return when they are done."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ParameterError(
+            f"client = {client!r}: allowed is a dask.distributed.Client, which is not installed: {INSTALL}"
+        ) from error
+    if not isinstance(client, Client) or client.asynchronous:
+        raise ParameterError(
+            f"client = {client!r}: allowed is a dask.distributed.Client that is not asynchronous"
+        )
+
+
+def _cuts(rows: int, chain: int, threads: int) -> list[int]:
+    """Ends of shards: some for each thread, so that a slow or lost worker holds up little."""
+    chains = rows // chain
+    most = max(1, MOST_ROWS // chain)
+    shards = min(chains, max(SHARDS_PER_THREAD * max(1, threads), -(-chains // most)))
+    return [int(shard * chains // shards) * chain for shard in range(shards + 1)]
+
+
+def _solve(
+    row_start: int, row_stop: int, solve: Callable[[int, int], xr.Dataset], expected: str
+) -> xr.Dataset:
+    """One shard, on a worker and on as many threads as the worker has."""
+    import numba
+    from distributed import get_worker
+
+    worker = get_worker()
+    if kernel_hash() != expected:
+        raise RuntimeError(
+            f"worker {worker.address} has other kernels ({kernel_hash()}) than the client ({expected}): "
+            "install the same version of vibropipe on both"
+        )
+    with _turn:
+        there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(int(np.clip(worker.state.nthreads, 1, there_are)))
+        return solve(row_start, row_stop)

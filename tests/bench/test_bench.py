@@ -9,8 +9,9 @@ import pytest
 
 import vibropipe as vp
 from vibropipe import cli
+from vibropipe.batch import peers
 from vibropipe.bench import as_json, as_text, measure
-from vibropipe.bench.items import by_the_book, in_lanes, rows_near
+from vibropipe.bench.items import by_the_book, in_lanes, one_motion, rows_near, swept
 from vibropipe.bench.rounds import Contestant, Item, Ready, Target
 from vibropipe.bench.textbook import textbook
 
@@ -94,6 +95,13 @@ def test_the_command_prints_the_table_or_json(item, monkeypatch, capsys):
     assert "ours against slow: 10 times cheaper (10 to 10), asked 10: reached" in table
     assert len(told["items"][0]["contestants"][0]["rounds"]) == 2
     assert asked == [False, True]
+
+
+def test_a_peer_that_is_not_there_is_told(monkeypatch):
+    monkeypatch.setattr(peers, "is_installed", lambda package: False)
+    for found in (one_motion(), swept(whole=False)):
+        for target in found.targets:
+            assert found.find(target.peer).build() == "not installed"
 
 
 def test_the_textbook_loop_is_newmark_of_first_order_at_impacts():

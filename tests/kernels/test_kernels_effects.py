@@ -99,7 +99,7 @@ SINE = """
 import re
 import numpy as np
 from vibropipe.kernels.grid import exact_grid
-from vibropipe.kernels.flight import coast, fill
+from vibropipe.kernels.flight import fill
 from vibropipe.kernels.record import new_log
 from vibropipe.kernels.march import march
 from vibropipe.kernels.state import begin, departure

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
-from vibropipe.kernels.grid import evaluate, force_part, stays_between
-from vibropipe.kernels.newmark_steps import coast_newmark
+from vibropipe.kernels.grid import evaluate, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
 from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
 from vibropipe.kernels.state import (
@@ -28,35 +27,6 @@ MAX_SECANTS = 100
 # Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
 # the next step.
 SHORTEST_FLIGHT = 1e-4
-
-
-@jit
-def coast(e, p, grid, state, end_period, end_step, counts):
-    """Whole steps in flight while it is certified that no support is reached in them."""
-    if grid.exact is None:
-        return coast_newmark(e, p, grid, state, end_period, end_step, counts)
-    to_near, to_far = looked_at(e, state.home)
-    sigma, load, near, far = frame(p, state.home)
-    period, step, y, w = state.period, state.step, state.y, state.w
-    load1, load2 = grid.b1 * load, grid.b2 * load
-    made = 0
-    while period < end_period or step < end_step:
-        y1 = grid.a11 * y + grid.a12 * w + load1
-        w1 = grid.a21 * y + grid.a22 * w + load2
-        if e.forcing is not None:
-            part_y, part_w = force_part(grid, step)
-            y1 += sigma * part_y
-            w1 += sigma * part_w
-        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far, to_near, to_far):
-            break
-        y, w = y1, w1
-        made += 1
-        step += 1
-        if step == grid.steps:
-            step = 0
-            period += 1
-    counts[STEPS] += made
-    return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0)
 
 
 @jit

@@ -91,6 +91,37 @@ def motion(c, t: float, dt: float):
     return low + (high * t8 + last * t16), (slope_low + (slope_high * t8 + slope_last * t16)) / dt
 
 
+@jit
+def motion_with_curvature(c, t: float):
+    """Value, slope and curvature by theta of the polynomial of degree ORDER at t = theta, by Estrin's scheme."""
+    t2 = t * t
+    t4 = t2 * t2
+    t8 = t4 * t4
+    t16 = t8 * t8
+    low = (c[0] + c[1] * t) + (c[2] + c[3] * t) * t2
+    low += ((c[4] + c[5] * t) + (c[6] + c[7] * t) * t2) * t4
+    high = (c[8] + c[9] * t) + (c[10] + c[11] * t) * t2
+    high += ((c[12] + c[13] * t) + (c[14] + c[15] * t) * t2) * t4
+    last = (c[16] + c[17] * t) + c[18] * t2
+    slope_low = (c[1] + 2.0 * c[2] * t) + (3.0 * c[3] + 4.0 * c[4] * t) * t2
+    slope_low += ((5.0 * c[5] + 6.0 * c[6] * t) + (7.0 * c[7] + 8.0 * c[8] * t) * t2) * t4
+    slope_high = (9.0 * c[9] + 10.0 * c[10] * t) + (11.0 * c[11] + 12.0 * c[12] * t) * t2
+    slope_high += ((13.0 * c[13] + 14.0 * c[14] * t) + (15.0 * c[15] + 16.0 * c[16] * t) * t2) * t4
+    slope_last = 17.0 * c[17] + 18.0 * c[18] * t
+    bend_low = (2.0 * c[2] + 6.0 * c[3] * t) + (12.0 * c[4] + 20.0 * c[5] * t) * t2
+    bend_low += ((30.0 * c[6] + 42.0 * c[7] * t) + (56.0 * c[8] + 72.0 * c[9] * t) * t2) * t4
+    bend_high = (90.0 * c[10] + 110.0 * c[11] * t) + (132.0 * c[12] + 156.0 * c[13] * t) * t2
+    bend_high += (
+        (182.0 * c[14] + 210.0 * c[15] * t) + (240.0 * c[16] + 272.0 * c[17] * t) * t2
+    ) * t4
+    bend_last = 306.0 * c[18]
+    return (
+        low + (high * t8 + last * t16),
+        slope_low + (slope_high * t8 + slope_last * t16),
+        bend_low + (bend_high * t8 + bend_last * t16),
+    )
+
+
 @jit_allocating
 def exact_basis(h: float, nu: float, dt: float):
     """Polynomials, shape (5, ORDER + 1), of a unit y, w, load, sigma f sin and sigma f cos at t0.

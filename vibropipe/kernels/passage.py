@@ -1,0 +1,175 @@
+"""Whole steps in flight, and the usual impact: one in a step, met falling all the way and left unhindered.
+
+What is not certified to be of this kind goes by `kernels.flight`, which can do everything and takes thrice as
+long. Here the step is taken by the one-step map as if the support were not there; the impact adds to its end
+the response to an impulse, so the motion after it needs no polynomial of its own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vibropipe.jit import jit, jit_inline
+from vibropipe.kernels.contacts import side_of
+from vibropipe.kernels.grid import force_part, stays_between
+from vibropipe.kernels.record import POLYNOMIALS, STEPS, is_full, log_impact
+from vibropipe.kernels.state import (
+    FLIGHT,
+    WITH_SPEED,
+    State,
+    departure,
+    is_watched,
+    looked_at,
+    restitution_of,
+)
+from vibropipe.physics.contact import force_at, frame, reset
+from vibropipe.physics.flow import combine, combine_unforced, motion, motion_with_curvature
+
+# A cubic through both ends of a step errs in its slope by at most so many times its error in place.
+SLOPE_MARGIN = 3.1
+MAX_REFINEMENTS = 3
+# A correction whose cube, and whose square times the change of the acceleration, is below rounding.
+REFINED = 1e-8
+# Impacts this near the end of a step leave a departure too short to be told from rounding.
+LATEST = 0.999
+# A departure that rises in a step by less than this share of the distance between the frame and the support
+# struck would lose digits to it.
+LEAST_RISE = 1.0 / 64.0
+
+
+class Side(NamedTuple):
+    """The frame of a motion written from `home`, and which of the supports it can reach."""
+
+    home: int
+    sigma: float
+    load: float
+    near: float
+    far: float
+    to_near: bool
+    to_far: bool
+
+
+@jit_inline
+def falls_all_the_way(grid, y, w, load, first, last, slope0, slope1) -> bool:
+    """Whether a gap surely falls over a whole step from `first` > 0 to `last` < 0; slopes by theta.
+
+    The slope lies within its margin of the hull of the cubic's: its slopes at the ends and the Bezier point
+    between them.
+    """
+    margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
+    between = 3.0 * (last - first) - slope0 - slope1
+    return first > 0.0 and last < 0.0 and max(max(slope0, slope1), between) < -SLOPE_MARGIN * margin
+
+
+@jit_inline
+def refine(c, sign, offset, first, last, slope0, slope1):
+    """(theta, slope there) of the one root of a falling gap; theta = 2 if it was not found to rounding.
+
+    From the cubic through both ends of the inverse of the gap, by Halley's method: two evaluations as a rule.
+    """
+    change = last - first
+    s = -first / change
+    r = 1.0 - s
+    theta = s * s * (1.0 + 2.0 * r) + s * r * (r * change / slope0 - s * change / slope1)
+    for _ in range(MAX_REFINEMENTS):
+        value, slope, curvature = motion_with_curvature(c, theta)
+        value, slope, curvature = offset + sign * value, sign * slope, sign * curvature
+        newton = -value / slope
+        # Halley's step to the order that counts.
+        step = newton * (1.0 - 0.5 * newton * curvature / slope)
+        theta += step
+        if abs(step) <= REFINED:
+            return theta, slope + step * curvature
+    return 2.0, 0.0
+
+
+@jit_inline
+def side_at(e, p, home):
+    """The `Side` of a support, or of the equilibrium (home 0)."""
+    sigma, load, near, far = frame(p, home)
+    to_near, to_far = looked_at(e, home)
+    return Side(home, sigma, load, near, far, to_near, to_far)
+
+
+@jit_inline
+def keeps_clear(grid, departs, side, y, w, y1, w1, span):
+    """`stays_between` in the frame of a side."""
+    return stays_between(
+        grid, departs, y, w, y1, w1, span, side.load, side.near, side.far, side.to_near, side.to_far
+    )
+
+
+@jit_inline
+def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
+    """(whether so, side, y, w) at the end of a step with one plain impact, which is logged.
+
+    y, w, y1, w1: at the ends of the step, as if there were no support.
+    """
+    at_near = w1 < 0.0
+    struck = side_of(side.home, at_near)
+    if not (side.to_near if at_near else side.to_far) or is_watched(struck, e.watched):
+        return False, side, y, w
+    sign, offset = (1.0, -side.near) if at_near else (-1.0, side.far)
+    first, last = offset + sign * y, offset + sign * y1
+    slope0, slope1 = sign * w * grid.dt, sign * w1 * grid.dt
+    if not falls_all_the_way(grid, y, w, side.load, first, last, slope0, slope1):
+        return False, side, y, w
+    if e.forcing is not None:
+        s, s_rate = force_at(p, side.sigma, step / grid.steps)
+        combine(grid.basis, c, y, w, side.load, s, s_rate)
+    else:
+        combine_unforced(grid.basis, c, y, w, side.load)
+    theta, slope = refine(c, sign, offset, first, last, slope0, slope1)
+    if not theta < LATEST:
+        return False, side, y, w
+    approach = -slope / grid.dt
+    speed = reset(restitution_of(e, p, struck), approach)
+    rise, rise_rate = motion(grid.basis[1], 1.0 - theta, grid.dt)
+    y1, w1 = last + (speed + approach) * rise, sign * w1 + (speed + approach) * rise_rate
+    at = step + theta
+    order, _wait = departure(e, p, grid, struck, speed, at / grid.steps)
+    new = side_at(e, p, struck)
+    if not (
+        speed * grid.dt > LEAST_RISE * abs(offset)
+        and order == WITH_SPEED
+        and keeps_clear(grid, 1, new, 0.0, speed, y1, w1, 1.0 - theta)
+    ):
+        return False, side, y, w
+    outward = 1.0 if struck == 1 else -1.0
+    impulse = -outward * (approach + speed)
+    log_impact(log, period + at / grid.steps, struck, outward * approach, impulse)
+    return True, new, y1, w1
+
+
+@jit
+def coast(e, p, grid, state, end_period, end_step, log, c, most):
+    """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of them at most,
+    up to the step in which something else may happen."""
+    period, step, y, w = state.period, state.step, state.y, state.w
+    side = side_at(e, p, state.home)
+    made, struck = 0, 0
+    while period < end_period or step < end_step:
+        part_y, part_w = grid.b1 * side.load, grid.b2 * side.load
+        if e.forcing is not None:
+            force_y, force_w = force_part(grid, step)
+            part_y += side.sigma * force_y
+            part_w += side.sigma * force_w
+        # The force's part first: the chain from y to the next y is then two operations long.
+        y1 = grid.a11 * y + (grid.a12 * w + part_y)
+        w1 = grid.a21 * y + (grid.a22 * w + part_w)
+        if not keeps_clear(grid, 0, side, y, w, y1, w1, 1.0):
+            if struck >= most or is_full(log):
+                break
+            plain, side, y1, w1 = through(e, p, grid, side, period, step, y, w, y1, w1, log, c)
+            if not plain:
+                break
+            struck += 1
+        y, w = y1, w1
+        made += 1
+        step += 1
+        if step == grid.steps:
+            step = 0
+            period += 1
+    log.counts[STEPS] += made
+    log.counts[POLYNOMIALS] += struck
+    return State(period, step, 0.0, side.home, y, w, FLIGHT, 0.0), struck

@@ -43,15 +43,19 @@ BALANCED = {"l": 0.5, "delta": -0.5, "R1": 0.6}
 
 @methods
 @mirrors
+@pytest.mark.parametrize("speed", [0.3, 1e-7, 1e-12])
 @pytest.mark.parametrize("where", [PUSHED, PULLED, BALANCED])
 def test_a_start_that_moves_in_strikes_once_at_the_start(
-    where: dict[str, float], side: int, method: dict[str, Any]
+    where: dict[str, float], speed: float, side: int, method: dict[str, Any]
 ) -> None:
     e = exciter(side, **where)
-    ds = vp.simulate(e, tau_end=0.1, x0=side * (0.5 + where["delta"]), v0=side * 0.3, **method)
-    first = impacts_of(ds)[0]
-    assert first == (0.0, 1 if side == 1 else 2, side * 0.3, pytest.approx(-side * 0.18))
-    assert ds.impact_tau.values.tolist().count(0.0) == 1
+    start = {"x0": side * (0.5 + where["delta"]), "v0": side * speed}
+    for tau_end in (0.0, 0.1):
+        ds = vp.simulate(e, tau_end=tau_end, **start, **method)
+        first = impacts_of(ds)[0]
+        assert first[:2] == (0.0, 1 if side == 1 else 2)
+        assert first[2:] == pytest.approx((side * speed, -side * 0.6 * speed), rel=1e-15)
+        assert ds.impact_tau.values.tolist().count(0.0) == 1
 
 
 @methods

@@ -12,7 +12,9 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.batch.accuracy import settle_to_accuracy
-from vibropipe.batch.motion import Task, simulate
+from vibropipe.batch.energy import TERMS
+from vibropipe.batch.motion import simulate
+from vibropipe.batch.run import Task
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import solve_shard, sweep
 from vibropipe.expectation import recall
@@ -38,7 +40,8 @@ from vibropipe.vocabulary import describe
 OF_THE_ORBIT = {
     name: f"orbit_{name}"
     for name in (
-        "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error"
+        "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
+        *TERMS, *(f"{term}_error" for term in TERMS),
     )
 }  # fmt: skip
 STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
@@ -194,9 +197,11 @@ def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr
     begin, end = scene.tau_span()
     effects = scene_effects(scene)
     samples = scene.samples_per_period if "motion" in scene.outputs else 0
+    energy = "energy" in scene.outputs
     if "accuracy" in solver:
         at, how = grounds(scene)
-        task = Task(begin, end, x0, v0, samples, effects=asked_effects(effects, *at, **how))
+        with_effects = asked_effects(effects, *at, **how)
+        task = Task(begin, end, x0, v0, samples, effects=with_effects, energy=energy)
         return settle_to_accuracy(exciter, task, solver["accuracy"])
     if scene.settle_periods:
         settled = simulate(
@@ -217,6 +222,7 @@ def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr
         v0=v0,
         samples_per_period=samples,
         effects=effects,
+        energy=energy,
         **solver,
     )
 

@@ -173,15 +173,20 @@ VOCABULARY: dict[str, Quantity] = {
     "orbit_impact_period": _number(
         "orbit_impact", "forcing period of the orbit at impact of the orbit", r"$n_i$"
     ),
+    "orbit_energy_input": _number("", "work of the force per orbit", r"$W_f$"),
+    "orbit_energy_damping": _number("", "energy lost by damping per orbit", r"$W_h$"),
+    "orbit_energy_impact": _number("support", "energy lost at the support per orbit", r"$W_s$"),
+    "orbit_energy_residual": _number("", "gap in the energy balance per orbit", r"$\Delta W$"),
     # stability
     "multiplier": _number("multiplier", "number of the Floquet multiplier", r"$j$"),
     "floquet_multiplier": _number("multiplier", "Floquet multiplier", r"$\mu_j$"),
     "stable": _number("", "stability of the orbit", "stability", flags=STABLE),
-    # energy per orbit
-    "energy_input": _number("", "work of the force per orbit", r"$W_f$"),
-    "energy_damping": _number("", "energy lost by damping per orbit", r"$W_h$"),
-    "energy_impact": _number("support", "energy lost at the support per orbit", r"$W_s$"),
-    "energy_residual": _number("", "gap in the energy balance per orbit", r"$\Delta W$"),
+    # energy per orbit, or of a motion from its start to its end
+    "energy_input": _number("", "work of the force", r"$W_f$"),
+    "energy_damping": _number("", "energy lost by damping", r"$W_h$"),
+    "energy_impact": _number("support", "energy lost at the support", r"$W_s$"),
+    "energy_change": _number("", "energy stored", r"$\Delta E$"),
+    "energy_residual": _number("", "gap in the energy balance", r"$\Delta W$"),
     # backbone, eq. (10)
     "delta_over_l": _number("delta_over_l", "relative offset of the equilibrium", r"$\delta/l$"),
     "tau_bar": _number("tau_bar", "period of free vibration", r"$\bar{\tau}$"),

@@ -13,7 +13,7 @@ from oracles import Motion, Parameters, Twin, digits
 import vibropipe as vp
 from vibropipe.batch.accuracy import simulate_to_accuracy
 from vibropipe.batch.choice import NEWMARK_PRICES, choose, cost
-from vibropipe.batch.motion import Task, run_motion
+from vibropipe.batch.run import Task, run_motion
 from vibropipe.kernels.grid import newmark_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.status import Status

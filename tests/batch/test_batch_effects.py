@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.batch.motion import Task, has_closed_form, run_motion
+from vibropipe.batch.run import Task, has_closed_form, run_motion
 from vibropipe.batch.sweep import solve_shard
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS, NAMES

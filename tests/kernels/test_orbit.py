@@ -13,7 +13,7 @@ from vibropipe.kernels.grid import exact_grid, locate
 from vibropipe.kernels.harmonics import add_contacts, close
 from vibropipe.kernels.march import march
 from vibropipe.kernels.orbit import derivative, multipliers, section
-from vibropipe.kernels.quadrature import along_orbit
+from vibropipe.kernels.quadrature import along
 from vibropipe.kernels.record import RESTS, new_log
 from vibropipe.kernels.state import REST, begin
 from vibropipe.kernels.steady import settle_motion
@@ -81,7 +81,9 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     complete = close(p, m, float(m), closed)
     x, v = section(p, orbit.state)
     energy = np.zeros(2)
-    along_orbit(ALL_EFFECTS, p, x, v, orbit.end, log, m, direct, energy, np.empty(ORDER + 1))
+    along(
+        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, energy, np.empty(ORDER + 1)
+    )
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
     np.testing.assert_allclose(closed[kept], direct[kept] / m, atol=1e-9)
     struck = log.support[: log.counts[0]] > 0

@@ -8,7 +8,8 @@ import numpy as np
 
 from vibropipe.batch.choice import LEAST_ACCURACY, check_accuracy, choose_for
 from vibropipe.batch.errors import deviation
-from vibropipe.batch.motion import Task, run_motion, to_dataset, to_variables
+from vibropipe.batch.motion import to_dataset, to_variables
+from vibropipe.batch.run import Task, run_motion
 from vibropipe.kernels.grid import newmark_grid
 from vibropipe.physics.exciter import Exciter
 from vibropipe.status import Status
@@ -54,7 +55,9 @@ def settle_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Datase
     tau_start to tau_end, and what the settling leaves in doubt is carried on into its errors."""
     if task.tau_start == 0.0:
         return simulate_to_accuracy(exciter, task, accuracy)
-    settling = task._replace(tau_start=0.0, tau_end=task.tau_start, samples_per_period=0)
+    settling = task._replace(
+        tau_start=0.0, tau_end=task.tau_start, samples_per_period=0, energy=False
+    )
     # What is left of its error is then small beside that of the record.
     end = simulate_to_accuracy(
         exciter, settling, max(check_accuracy(accuracy) / 10, LEAST_ACCURACY)

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.batch.errors import Errors, deviation, exact_errors, misses, sizes_of
-from vibropipe.batch.motion import Run, Task, run_motion, to_variables
+from vibropipe.batch.motion import to_variables
+from vibropipe.batch.run import Run, Task, run_motion
 from vibropipe.kernels.grid import newmark_grid
 from vibropipe.kernels.record import EVALUATIONS, POLYNOMIALS, STEPS
 from vibropipe.physics.exciter import Exciter, ParameterError, number

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.batch.motion import Task, run_motion
+from vibropipe.batch.run import Task, run_motion
 from vibropipe.kernels.crude import crude, crude_often
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.often import march_often

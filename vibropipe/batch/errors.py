@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.batch.motion import Run, Task, has_closed_form, run_motion, to_variables
+from vibropipe.batch.energy import TERMS
+from vibropipe.batch.motion import to_variables
+from vibropipe.batch.run import Run, Task, has_closed_form, run_motion
 from vibropipe.kernels.grid import exact_grid_of
 from vibropipe.kernels.roots import TOUCH
 from vibropipe.physics.exciter import Exciter
@@ -120,6 +122,9 @@ def floors(exciter: Exciter, task: Task, variables: Variables) -> Errors:
         ("velocity", "velocity_end", "impact_velocity", "impact_velocity_after"), v
     )
     least |= {"displacement": x, "displacement_end": x}
+    energy = size.velocity * v + size.displacement * x
+    contacts = variables["impact_tau"][1].size + 1
+    least |= dict.fromkeys(TERMS, energy * contacts)
     least["force"] = abs(exciter.f) * (4 * ULP + 2 * exciter.nu * late)
     return {
         name: np.full(np.shape(values), least.get(name, 4 * late + 64 * ULP * size.time))
@@ -131,7 +136,7 @@ def floors(exciter: Exciter, task: Task, variables: Variables) -> Errors:
 def deviation(variables: Variables, others: Variables, own: Errors) -> Errors:
     """Distance of each quantity of a motion to that of another one, plus that one's own errors."""
     apart: Errors = {}
-    for name in ("displacement", "velocity", "force", "displacement_end", "velocity_end"):
+    for name in ("displacement", "velocity", "force", "displacement_end", "velocity_end", *TERMS):
         if name in variables and name in others:
             apart[name] = distance(variables[name][1], others[name][1]) + own.get(name, 0.0)
     for kind, names in OF_CONTACTS.items():

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numba import prange
 
-from vibropipe.batch.motion import check_steps, turns_of
+from vibropipe.batch.motion import check_steps
+from vibropipe.batch.run import turns_of
 from vibropipe.jit import jit_parallel
 from vibropipe.kernels.grid import locate, waves
 from vibropipe.kernels.lanes import STATE, Left, Room, Tasks, march_block

@@ -10,6 +10,7 @@ from vibropipe.kernels.state import (
     FLIGHT,
     REST,
     SAME_INSTANT,
+    STRIKES,
     WITH_PULL,
     WITH_RATE,
     WITH_SPEED,
@@ -47,14 +48,24 @@ def impact(e, p, grid, state, at_near, approach, theta, log):
 def contact(e, p, grid, state, kind, at_near, c, theta, log):
     """State after an impact or a graze at `theta` past the state."""
     at = state.theta + theta
-    if kind == GRAZING:
+    _y, rate = evaluate(grid, c, theta)
+    approach = -rate if at_near else rate
+    if kind == GRAZING or approach <= 0.0:
         side = side_of(state.home, at_near)
         log_grazing(log, state.period + (state.step + at) / grid.steps, side)
         return State(state.period, state.step, at, side, 0.0, 0.0, WITH_PULL, 0.0)
-    _y, rate = evaluate(grid, c, theta)
     if state.order != FLIGHT:
         log.counts[SHORT_FLIGHTS] += 1
-    return impact(e, p, grid, state, at_near, max(0.0, -rate if at_near else rate), at, log)
+    return impact(e, p, grid, state, at_near, approach, at, log)
+
+
+@jit
+def strike_first(e, p, grid, state, end_period, end_step, end_theta, log):
+    """(state, impacts made) after the impact of a motion that starts on a support moving in, if it does."""
+    if state.order != STRIKES:
+        return state, 0
+    after = impact(e, p, grid, state, True, -state.w, state.theta, log)
+    return settle(e, p, grid, after, end_period, end_step, end_theta, log), 1
 
 
 @jit

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.jit import jit
-from vibropipe.kernels.contacts import meet_at_end, rest
+from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.grid import Grid, newmark_numbers
 from vibropipe.kernels.newmark_steps import (
@@ -115,7 +115,7 @@ def go_on(e, p, grid, state, at_step, end, log, c, max_events):
     pause_period, pause_step = at_step // grid.steps, at_step % grid.steps
     if is_before(end_period, end_step, end_theta, pause_period, pause_step, 0.0):
         pause_period, pause_step = end_period, end_step
-    events = 0
+    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
     while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
             return state, events, NOT_FINITE, False

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.jit import jit
-from vibropipe.kernels.contacts import meet_at_end, rest
+from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.newmark_steps import coast_newmark
 from vibropipe.kernels.passage import coast
@@ -28,7 +28,7 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
     the mass meets a support that is watched. An impact at the end
     itself, within rounding of time, is made: the state is the one after it.
     """
-    events = 0
+    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
     while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
             return state, NOT_FINITE

@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import add_contacts, close
 from vibropipe.kernels.orbit import section
-from vibropipe.kernels.quadrature import along_orbit, mend_resonance
+from vibropipe.kernels.quadrature import add_energy, mend_resonance
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
 from vibropipe.vocabulary import Regime
@@ -102,27 +102,8 @@ def write_energy(e, p, settled, log, c, energy, row) -> None:
     """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
     if energy.size > 0:
         x, v = section(p, settled.state)
-        none = np.zeros(0, np.complex128)
-        along_orbit(e, p, x, v, settled.end, log, settled.m, none, energy[row], c)
-        for i in range(min(log.counts[IMPACTS], log.position.size)):
-            before, impulse = log.velocity[i], log.impulse[i]
-            side = abs(log.support[i]) - 1
-            if log.support[i] > 0:
-                energy[row, 2 + side] -= impulse * (before + 0.5 * impulse)
-            else:
-                energy[row, 2 + side] += tail_loss(p, impulse, side)
-
-
-@jit
-def tail_loss(p, impulse, side):
-    """Energy lost in the completed tail of a chatter that carries `impulse`: all of its departure speed."""
-    restitution = p.R1 if side == 0 else p.R2
-    speed = (
-        abs(impulse) * (1.0 - restitution) / (1.0 + restitution)
-        if restitution < 1.0
-        else abs(impulse)
-    )
-    return 0.5 * speed * speed
+        stop = float(settled.m)
+        add_energy(e, p, x, v, 0.0, stop, settled.end, log, energy[row], c)
 
 
 @jit

@@ -57,44 +57,81 @@ def _add_rest(x, start, end, m, out) -> None:
 
 
 @jit
-def along_orbit(e, p, x, v, end, log, m, out, energy, c) -> None:
-    """Integrals over m periods of a logged motion from (x, v) at period 0 to the state `end`.
+def along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
+    """Integrals over a logged motion from (x, v) at `start` to the state `end` at `stop`, in forcing periods.
 
-    out[k] += integral of x exp(-i k nu tau/m) over the orbit, in forcing periods; energy[0] += work of the
-    force, energy[1] += loss by damping.
+    out[k] += integral of x exp(-i k nu tau/m), in forcing periods; energy[0] += work of the force,
+    energy[1] += loss by damping.
     """
     impacts = min(log.counts[IMPACTS], log.position.size)
     rests = min(log.counts[RESTS], log.rest_start.size)
-    now, i, r = 0.0, 0, 0
-    while now < m:
+    now, i, r = start, 0, 0
+    chattered = False
+    while now < stop:
         impact = log.position[i] if i < impacts else math.inf
-        rest, until, side = math.inf, float(m), end.home
+        rest, until, side = math.inf, stop, end.home
         if r < rests:
             rest, until, side = (
-                max(0.0, log.rest_start[r]),
+                max(start, log.rest_start[r]),
                 log.rest_end[r],
                 int(log.rest_support[r]),
             )
         elif end.order == REST and r == rests:
-            rest = max(0.0, end.rest_start)
-        upto = min(min(impact, rest), float(m))
-        x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
-        now = upto
-        if impact <= rest and impact < m:
+            rest = max(start, end.rest_start)
+        upto = min(min(impact, rest), stop)
+        tail = impact <= rest and impact < stop and log.support[i] < 0
+        if tail or chattered:
+            # The flights of a completed chatter are no higher than rounding; one over all its time would be.
+            _add_rest(x, now, upto, m, out)
+        else:
+            x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
+        now, chattered = upto, tail
+        if impact <= rest and impact < stop:
             x = p.l + p.delta if abs(log.support[i]) == 1 else p.delta - p.l
             v = log.velocity[i] + log.impulse[i] if log.support[i] > 0 else 0.0
             i += 1
-        elif rest < m:
+        elif rest < stop:
             x, v = (p.l + p.delta if side == 1 else p.delta - p.l), 0.0
             _add_rest(x, now, until, m, out)
             now, r = until, r + 1
+
+
+@jit
+def tail_loss(p, impulse, side):
+    """Energy lost in the completed tail of a chatter that carries `impulse`: all of its departure speed."""
+    restitution = p.R1 if side == 0 else p.R2
+    speed = (
+        abs(impulse) * (1.0 - restitution) / (1.0 + restitution)
+        if restitution < 1.0
+        else abs(impulse)
+    )
+    return 0.5 * speed * speed
+
+
+@jit
+def add_losses(p, log, losses) -> None:
+    """losses[0] and [1] += energy lost in the logged impacts on support 1 and 2."""
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        before, impulse = log.velocity[i], log.impulse[i]
+        side = abs(log.support[i]) - 1
+        if log.support[i] > 0:
+            losses[side] -= impulse * (before + 0.5 * impulse)
+        else:
+            losses[side] += tail_loss(p, impulse, side)
+
+
+@jit_allocating
+def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
+    """energy (4,) += work of the force, loss by damping, loss at support 1 and at support 2."""
+    along(e, p, x, v, start, stop, end, log, 1, np.zeros(0, np.complex128), energy, c)
+    add_losses(p, log, energy[2:])
 
 
 @jit_allocating
 def mend_resonance(e, p, x, v, end, log, m, out, energy, c) -> None:
     """Replace the harmonics that `harmonics.close` could not divide out by their quadrature."""
     direct = np.zeros(out.size, np.complex128)
-    along_orbit(e, p, x, v, end, log, m, direct, energy, c)
+    along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
     for k in range(out.size):
         if abs(admittance(p, k, m)) < RESONANT:
             out[k] = direct[k] / m

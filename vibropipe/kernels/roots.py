@@ -19,6 +19,8 @@ MAX_POLISH = 12
 MAX_GROWTHS = 600
 # A gap within this share of the lengths at hand is touching: rounding can not tell the two sides apart.
 TOUCH = 2.0**-44
+# Rounding of a gap's value, in the same lengths.
+NOISE = 2.0**-51
 
 
 @jit
@@ -142,7 +144,7 @@ def first_root(c, p, sign, offset, load, span, counts):
     # Squares of very small motions would vanish: the search works on a gap of size 1, scaled by a power of two.
     _share, exponent = math.frexp(scale)
     unit = math.ldexp(1.0, min(-exponent, 1000))
-    touch = TOUCH * scale * unit
+    touch, noise = TOUCH * scale * unit, NOISE * scale * unit
     third = _third_derivative_bound(c, p, span) * unit
     theta, shift = 0.0, 0.0
     for stride_number in range(MAX_STRIDES):
@@ -153,7 +155,8 @@ def first_root(c, p, sign, offset, load, span, counts):
             # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
             shift = min(touch, 0.5 * value)
         room = span - theta
-        if value - shift > 0.0:
+        # Strides of a falling gap that is within its rounding would get nowhere.
+        if value - shift > (noise if slope < 0.0 else 0.0):
             stride = _stride(value - shift, slope, curvature, third, room)
             if stride >= room:
                 return span, NONE

@@ -9,8 +9,9 @@ from vibropipe.jit import jit
 from vibropipe.kernels.grid import locate
 from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
 
-# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate; or not.
-FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, REST = 0, 1, 2, 3, 9
+# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate; or not,
+# and one that starts on a support moving in strikes it first.
+FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, STRIKES, REST = 0, 1, 2, 3, 8, 9
 # Rounding of a phase in turns: a contact this soon after the release belongs to it.
 SAME_INSTANT = 1e-13
 # Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
@@ -21,7 +22,7 @@ LOWEST_HOP = 2.0**-52
 class State(NamedTuple):
     """Where a motion is: time as period, step, theta; place as distance y from `home` and its rate w.
 
-    order: how it departs (FLIGHT ... REST); rest_start: in forcing periods, while it rests.
+    order: how it departs (FLIGHT ... REST; w < 0 where it STRIKES); rest_start: in forcing periods, while it rests.
     """
 
     period: int
@@ -145,7 +146,6 @@ def begin(e, p, grid, turns, x, v):
     home = 1 if x >= upper else 2
     w = -v if home == 1 else v
     if w < 0.0:
-        # Moving in: the support is met at once, and the march books the impact.
-        return State(period, step, theta, 0, x, v, FLIGHT, 0.0)
+        return State(period, step, theta, home, 0.0, w, STRIKES, 0.0)
     order, _wait = departure(e, p, grid, home, w, (step + theta) / grid.steps)
     return State(period, step, theta, home, 0.0, w, order, turns)

@@ -9,7 +9,7 @@ from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, clos
 from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import LOG_FULL, at_period_zero, clear, periods, section
 from vibropipe.kernels.outputs import count_contacts
-from vibropipe.kernels.quadrature import along_orbit
+from vibropipe.kernels.quadrature import along
 from vibropipe.kernels.state import REST
 from vibropipe.kernels.steady import EVENTS_PER_PERIOD, ONE
 from vibropipe.physics.forcing import TWO_PI
@@ -37,7 +37,7 @@ def _add_to_window(p, log, state, amplitudes, row) -> None:
 @jit
 def _add_direct(e, p, start, end, log, direct, energy, c) -> None:
     x, v = section(p, start)
-    along_orbit(e, p, x, v, end, log, 1, direct, energy, c)
+    along(e, p, x, v, 0.0, 1.0, end, log, 1, direct, energy, c)
 
 
 @jit

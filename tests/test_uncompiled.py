@@ -1,0 +1,68 @@
+"""The kernels as plain Python say the same as compiled: nothing hangs on what the compiler makes of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from judging import parameters_of, reference
+
+import vibropipe as vp
+
+# high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
+MOTIONS = [name for name in reference("motions") if name != "high_frequency"]
+NEWMARK = ["fig9_offset", "chatter_and_rest", "plastic_R0"]
+ORBITS = ["fig6_symmetric", "plastic_R0", "one_sided_at_equilibrium"]
+CONTACTS = ("impact_tau", "impact_velocity", "impact_support", "rest_start", "rest_end")
+ENDS = ("displacement_end", "velocity_end", "energy_residual")
+ORBIT = ("displacement_amplitude", "impact_velocity", "period_multiple", "regime", "energy_input")
+
+
+def numbers() -> dict[str, list[float]]:
+    """Contacts, ends and orbits of the sample, by name."""
+    found = {}
+    for name in MOTIONS:
+        entry = reference("motions")[name]
+        exciter = vp.Exciter(**parameters_of(entry)._asdict())
+        x0, v0 = float(entry["x0"]), float(entry["v0"])
+        asked = [{}, {"method": "newmark", "steps_per_period": 40}][: 1 + (name in NEWMARK)]
+        for how in asked:
+            tau_end = min(float(entry["tau_end"]), 25.0)
+            ds = vp.simulate(exciter, tau_end, x0, v0, samples_per_period=0, energy=True, **how)
+            for quantity in (*CONTACTS, *ENDS):
+                found[f"{name} {len(how)} {quantity}"] = np.ravel(ds[quantity].values).tolist()
+        if name in ORBITS:
+            orbit = vp.steady_state(exciter, x0, v0)
+            for quantity in ORBIT:
+                found[f"{name} orbit {quantity}"] = np.ravel(orbit[quantity].values).tolist()
+    return found
+
+
+@pytest.fixture(scope="module")
+def uncompiled() -> dict[str, list[float]]:
+    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+    code = "import json, test_uncompiled as t; print(json.dumps(t.numbers()))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_plain_python_agrees_with_the_compiled_kernels(uncompiled: dict[str, list[float]]) -> None:
+    compiled = numbers()
+    assert compiled.keys() == uncompiled.keys()
+    assert sum(len(values) for values in compiled.values()) > 2000
+    for name, values in compiled.items():
+        np.testing.assert_allclose(
+            uncompiled[name], values, rtol=1e-10, atol=1e-10, err_msg=name, equal_nan=False
+        )

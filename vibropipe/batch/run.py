@@ -91,12 +91,16 @@ def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
     p, e = exciter.parameters(), task.effects
     closed = has_closed_form(exciter, task) if grid is None else None
     if closed is not None:
-        return closed(exciter, task, sample_times(turns, task.samples_per_period))
-    if grid is None:
-        grid = exact_grid(e, p)
-    samples = _samples(grid, turns, task.samples_per_period)
-    state = begin(e, p, grid, turns[0], task.x, task.v)
-    return _march(e, p, grid, state, turns[1], samples, task.max_impacts)
+        run = closed(exciter, task, sample_times(turns, task.samples_per_period))
+    else:
+        grid = exact_grid(e, p) if grid is None else grid
+        samples = _samples(grid, turns, task.samples_per_period)
+        state = begin(e, p, grid, turns[0], task.x, task.v)
+        run = _march(e, p, grid, state, turns[1], samples, task.max_impacts)
+    if run.displacement.size > 0:
+        # The start as it was given, on a support before the impact.
+        run.displacement[0], run.velocity[0] = task.x, task.v
+    return run
 
 
 def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Run] | None:
@@ -125,8 +129,6 @@ def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
     a = arc(exciter.parameters(), x, v)
     times = np.append(turns * exciter.period, span)
     xs, vs = positions(a, times)
-    # The start as it was given, on a support before the impact.
-    xs[0], vs[0] = (x, v) if times[0] == 0.0 and times.size > 1 else (xs[0], vs[0])
     struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
         struck[name] += task.tau_start

@@ -143,8 +143,8 @@ def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
 
 @jit
 def coast(e, p, grid, state, end_period, end_step, log, c, most):
-    """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of them at most,
-    up to the step in which something else may happen."""
+    """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
+    them at most, up to the step in which something else may happen."""
     period, step, y, w = state.period, state.step, state.y, state.w
     side = side_at(e, p, state.home)
     made, struck = 0, 0

@@ -99,7 +99,7 @@ def test_rows_fill_several_blocks_and_none_sees_another():
 
 
 def test_a_row_of_many_contacts_gets_the_room_it_needs():
-    many = vp.Exciter(l=0.05, nu=1.0, f=1.0, h=0.1, R1=0.9, R2=0.9)
+    many = vp.Exciter(l=0.05, nu=0.1, f=1.0, h=0.1, R1=0.9, R2=0.9)
     rows = check_same([FORCED, many], [900.0, 900.0], [0.0, 0.0], [0.0, 0.0], 100)
     assert rows.row_size[1] > 256
 

@@ -25,8 +25,9 @@ from vibropipe.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
-# Room for contacts of a row at first, and by how much it grows for the rows that it is too small for.
-FIRST_ROOM, GROWTH = 256, 8
+# Room for contacts of a row at first, that for each forcing period, and by how much it grows for rows that it is
+# too small for.
+FIRST_ROOM, ROOM_PER_PERIOD, GROWTH = 64, 6, 4
 # Contacts that the logs of one call have room for, all rows together.
 MOST_ROOM = 2_000_000
 # Columns of a log, and where it counts their entries.
@@ -107,8 +108,9 @@ def march_rows(
     ends = np.array([locate(turn, steps) for turn in turns], float)
     sines, cosines = waves(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
-    done = []
-    waiting, room = np.argsort(turns, kind="stable"), FIRST_ROOM
+    done: list[dict[str, np.ndarray]] = []
+    waiting = np.argsort(turns, kind="stable")
+    room = int(FIRST_ROOM + ROOM_PER_PERIOD * min(turns.max(), max_impacts))
     while waiting.size:
         again = []
         per_call = max(1, MOST_ROOM // room // WIDTH) * WIDTH

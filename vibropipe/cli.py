@@ -15,6 +15,8 @@ from typing import Annotated
 
 import typer
 
+INTERRUPTED = 130
+STOPPED = "vibropipe: interrupted; what was whole stays, nothing half-written was left"
 PLOT_SUFFIXES = (".svg", ".pdf", ".png")
 
 app = typer.Typer(
@@ -42,8 +44,13 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line; the only place where an error becomes a message and an exit code."""
     try:
         app(args=arguments, prog_name="vibropipe")
+    except SystemExit as stop:
+        if stop.code == INTERRUPTED:  # typer's answer to Ctrl-C
+            print(STOPPED, file=sys.stderr)
+        raise
     except KeyboardInterrupt:
-        sys.exit(130)
+        print(STOPPED, file=sys.stderr)
+        sys.exit(INTERRUPTED)
     except Exception as error:
         code = exit_code(error)
         if code is None:
@@ -167,9 +174,11 @@ def solve(
     check_cut(study.scene(scene), part)
 
     # only now, so that a mistake is told at once
+    from vibropipe.progress import shown
     from vibropipe.scenes import solve_to_file
 
-    solve_to_file(study, scene, output, part, use_threads(threads))
+    with shown(scene if shard is None else f"{scene}, shard {shard}") as progress:
+        solve_to_file(study, scene, output, part, use_threads(threads), progress)
 
 
 @app.command()
@@ -225,6 +234,31 @@ def show(
     else:
         texts = [summary(read(dataset))]
     typer.echo("\n".join(texts))
+
+
+@app.command()
+def verify(
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS", help="A study's folder, or a .nc file of it.")
+    ],
+    rows: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Rows of each sweep to compute again.")
+    ] = 100,
+    seed: Annotated[
+        int | None, typer.Option(min=0, metavar="S", help="Seed of the sample, to repeat one.")
+    ] = None,
+) -> None:
+    """Compute a random sample of each dataset again and compare it bit for bit."""
+    from vibropipe.verification import new_seed, verify
+
+    chosen = new_seed() if seed is None else seed
+    verdicts = []
+    for verdict in verify(results, rows, chosen):
+        typer.echo(verdict)
+        verdicts.append(verdict)
+    typer.echo(f"sample: --rows {rows} --seed {chosen}")
+    if not all(verdict.good for verdict in verdicts):
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,12 @@ from vibropipe.batch.energy import TERMS
 from vibropipe.batch.motion import simulate
 from vibropipe.batch.run import Task
 from vibropipe.batch.steady import steady_state
-from vibropipe.batch.sweep import solve_shard, sweep
+from vibropipe.batch.sweep import assemble, solve_shard
 from vibropipe.expectation import recall
 from vibropipe.physics.effects import asked_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.plan import Scene, as_sweep, check_cut, row_range
+from vibropipe.progress import Progress
 from vibropipe.status import Status
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import (
@@ -44,15 +45,26 @@ OF_THE_ORBIT = {
         *TERMS, *(f"{term}_error" for term in TERMS),
     )
 }  # fmt: skip
+# What is raced beside the methods of this program.
+PEERS = ("scipy", "heyoka")
+OF_THE_SOLVER = ("kernel_hash", "versions", "git_commit", "machine")
 STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
 
 
 def solve_to_file(
-    study: Study, name: str, path: Path, shard: tuple[int, int] | None, threads: int
+    study: Study,
+    name: str,
+    path: Path,
+    shard: tuple[int, int] | None,
+    threads: int,
+    progress: Progress | None = None,
 ) -> None:
-    """Solve a scene or a shard into the file `path`, and the time it took into its sidecar."""
+    """Solve a scene or a shard into the file `path`, and the time it took into its sidecar.
+
+    `progress` is told the rows of a sweep done, and all of them.
+    """
     begin = time.perf_counter()
-    write(solve_scene(study, name, shard), path)
+    write(solve_scene(study, name, shard, progress), path)
     taken = time.perf_counter() - begin
     write_sidecar(path, taken, threads, **expectation(study, name, shard, threads))
 
@@ -80,13 +92,9 @@ def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) ->
     scene = as_sweep(study.scene(name))
     begin = time.perf_counter()
     followed = scene.follow_pair()
-    join(
-        shards,
-        path,
-        scene.over_arrays(),
-        followed[0] if followed else None,
-        origin(study, scene),
-    )
+    # code, versions and machine are those that solved the shards, not those that join them
+    words = {key: value for key, value in origin(study, scene).items() if key not in OF_THE_SOLVER}
+    join(shards, path, scene.over_arrays(), followed[0] if followed else None, words)
     taken = [read_sidecar(shard) for shard in shards]
     seconds = sum(float(record.get("seconds", 0)) for record in taken)
     threads = max(int(record.get("threads", 1)) for record in taken)
@@ -96,22 +104,29 @@ def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) ->
     write_sidecar(path, seconds, threads, shards=len(shards), **more)
 
 
-def solve_scene(study: Study, name: str, shard: tuple[int, int] | None = None) -> xr.Dataset:
+def solve_scene(
+    study: Study,
+    name: str,
+    shard: tuple[int, int] | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
     """Solve a scene, or shard I of N of a sweep given as (I, N), I counted from 1.
 
     Raises StudyError when there is no such scene, PlanError when it cannot be cut so.
     """
     scene = study.scene(name)
-    dataset = solve(scene, shard)
+    dataset = solve(scene, shard, progress)
     # what a face says of its work (the method it chose, the accuracy it reached) stands
     return dataset.assign_attrs(origin(study, scene) | dataset.attrs | chosen(dataset))
 
 
-def solve(scene: Scene, shard: tuple[int, int] | None = None) -> xr.Dataset:
+def solve(
+    scene: Scene, shard: tuple[int, int] | None = None, progress: Progress | None = None
+) -> xr.Dataset:
     """Solve a scene, or one shard of it, without saying where it comes from but for its effects."""
     check_cut(scene, shard)
     if isinstance(scene, SweepScene):
-        return solve_sweep(scene, shard)
+        return solve_sweep(scene, shard, progress)
     if isinstance(scene, MotionScene):
         return solve_motion(scene)
     return solve_set(scene).assign_attrs(effects=", ".join(scene_effects(scene)))
@@ -140,6 +155,7 @@ def origin(study: Study, scene: Scene) -> dict[str, Any]:
             fingerprint(study, scene),
             method,
             solver.get("accuracy"),
+            packages=PEERS if isinstance(scene, AccuracyScene) else (),
         ),
     }
 
@@ -153,26 +169,54 @@ def chosen(dataset: xr.Dataset) -> dict[str, Any]:
     return {"method": method, "accuracy_reached": float(dataset.attrs["accuracy_reached"])}
 
 
-def solve_sweep(scene: SweepScene, shard: tuple[int, int] | None = None) -> xr.Dataset:
+def solve_sweep(
+    scene: SweepScene, shard: tuple[int, int] | None = None, progress: Progress | None = None
+) -> xr.Dataset:
     """Solve all rows of a sweep on its grid, or the rows of one shard over `row`."""
-    over = scene.over_arrays()
-    asked: dict[str, Any] = {
-        "x0": scene.start.x0,
-        "v0": scene.start.v0,
-        "harmonics": scene.harmonics,
-        "follow": scene.follow_pair(),
-        "outputs": tuple(scene.outputs),
-        "accuracy": scene.solver.arguments().get("accuracy"),
-        "effects": scene_effects(scene),
-    }
-    exciter = exciter_of(scene)
-    if shard is None:
-        return sweep(exciter, over, **asked)
-    rows = row_range(scene, *shard)
+    if shard is not None:
+        return solve_part(scene, *row_range(scene, *shard), progress)
+    whole = solve_part(scene, 0, scene.row_count, progress)
+    return assemble([whole], exciter_of(scene), scene.over_arrays(), scene.follow_pair())
+
+
+def solve_part(
+    scene: SweepScene, start: int, stop: int, progress: Progress | None = None
+) -> xr.Dataset:
+    """Solve the rows [start, stop) of a sweep, over `row`; cuts fall between chains."""
+    over, exciter = scene.over_arrays(), exciter_of(scene)
+    accuracy = scene.solver.arguments().get("accuracy")
+    # for an accuracy every row is solved twice
+    passes = 1 if accuracy is None else 2
+    solved = solve_shard(
+        exciter,
+        over,
+        start,
+        stop,
+        x0=scene.start.x0,
+        v0=scene.start.v0,
+        harmonics=scene.harmonics,
+        follow=scene.follow_pair(),
+        outputs=tuple(scene.outputs),
+        progress=None if progress is None else in_passes(progress, stop - start, passes),
+        accuracy=accuracy,
+        effects=scene_effects(scene),
+    )
     fixed = {
         name: value for name, value in exciter.parameters()._asdict().items() if name not in over
     }
-    return describe(solve_shard(exciter, over, *rows, **asked).assign_coords(fixed))
+    return describe(solved.assign_coords(fixed))
+
+
+def in_passes(progress: Progress, rows: int, passes: int) -> Callable[[int], None]:
+    """Return what to tell the rows done of one pass after the other over the same rows."""
+    finished = 0
+
+    def told(done: int) -> None:
+        nonlocal finished
+        progress((finished * rows + done) // passes, rows)
+        finished += done == rows
+
+    return told
 
 
 def solve_motion(scene: MotionScene) -> xr.Dataset:

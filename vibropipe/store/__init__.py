@@ -5,19 +5,26 @@ process with it.
 """
 
 from vibropipe.store.atomic import StoreError, check_whole, whole_file
-from vibropipe.store.files import open_study, read, write
+from vibropipe.store.compare import Difference, compare, compare_rows
+from vibropipe.store.files import attributes_of, open_study, read, scene_files, write
 from vibropipe.store.joining import join
-from vibropipe.store.origin import provenance, read_sidecar, write_sidecar
+from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
 
 __all__ = [
+    "Difference",
     "StoreError",
+    "attributes_of",
     "check_whole",
+    "compare",
+    "compare_rows",
+    "expected_changes",
     "join",
     "open_study",
     "provenance",
     "read",
     "read_sidecar",
+    "scene_files",
     "summary",
     "whole_file",
     "write",

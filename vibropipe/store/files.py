@@ -14,11 +14,12 @@ import numpy as np
 
 from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
 from vibropipe.store.encoding import PART_OF, create, encode, part_names
+from vibropipe.store.shards import opened
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["open_study", "read", "write"]
+__all__ = ["attributes_of", "open_study", "read", "scene_files", "write"]
 
 ENDING = ".nc"
 DASK_BYTES = 16 << 20
@@ -62,19 +63,38 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     """
     import xarray as xr
 
-    folder = Path(folder)
+    paths = _files_in(Path(folder))
+    for path in paths:
+        check_whole(path, every_byte=False)
+    scenes = {path.stem: _open(path, chunks="auto") for path in paths}
+    tree = xr.DataTree.from_dict(dict(scenes), name=Path(folder).name)
+    tree.set_close(partial(_close_all, list(scenes.values())))
+    return tree
+
+
+def scene_files(place: str | PathLike[str]) -> list[Path]:
+    """Return the files of a study's scenes, in order of their names; of a file, itself.
+
+    Raises StoreError when there is none.
+    """
+    return [Path(place)] if Path(place).is_file() else _files_in(Path(place))
+
+
+def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
+    """Return the global attributes of a file every byte of which is checked; StoreError as ``read``."""
+    check_whole(path)
+    with opened(Path(path)) as file:
+        return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+def _files_in(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise StoreError(f"there is no folder {folder}{_nearest(folder)}: solve the study first")
     # temporary files begin with a dot and shards lie in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
     if not paths:
         raise StoreError(f"{folder} holds no scene (no file *{ENDING}): solve the study first")
-    for path in paths:
-        check_whole(path, every_byte=False)
-    scenes = {path.stem: _open(path, chunks="auto") for path in paths}
-    tree = xr.DataTree.from_dict(dict(scenes), name=folder.name)
-    tree.set_close(partial(_close_all, list(scenes.values())))
-    return tree
+    return paths
 
 
 def _open(path: Path, chunks: str | None) -> xr.Dataset:

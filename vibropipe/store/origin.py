@@ -12,6 +12,7 @@ import os
 import platform
 import socket
 import subprocess
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -22,7 +23,7 @@ from typing import Any
 from vibropipe.jit import kernel_hash
 from vibropipe.store.atomic import StoreError, whole_file
 
-__all__ = ["provenance", "read_sidecar", "write_sidecar"]
+__all__ = ["expected_changes", "provenance", "read_sidecar", "write_sidecar"]
 
 PACKAGES = ("vibropipe", "numpy", "numba", "llvmlite", "xarray", "netCDF4")
 VECTOR_UNITS = ("avx512f", "avx2", "avx", "sse4_2", "sve", "asimd")
@@ -35,13 +36,15 @@ def provenance(
     method: str,
     accuracy_asked: float | None = None,
     accuracy_reached: float | None = None,
+    packages: tuple[str, ...] = (),
     **more: Any,
 ) -> dict[str, Any]:
     """Return the global attributes that say how to make a dataset again.
 
     ``study_text`` is the study as its author wrote it, ``fingerprint`` the hash of what this
     scene asks for, ``method`` the solver, accuracies are relative errors (None: none asked, none
-    measured); ``more`` is added as it is. No value names a machine, a place or a time.
+    measured), ``packages`` what took part beside the usual ones; ``more`` is added as it is. No
+    value names a machine, a place or a time. There is no seed, since nothing is drawn at random.
     """
     return {
         "source": f"vibropipe {_version('vibropipe')}",
@@ -52,11 +55,42 @@ def provenance(
         "kernel_hash": kernel_hash(),
         "study_hash": hashlib.sha256(study_text.encode()).hexdigest(),
         "study": study_text,
-        "versions": _versions(),
+        "versions": _versions(packages),
         "git_commit": _git_commit(os.getcwd()),
         "machine": _machine(),
         **more,
     }
+
+
+def expected_changes(attrs: Mapping[str, Any]) -> list[str]:
+    """Return in words what of the origin in ``attrs`` is not so here, and can change numbers."""
+    now = {"kernel_hash": kernel_hash(), "machine": _machine()}
+    changes = [
+        f"{name.replace('_', ' ')} was {_listed(attrs.get(name, UNKNOWN))}, here {here}"
+        for name, here in now.items()
+        if attrs.get(name) != here
+    ]
+    if "kernel_hash" in attrs and attrs["kernel_hash"] != now["kernel_hash"]:
+        changes[0] += f" (git commit {_listed(attrs.get('git_commit', UNKNOWN))})"
+    if attrs.get("versions") == _versions():
+        return changes
+    texts = _alternatives(attrs.get("versions", "{}"))
+    for name in dict.fromkeys(name for text in texts for name in json.loads(text)):
+        then = {str(json.loads(text).get(name, UNKNOWN)) for text in texts}
+        here = json.loads(_versions()).get(name) or _version(name)
+        if then != {here}:
+            changes.append(f"{name} was {', '.join(sorted(then))}, here {here}")
+    return changes
+
+
+def _alternatives(value: Any) -> list[str]:
+    """Return the values of an attribute: where shards differ, all that were found."""
+    text = str(value)
+    return [str(item) for item in json.loads(text)] if text.startswith("[") else [text]
+
+
+def _listed(value: Any) -> str:
+    return " and ".join(_alternatives(value))
 
 
 def sidecar_path(path: str | PathLike[str]) -> Path:
@@ -99,9 +133,10 @@ def _number(value: float | None) -> float | str:
 
 
 @cache
-def _versions() -> str:
-    found = {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
-    return json.dumps(found)
+def _versions(more: tuple[str, ...] = ()) -> str:
+    """Return the versions of what numbers can depend on, as JSON."""
+    found = {name: _version(name) for name in (*PACKAGES, *more)}
+    return json.dumps({"python": platform.python_version(), **found})
 
 
 def _version(package: str) -> str:

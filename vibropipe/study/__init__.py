@@ -15,6 +15,7 @@ from vibropipe.study.loading import (
     load_study,
     parse_config,
     parse_study,
+    study_of_text,
 )
 from vibropipe.study.models import (
     BackboneScene,
@@ -51,5 +52,6 @@ __all__ = [
     "parse_config",
     "parse_study",
     "scene_effects",
+    "study_of_text",
     "table_of_keys",
 ]

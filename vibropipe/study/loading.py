@@ -20,7 +20,7 @@ from vibropipe.study.problems import (
     distinct,
     repeated,
 )
-from vibropipe.study.reading import MAX_DEPTH, read_file, too_deep
+from vibropipe.study.reading import MAX_DEPTH, read_file, read_text, too_deep
 from vibropipe.study.translation import plain_path, problem_of
 from vibropipe.study.values import NAME, Name, NameRule, Words, refuse
 from vibropipe.study.words import latin
@@ -104,6 +104,12 @@ def load_study(path: str | File) -> Study:
     if not NAME.fullmatch(file.stem):
         problems.append(Problem((), f"the file name {describe(file.name)}", NameRule().allowed))
     return parse_study(tree, name=file.stem, source=str(file), problems=problems)
+
+
+def study_of_text(text: str, name: str) -> Study:
+    """Read and check a study from its text, as a dataset holds it. Raises StudyError."""
+    tree, problems = read_text(text, f"the study {name}")
+    return parse_study(tree, name=name, source=f"the study {name}", problems=problems)
 
 
 def parse_study(

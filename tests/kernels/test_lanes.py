@@ -101,7 +101,8 @@ def test_rows_fill_several_blocks_and_none_sees_another():
 def test_a_row_of_many_contacts_gets_the_room_it_needs():
     many = vp.Exciter(l=0.05, nu=0.1, f=1.0, h=0.1, R1=0.9, R2=0.9)
     rows = check_same([FORCED, many], [900.0, 900.0], [0.0, 0.0], [0.0, 0.0], 100)
-    assert rows.row_size[1] > 256
+    # many times what it is given at first, six for each of 14 periods and some
+    assert rows.row_size[1] > 2000
 
 
 def test_too_many_contacts_are_told_and_leave_no_end():

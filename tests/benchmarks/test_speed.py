@@ -26,11 +26,9 @@ def not_yet(reached: str):
 @pytest.mark.parametrize(
     ("item", "ours", "peer"),
     [
+        ("one motion, exact", "exact", "heyoka, 1e-15"),
         pytest.param(
-            "one motion, exact", "exact", "heyoka, 1e-15", marks=not_yet("11 of 20 times")
-        ),
-        pytest.param(
-            "one motion, exact", "exact", "DOP853, 1e-12", marks=not_yet("4,300 of 10,000 times")
+            "one motion, exact", "exact", "DOP853, 1e-12", marks=not_yet("9,800 of 10,000 times")
         ),
         ("newmark in lanes", "in lanes", "textbook loop"),
         pytest.param("sweep", "steady states", "heyoka, 1e-15", marks=not_yet("4.4 of 40 times")),

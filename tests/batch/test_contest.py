@@ -150,12 +150,39 @@ def test_errors_are_those_put_in():
 
 
 def test_a_fall_through_a_support_is_found_out():
-    recorder = peers.Recorder(SYMMETRIC, 1.0)
+    recorder = peers.Recorder(SYMMETRIC)
     inside, outside = np.zeros(SAMPLES), np.full(SAMPLES, 0.51)
     work = (1.0, 1.0, 1.0)
     assert recorder.shown(inside, (0.0, 0.0), work).outcome == Outcome.OK
     assert recorder.shown(outside, (0.0, 0.0), work).outcome == Outcome.FELL_THROUGH
     assert recorder.shown(inside, (math.nan, 0.0), work).outcome == Outcome.DID_NOT_END
+
+
+def test_a_peer_that_does_not_end_is_stopped_by_its_work_whatever_the_machine(monkeypatch):
+    first = Judge(CHATTER).errors(enter("DOP853", 1e-6, CHATTER).show())
+    assert first[0] == Outcome.DID_NOT_END
+    # a motion with no impact in it ends within a bound and not within one less than it needs
+    easy = Motion(vp.Exciter(l=0.5, f=0.01, h=0.2), 0.0, 0.0, 2)
+    needed = enter("RK45", 1e-6, easy).show().work[1]
+    for most, outcome in ((needed // 2 + 1, Outcome.OK), (needed // 2, Outcome.DID_NOT_END)):
+        monkeypatch.setattr(peers, "MOST_WORK", most)
+        assert enter("RK45", 1e-6, easy).show().outcome == outcome
+
+
+def test_all_but_the_times_is_the_same_in_every_run():
+    asked = ({"chatter": CHATTER}, ("crude", "newmark", "exact", "RK45", "heyoka"))
+    one, two = (solve_accuracy(*asked, (64,), (1e-5,), repeats=1) for _ in "12")
+    same = [name for name in one.data_vars if not name.startswith("time_per_period")]
+    assert len(same) == len(one.data_vars) - 3
+    for name in same:
+        np.testing.assert_array_equal(one[name].values, two[name].values, err_msg=str(name))
+
+
+def test_the_crude_way_is_right_where_steps_are_too_many_for_a_table():
+    ends = [newmark_crude(SYMMETRIC, steps).show().end for steps in (8192, 10_000, 30_000)]
+    truth = Judge(SYMMETRIC).end
+    assert np.abs(np.array(ends) - truth).max() < 5e-3
+    assert np.abs(np.array(ends[-1]) - truth).max() < 2e-3
 
 
 def test_a_peer_that_is_not_there_is_told(monkeypatch):

@@ -7,8 +7,7 @@ out, all methods in turn in each round, so that a drift of the machine hits all 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +16,7 @@ import numpy as np
 from vibropipe.batch import contestant, peers
 from vibropipe.batch.contestant import SAMPLES, Contestant, Motion, Shown
 from vibropipe.batch.errors import partners
+from vibropipe.batch.timing import Timer, take_turns
 from vibropipe.batch.twin import Truth, Twin, period_of
 from vibropipe.vocabulary import PARAMETERS, Outcome, describe
 
@@ -28,11 +28,8 @@ METHODS = (*OWN, *peers.SCIPY, "heyoka")
 HARMONICS = 4
 # Impacts slower than this share of the fastest belong to a chatter, in which methods need not agree.
 SLOW = 0.05
-# Own methods of more steps than this are left out; seconds that timing one setting on one motion may take.
+# Own methods of more steps than this are left out.
 MOST_STEPS = 20_000_000
-SECONDS = 0.25
-# A timing shorter than this is repeated in one go until it is not.
-SHORTEST = 2e-3
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
 WORK = ("work_steps", "work_evaluations", "work_iterations")
 TIMES = ("time_per_period", "time_per_period_low", "time_per_period_high")
@@ -116,39 +113,6 @@ def enter(method: str, value: float, motion: Motion) -> Contestant | Outcome:
     return peers.scipy_peer(motion, method, value)
 
 
-class Timer:
-    """Times of one contestant, a round at a time; `clock` tells seconds, of which no round begins once `most`
-    are spent."""
-
-    def __init__(
-        self,
-        repeat: Callable[[int], object],
-        periods: float,
-        clock: Callable[[], float] = time.thread_time,
-        most: float = SECONDS,
-    ) -> None:
-        self.repeat, self.periods, self.times = repeat, periods, list[float]()
-        self.often, self.spent, self.clock, self.most = 1, 0.0, clock, most
-
-    def round(self) -> None:
-        """Take one more time, unless all that may be spent has been."""
-        if self.spent > self.most:
-            return
-        while True:
-            begin = self.clock()
-            self.repeat(self.often)
-            taken = self.clock() - begin
-            self.spent += taken
-            if taken >= SHORTEST:
-                break
-            self.often *= 2 if taken > SHORTEST / 4 else 8
-        self.times.append(taken / self.often / self.periods * 1e9)
-
-    def quartiles(self) -> list[float]:
-        """Median and quartiles, in nanoseconds per forcing period."""
-        return [float(q) for q in np.percentile(self.times, [50, 25, 75])]
-
-
 def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> dict[Entry, Any]:
     """Outcome, errors, work and times of each method on one motion."""
     judge, found, timers = Judge(motion), {}, {}
@@ -162,13 +126,7 @@ def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> d
         found[entry] = (outcome, errors, [count / motion.periods for count in shown.work])
         if outcome != Outcome.DID_NOT_END:
             timers[entry] = Timer(entered.repeat, motion.periods)
-    if timers:
-        # The first round compiles and warms: it is not counted.
-        for timer in timers.values():
-            timer.repeat(1)
-    for _ in range(repeats):
-        for timer in timers.values():
-            timer.round()
+    take_turns(timers.values(), repeats)
     never = [math.nan] * len(TIMES)
     return {
         entry: (*result, timers[entry].quartiles() if entry in timers else never)
@@ -188,7 +146,7 @@ def solve_accuracy(
 
     methods: any of METHODS; steps: steps per forcing period of crude and newmark; tolerances: of the peers,
     which run over `peer_periods` of a motion's periods at most; repeats: timings of each.
-    Times differ from run to run; all else is the same.
+    Times differ from run to run; all else is the same with the same versions of the packages.
     """
     listed = entries(methods, steps, tolerances)
     shape = (len(motions), len(methods), max(entry.setting for entry in listed) + 1)
@@ -224,17 +182,22 @@ def labelled(
         "setting_value": (dims[1:], values),
         "periods_run": (dims[:2], periods),
     }
+    coords = {**motion_coordinates(motions), "method": ("method", list(methods))}
+    comment = (
+        "time_per_period* are of the run that took them; everything else is the same in every run "
+        "with the same versions of the packages: what never ends is stopped by its work, not by time"
+    )
+    return describe(xr.Dataset(variables, coords, {"comment": comment}))
+
+
+def motion_coordinates(motions: Mapping[str, Motion]) -> dict[str, Any]:
+    """Names, exciters and starts of motions, over `motion`."""
     coords: dict[str, Any] = {
         name: ("motion", [getattr(m.exciter, name) for m in motions.values()])
         for name in PARAMETERS
     }
-    coords |= {
+    return coords | {
         "displacement_start": ("motion", [m.x0 for m in motions.values()]),
         "velocity_start": ("motion", [m.v0 for m in motions.values()]),
         "motion": ("motion", list(motions)),
-        "method": ("method", list(methods)),
     }
-    comment = (
-        "time_per_period* are of the run that took them; everything else is the same in every run"
-    )
-    return describe(xr.Dataset(variables, coords, {"comment": comment}))

@@ -14,7 +14,7 @@ from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.often import march_often
 from vibropipe.kernels.record import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_log
 from vibropipe.physics.conservative import is_free
-from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import ORDER
 from vibropipe.status import Status
@@ -22,6 +22,7 @@ from vibropipe.vocabulary import Outcome
 
 SAMPLES = 64
 MOST_CONTACTS = 2_000_000
+LOG_ROOM = 1024
 
 
 class Motion(NamedTuple):
@@ -86,22 +87,33 @@ def newmark(motion: Motion, steps: int) -> Contestant:
 
 def marched(motion: Motion, grid: Grid) -> Contestant:
     """The marching loop on a grid; its tables are built before the time is taken."""
-    p = motion.exciter.parameters()
-    found: list[Shown] = []
+    return Contestant(lambda: shown(motion, grid), March(motion, grid).repeat)
 
-    def show() -> Shown:
-        found.append(shown(motion, grid))
-        return found[-1]
 
-    def repeat(often: int) -> None:
-        # Tails of chatters and rests stand in the log beside the impacts.
-        log = new_log(2 * found[-1].impact_tau.size + 1024, found[-1].impact_tau.size + 1024)
-        work = np.empty(3 if grid.exact is None else ORDER + 1)
-        period, step, theta = locate(motion.tau_end / motion.exciter.period, grid.steps)
-        ahead = (log, work, MOST_CONTACTS, often)
-        march_often(ALL_EFFECTS, p, grid, motion.x0, motion.v0, period, step, theta, *ahead)
+class March:
+    """A march of a motion with a kernel of some effects, done so many times in one call; `log` holds the
+    contacts of the last one."""
 
-    return Contestant(show, repeat)
+    def __init__(self, motion: Motion, grid: Grid, effects: Effects = ALL_EFFECTS) -> None:
+        self.motion, self.grid, self.effects = motion, grid, effects
+        self.work = np.empty(3 if grid.exact is None else ORDER + 1)
+        self.log = new_log(LOG_ROOM, LOG_ROOM)
+
+    def repeat(self, often: int) -> None:
+        """March so many times; the log grows until all contacts of the motion have room."""
+        motion, grid = self.motion, self.grid
+        p, (period, step, theta) = (
+            motion.exciter.parameters(),
+            locate(float(motion.periods), grid.steps),
+        )
+        while True:
+            ahead = (self.log, self.work, MOST_CONTACTS, often)
+            start = (motion.x0, motion.v0)
+            status = march_often(self.effects, p, grid, *start, period, step, theta, *ahead)
+            room = 4 * self.log.position.size
+            if status != Status.LOG_FULL or room > 2 * MOST_CONTACTS:
+                return
+            self.log = new_log(room, room)
 
 
 def shown(motion: Motion, grid: Grid | None) -> Shown:
@@ -127,7 +139,7 @@ def newmark_crude(motion: Motion, steps: int) -> Contestant:
     """Newmark's method with impacts taken at the end of the step."""
     p = motion.exciter.parameters()
     grid = newmark_grid(ALL_EFFECTS, p, steps)
-    room = [1024]
+    room = [LOG_ROOM]
 
     def show() -> Shown:
         samples = np.empty(SAMPLES)

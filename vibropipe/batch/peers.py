@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import time
 from functools import cache
 from typing import Any
 
@@ -18,14 +17,17 @@ from vibropipe.batch.contestant import SAMPLES, Contestant, Motion, Shown, faile
 from vibropipe.vocabulary import Outcome
 
 SCIPY = ("RK45", "DOP853", "Radau")
-# Seconds of work after which a peer is stopped.
-PATIENCE = 0.5
+# Work in a forcing period after which a peer is stopped: evaluations of the equation, or steps of heyoka. Counted
+# and not timed, so that the same peers are stopped on every machine.
+MOST_WORK = 10_000
+# A new start after an impact costs a peer about as much as so many evaluations.
+RESTART = 100
 # A mass so far beyond a support, in half distances of the supports, has fallen through it.
 DEPTH = 1e-3
 
 
-class PatienceError(Exception):
-    """Patience is at its end."""
+class WorkError(Exception):
+    """All the work that a peer may do is done."""
 
 
 @cache
@@ -41,18 +43,24 @@ def last_period(motion: Motion) -> np.ndarray:
 
 
 class Recorder:
-    """Collects impacts, and stops what takes too long."""
+    """Collects impacts, and tells when a peer has done all the work it may (unless not `bounded`)."""
 
-    def __init__(self, motion: Motion, patience: float) -> None:
+    def __init__(self, motion: Motion, *, bounded: bool = True) -> None:
         self.restitution = {1: motion.exciter.R1, 2: motion.exciter.R2}
         self.bound = {1: motion.exciter.upper, 2: motion.exciter.lower}
         self.l, self.impacts = motion.exciter.l, list[tuple[float, int, float]]()
-        self.deadline = time.thread_time() + patience
+        self.left = MOST_WORK * motion.periods if bounded else math.inf
 
-    def check(self) -> None:
-        """Stop what is past its deadline."""
-        if time.thread_time() > self.deadline:
-            raise PatienceError
+    def may_go_on(self, work: int = 1) -> bool:
+        """Whether there is work left after so much of it."""
+        self.left -= work
+        return self.left > 0
+
+    def strike(self, tau: float, support: int, velocity: float) -> float:
+        """Note an impact; its velocity after."""
+        self.impacts.append((tau, support, velocity))
+        self.left -= RESTART
+        return -self.restitution[support] * velocity
 
     def shown(
         self, samples: Any, end: Any, work: tuple[float, float, float], *, timed: bool = False
@@ -73,7 +81,7 @@ def scipy_peer(motion: Motion, method: str, tolerance: float) -> Contestant:
     def show() -> Shown:
         try:
             return solve_by_scipy(motion, method, tolerance)
-        except PatienceError:
+        except WorkError:
             return failed(Outcome.DID_NOT_END)
 
     def repeat(often: int) -> None:
@@ -84,14 +92,15 @@ def scipy_peer(motion: Motion, method: str, tolerance: float) -> Contestant:
 
 
 def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool = False) -> Shown:
-    """One motion; `timed` leaves out what is looked at only, and the patience."""
+    """One motion; `timed` leaves out what is looked at only, and the bound on work."""
     from scipy.integrate import solve_ivp
 
-    e, recorder = motion.exciter, Recorder(motion, math.inf if timed else PATIENCE)
+    e, recorder = motion.exciter, Recorder(motion, bounded=not timed)
     nu, f, h, upper, lower = e.nu, e.f, e.h, e.upper, e.lower
 
     def equation(tau: float, state: Any) -> Any:
-        recorder.check()
+        if not recorder.may_go_on():
+            raise WorkError
         return state[1], f * math.sin(nu * tau) - h * state[1] - state[0]
 
     def gap_1(tau: float, state: Any) -> Any:
@@ -119,8 +128,7 @@ def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool
             return failed(Outcome.DID_NOT_END)
         if found.status == 1:
             support = 1 if found.t_events[0].size else 2
-            recorder.impacts.append((tau, support, state[1]))
-            velocity = -recorder.restitution[support] * state[1]
+            velocity = recorder.strike(tau, support, state[1])
             state = np.array([recorder.bound[support], velocity])
     return recorder.shown(samples, state, (float(steps), float(evaluations), math.nan), timed=timed)
 
@@ -139,16 +147,15 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
     """heyoka's Taylor integrator with an event at each support that resets the velocity."""
     import heyoka
 
-    e, holder = motion.exciter, [Recorder(motion, PATIENCE)]
+    e, holder = motion.exciter, [Recorder(motion)]
     x, v, acceleration = heyoka_equation()
 
     def strike(support: int) -> Any:
         def callback(integrator: Any, _sign: int) -> bool:
-            recorder, velocity = holder[0], float(integrator.state[1])
-            recorder.impacts.append((float(integrator.time), support, velocity))
+            recorder, before = holder[0], float(integrator.state[1])
+            integrator.state[1] = recorder.strike(float(integrator.time), support, before)
             integrator.state[0] = recorder.bound[support]
-            integrator.state[1] = -recorder.restitution[support] * velocity
-            return time.thread_time() < recorder.deadline
+            return recorder.may_go_on(0)
 
         return callback
 
@@ -166,13 +173,13 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
     )
     times = last_period(motion)
 
-    def begin(patience: float = PATIENCE) -> None:
-        holder[0] = Recorder(motion, patience)
+    def begin(*, bounded: bool = True) -> None:
+        holder[0] = Recorder(motion, bounded=bounded)
         integrator.time, integrator.state[:] = 0.0, (motion.x0, motion.v0)
         integrator.reset_cooldowns()
 
     def ahead(_integrator: Any) -> bool:
-        return time.thread_time() < holder[0].deadline
+        return holder[0].may_go_on()
 
     def show() -> Shown:
         begin()
@@ -189,7 +196,7 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
 
     def repeat(often: int) -> None:
         for _ in range(often):
-            begin(math.inf)
+            begin(bounded=False)
             integrator.propagate_until(times[-1])
 
     return Contestant(show, repeat)

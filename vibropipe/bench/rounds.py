@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.batch.contest import Timer
+from vibropipe.batch.timing import Timer
 
 Repeat = Callable[[int], object]
 

@@ -1,0 +1,69 @@
+"""Times of work on one core: rounds in which all take turns, so that a drift of the machine hits all alike."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+# Seconds that timing one thing may take; a time shorter than this is taken of several runs in one go.
+SECONDS = 0.25
+SHORTEST = 2e-3
+
+
+class Timer:
+    """Times of one thing, a round at a time, in nanoseconds per unit.
+
+    repeat: does it so many times in one go; units: how many (forcing periods, rows) there are in one run;
+    `clock` tells seconds, of which no round begins once `most` are spent.
+    """
+
+    def __init__(
+        self,
+        repeat: Callable[[int], object],
+        units: float,
+        clock: Callable[[], float] = time.thread_time,
+        most: float = SECONDS,
+    ) -> None:
+        self.repeat, self.units, self.times = repeat, units, list[float]()
+        self.often, self.spent, self.clock, self.most = 1, 0.0, clock, most
+
+    def round(self) -> None:
+        """Take one more time, unless all that may be spent has been."""
+        if self.spent > self.most:
+            return
+        while True:
+            begin = self.clock()
+            self.repeat(self.often)
+            taken = self.clock() - begin
+            self.spent += taken
+            if taken >= SHORTEST:
+                break
+            self.often *= 2 if taken > SHORTEST / 4 else 8
+        self.times.append(taken / self.often / self.units * 1e9)
+
+    def quartiles(self) -> list[float]:
+        """Median and quartiles."""
+        return quartiles(self.times)
+
+
+def quartiles(values: Collection[float]) -> list[float]:
+    """Median, lower and upper quartile."""
+    return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
+
+
+def take_turns(timers: Collection[Timer], rounds: int) -> None:
+    """So many rounds of all timers, after a run of each that compiles and warms and is not counted."""
+    for timer in timers:
+        timer.repeat(1)
+    for _ in range(rounds):
+        for timer in timers:
+            timer.round()
+
+
+def spent_on(seconds: float, rounds: int) -> float:
+    """Seconds that a timer will spend on something that takes so many, about."""
+    # Runs in one go are doubled until they take long enough: half as long again, and as much before.
+    each = max(seconds, 1.5 * SHORTEST)
+    return min(2 * SHORTEST + rounds * each, SECONDS + each)

@@ -1,8 +1,8 @@
 """How long a study will take on this machine and how much it will write, found by solving samples of it.
 
 A sweep is sampled at rows spread over its grid, a long motion at its beginning; what takes next to no
-time is solved whole. Races and hard cases bound their own time and are taken at their plan. Findings
-are kept beside the compiled kernels, so that a later job can set them against the time it took.
+time is solved whole. Of races, hard cases and measured effects pieces are taken (`expected_set`). Findings are
+kept beside the compiled kernels, so that a later job can set them against the time it took.
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ from numpy.typing import NDArray
 from vibropipe.expectation import Expected, keep
 from vibropipe.jit import cache_folder
 from vibropipe.plan import Scene, plan_scene
-from vibropipe.scenes import exciter_of, solve
+from vibropipe.scenes import exciter_of, race_of, solve
 from vibropipe.store import write
 from vibropipe.study import (
+    AccuracyScene,
     BackboneScene,
+    EffectsScene,
+    HardCasesScene,
     MotionScene,
     Study,
     SweepScene,
@@ -37,6 +40,8 @@ BUDGET, LEAST_BUDGET = 1.0, 0.05
 # Seconds in which a job loads libraries and compiled kernels, at least.
 USUAL_LOAD = 0.7
 FIRST_SAMPLE, GROWTH = 64, 4
+# A hard case of many motions, and the seconds it took where plans were made.
+YARDSTICK = ("energy_of_motions", 0.08)
 # Rows in a row along a followed parameter: enough that the first, which has no neighbour, weighs little.
 SEGMENT = 32
 
@@ -59,14 +64,15 @@ def expected(scene: Scene, budget: float, loads: dict[str, float]) -> Expected:
     """Expectation of one scene; `loads` are seconds to load kernels, by the work they do."""
     plan = plan_scene(scene)
     if not isinstance(scene, MotionScene | SweepScene | BackboneScene):
-        return Expected(plan.seconds, 0.0, plan.bytes, False, plan.method)
+        return expected_set(scene)
     with one_thread(), TemporaryDirectory(prefix="vibropipe-sample-") as folder:
         file = Path(folder) / "sample.nc"
 
         def solved(sample: Scene) -> float:
-            begin = time.perf_counter()
+            # Of this process alone: others may work on the machine just now.
+            begin = time.process_time()
             write(solve(sample), file)
-            return time.perf_counter() - begin
+            return time.process_time() - begin
 
         small, known = miniature(scene), compiled()
         first, again = solved(small), solved(small)
@@ -88,6 +94,30 @@ def expected(scene: Scene, budget: float, loads: dict[str, float]) -> Expected:
         part, share = beginning(scene, plan.seconds, budget)
         core = solved(part) / share
         return Expected(core, load, file.stat().st_size / share, False, method_of(scene))
+
+
+def expected_set(scene: HardCasesScene | AccuracyScene | EffectsScene) -> Expected:
+    """Expectation of a scene of many motions of its own: a race by pieces of it and by what is installed, hard
+    cases by the speed of one of them; measured effects bound their own time."""
+    plan = plan_scene(scene)
+    core = plan.seconds
+    if isinstance(scene, AccuracyScene):
+        from vibropipe.batch.contest_cost import race_seconds
+
+        core = race_seconds(**race_of(scene))
+    if isinstance(scene, HardCasesScene):
+        core *= slowness(scene)
+    return Expected(core, USUAL_LOAD, plan.bytes, False, plan.method)
+
+
+def slowness(scene: HardCasesScene) -> float:
+    """How many times longer than planned a hard case takes here."""
+    name, planned = YARDSTICK
+    sample = scene.model_copy(update={"cases": [name]})
+    solve(sample)  # loads
+    begin = time.thread_time()
+    solve(sample)
+    return (time.thread_time() - begin) / planned
 
 
 def samples(scene: SweepScene) -> Iterator[SweepScene]:

@@ -10,7 +10,7 @@ import functools
 import hashlib
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,15 @@ from typing import Any
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
+    EffectsScene,
     HardCasesScene,
     MotionScene,
     SweepScene,
     scene_effects,
 )
+from vibropipe.study.accuracy import PEERS
 
-Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene
+Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene | EffectsScene
 
 # A job costs about a second to start: below this work, cutting costs more than it gains. On a
 # cluster, where a job costs ten seconds, set the variable to some minutes.
@@ -38,15 +40,26 @@ SECONDS_PER_ROW = 4e-4
 SECONDS_PER_POINT = 20e-6
 SECONDS_PER_STEP = 10e-9
 SECONDS_PER_PERIOD = 1e-6
-SECONDS_OF_HARD_CASES = 12.0
+# Hard cases that are made of very many motions or impacts, and all others.
+SECONDS_OF_CASES = {
+    "grazing_free": 1.0,
+    "ideal_free": 1.8,
+    "ideal_marched": 2.0,
+    "million_periods": 2.0,
+}
+SECONDS_PER_CASE, USUAL_CASES = 0.03, 30
 HARD_CASES_BYTES = 40e3
-SECONDS_PER_RACE = 0.25
+# A race of an own method, and of a peer, whether or not it is installed here.
+SECONDS_PER_RACE, SECONDS_PER_PEER_RACE = 0.05, 0.25
+SECONDS_PER_TRIAL, SECONDS_PER_ROUND = 0.1, 0.012
 
 ROW_BYTES = 80
 IMPACT_BYTES = 21
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
-RACE_BYTES = 89
+# Heads of some thirty variables are most of a small file.
+HEAD_BYTES = 9e4
+RACE_BYTES, TRIAL_BYTES = 89, 400
 
 DRAWN = ("figures", "report", "vocabulary.py", "analysis")
 
@@ -83,6 +96,8 @@ def plan_scene(scene: Scene) -> ScenePlan:
         return _hard_cases(scene)
     if isinstance(scene, AccuracyScene):
         return _races(scene)
+    if isinstance(scene, EffectsScene):
+        return _trials(scene)
     return _motion(scene) if isinstance(scene, MotionScene) else _backbone(scene)
 
 
@@ -227,12 +242,22 @@ def _hard_cases(scene: HardCasesScene) -> ScenePlan:
         effects=scene_effects(scene),
         outputs=(),
         shards=1,
-        seconds=SECONDS_OF_HARD_CASES,
+        seconds=case_seconds(scene.cases),
         bytes=HARD_CASES_BYTES,
     )
 
 
+def case_seconds(names: Sequence[str]) -> float:
+    """Return the rough seconds of hard cases by name; of all of them if none is named."""
+    if not names:
+        return sum(SECONDS_OF_CASES.values()) + USUAL_CASES * SECONDS_PER_CASE
+    return sum(SECONDS_OF_CASES.get(name, SECONDS_PER_CASE) for name in names)
+
+
 def _races(scene: AccuracyScene) -> ScenePlan:
+    peers = len(scene.motions) * sum(
+        len(scene.settings(method)) for method in scene.methods if method in PEERS
+    )
     return ScenePlan(
         name=scene.name,
         kind=scene.kind,
@@ -242,8 +267,23 @@ def _races(scene: AccuracyScene) -> ScenePlan:
         effects=scene_effects(scene),
         outputs=(),
         shards=1,
-        seconds=scene.row_count * SECONDS_PER_RACE,
-        bytes=scene.row_count * RACE_BYTES,
+        seconds=(scene.row_count - peers) * SECONDS_PER_RACE + peers * SECONDS_PER_PEER_RACE,
+        bytes=HEAD_BYTES + scene.row_count * RACE_BYTES,
+    )
+
+
+def _trials(scene: EffectsScene) -> ScenePlan:
+    return ScenePlan(
+        name=scene.name,
+        kind=scene.kind,
+        size=f"{scene.row_count} motions",
+        rows=scene.row_count,
+        method="exact",
+        effects=scene_effects(scene),
+        outputs=(),
+        shards=1,
+        seconds=scene.row_count * (SECONDS_PER_TRIAL + scene.repeats * SECONDS_PER_ROUND),
+        bytes=HEAD_BYTES + scene.row_count * TRIAL_BYTES,
     )
 
 

@@ -17,6 +17,7 @@ from vibropipe.batch.motion import simulate
 from vibropipe.batch.run import Task
 from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import assemble, solve_shard
+from vibropipe.effect_costs import motions_of, solve_effects
 from vibropipe.expectation import recall
 from vibropipe.physics.effects import asked_effects
 from vibropipe.physics.exciter import Exciter
@@ -27,6 +28,7 @@ from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
+    EffectsScene,
     HardCasesScene,
     MotionScene,
     Study,
@@ -132,10 +134,14 @@ def solve(
     return solve_set(scene).assign_attrs(effects=", ".join(scene_effects(scene)))
 
 
-def solve_set(scene: BackboneScene | HardCasesScene | AccuracyScene) -> xr.Dataset:
+def solve_set(
+    scene: BackboneScene | HardCasesScene | AccuracyScene | EffectsScene,
+) -> xr.Dataset:
     """Solve a scene whose motions are chosen by its kind."""
     if isinstance(scene, HardCasesScene):
         return solve_cases(scene)
+    if isinstance(scene, EffectsScene):
+        return solve_effects(scene)
     return solve_races(scene) if isinstance(scene, AccuracyScene) else solve_backbone(scene)
 
 
@@ -353,22 +359,20 @@ def free_motion(offset: float, velocity: float, about: float) -> tuple[float, fl
 def solve_races(scene: AccuracyScene) -> xr.Dataset:
     """Race the methods of a scene on its motions; the times are of this run alone."""
     from vibropipe.batch.contest import solve_accuracy
-    from vibropipe.batch.contestant import Motion
 
-    motions = {
-        name: Motion(
-            Exciter(**scene.exciter_of(name)), raced.start.x0, raced.start.v0, raced.periods
-        )
-        for name, raced in scene.motions.items()
+    return solve_accuracy(**race_of(scene))
+
+
+def race_of(scene: AccuracyScene) -> dict[str, Any]:
+    """Return a race as the arguments of `batch.contest.solve_accuracy`."""
+    return {
+        "motions": motions_of(scene),
+        "methods": scene.methods,
+        "steps": scene.steps_per_period,
+        "tolerances": scene.tolerances,
+        "peer_periods": scene.peer_periods,
+        "repeats": scene.repeats,
     }
-    return solve_accuracy(
-        motions,
-        scene.methods,
-        scene.steps_per_period,
-        scene.tolerances,
-        scene.peer_periods,
-        scene.repeats,
-    )
 
 
 def exciter_of(scene: Scene) -> Exciter:

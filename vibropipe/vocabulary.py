@@ -83,11 +83,11 @@ def _radians(dims: str, long_name: str, symbol: str) -> Quantity:
     return Quantity(tuple(dims.split()), "rad", long_name, symbol)
 
 
-_RACE = "motion method setting"
+_RACE, _TRIAL = "motion method setting", "motion kernel"
 
 
-def _nanoseconds(long_name: str) -> Quantity:
-    return Quantity(tuple(_RACE.split()), "ns", long_name, r"$t$")
+def _nanoseconds(long_name: str, dims: str = _RACE) -> Quantity:
+    return Quantity(tuple(dims.split()), "ns", long_name, r"$t$")
 
 
 VOCABULARY: dict[str, Quantity] = {
@@ -249,6 +249,32 @@ VOCABULARY: dict[str, Quantity] = {
         r"$t$",
     ),
     "order": _number("motion method", "order of convergence", r"$p$"),
+    # what effects and outputs cost
+    "kernel": _number("kernel", "kernel, and whose motion it solves", "kernel"),
+    "kernel_time": _nanoseconds("median time per forcing period", _TRIAL),
+    "kernel_time_low": _nanoseconds("lower quartile of time per forcing period", _TRIAL),
+    "kernel_time_high": _nanoseconds("upper quartile of time per forcing period", _TRIAL),
+    "time_ratio": _number(_TRIAL, "median time of the own kernel over each", r"$t/t_k$"),
+    "time_ratio_low": _number(_TRIAL, "lower quartile of the ratio of times", r"$t/t_k$"),
+    "time_ratio_high": _number(_TRIAL, "upper quartile of the ratio of times", r"$t/t_k$"),
+    "bytes_per_row": Quantity(
+        tuple(_TRIAL.split()),
+        "byte",
+        "bytes stored for a row, or for a forcing period of a motion",
+        "$b$",
+    ),
+    "bytes_ratio": _number(_TRIAL, "bytes of a row over those of each", "$b/b_k$"),
+    "target_ratio": _number("motion", "median time over that of what the target is about", "$q$"),
+    "target_ratio_low": _number("motion", "lower quartile of the ratio of the target", "$q$"),
+    "target_ratio_high": _number("motion", "upper quartile of the ratio of the target", "$q$"),
+    "target": _number("motion", "largest ratio aimed at, nan for none", r"$q_{max}$"),
+    "target_met": _number("motion", "whether the target is met", "met", flags=PASSED),
+    "target_against": _number("motion", "whose time is the 1 of the target", "against"),
+    "periods_timed": _number(_TRIAL, "forcing periods that the time is divided by", "$n_T$"),
+    "impacts_per_period": _number(_TRIAL, "impacts per forcing period", "$p$"),
+    "rests_per_period": _number(_TRIAL, "rests per forcing period", "$r$"),
+    "effects_present": _number("motion", "effects that the motion calls for", "effects"),
+    "outputs_asked": _number("motion", "outputs that are asked for", "outputs"),
     # shards of a sweep
     "row": _number("row", "row of the swept grid", r"$n$"),
 }

@@ -17,6 +17,7 @@ from vibropipe.plan import Scene
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
+    EffectsScene,
     HardCasesScene,
     MotionScene,
     SweepScene,
@@ -48,6 +49,9 @@ def work_of(scene: Scene) -> str:
         return " ".join([scene.kind, *sorted(scene.outputs), *sorted(scene_effects(scene))])
     if isinstance(scene, AccuracyScene):
         return scene.kind
+    if isinstance(scene, EffectsScene):
+        sets = {"+".join(scene.effects_of(motion)) for motion in scene.motions}
+        return " ".join([scene.kind, *sorted(sets)])
     if isinstance(scene, BackboneScene):
         return f"{scene.kind} over {'amplitude' if scene.over_amplitude else 'period'}"
     if isinstance(scene, HardCasesScene):
@@ -79,6 +83,8 @@ def miniature(scene: Scene) -> Scene:
         return scene.model_copy(update={"cases": few})
     if isinstance(scene, AccuracyScene):
         return quick_race(scene)
+    if isinstance(scene, EffectsScene):
+        return scene.model_copy(update={"repeats": 1})
     # along eq. (10) some values must lie where both supports are struck
     most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
     grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}

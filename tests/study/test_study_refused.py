@@ -23,11 +23,11 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
     [
         (
             "{kind: motin}",
-            "s.kind: found 'motin', allowed motion, sweep, backbone, hard_cases, accuracy (",
+            "s.kind: found 'motin', allowed motion, sweep, backbone, hard_cases, accuracy, effects (",
         ),
         (
             "{knd: motion}",
-            "s.kind: found nothing, allowed motion, sweep, backbone, hard_cases, accuracy (",
+            "s.kind: found nothing, allowed motion, sweep, backbone, hard_cases, accuracy, effects (",
         ),
         ("3", "s: found 3, allowed a mapping with kind"),
         ("{kind: sweep}", "s.over: found nothing, allowed a mapping of grids"),

@@ -24,6 +24,7 @@ from vibropipe.figures.captions import (
     describe_motion,
     describe_sweep,
 )
+from vibropipe.figures.effects import describe_effects, draw_effects
 from vibropipe.figures.hard_cases import describe_hard_cases, draw_hard_cases
 from vibropipe.figures.impacts import draw_impacts_only
 from vibropipe.figures.motion import draw_motion
@@ -102,6 +103,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture("sweep", _any, draw_sweep, describe_sweep),
     Picture("hard_cases", _any, draw_hard_cases, describe_hard_cases),
     Picture("accuracy", _any, draw_work_precision, describe_work_precision),
+    Picture("effects", _any, draw_effects, describe_effects),
 )
 
 

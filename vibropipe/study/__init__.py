@@ -6,6 +6,7 @@ every fault is told at once in a `StudyError`. `fingerprint` names what a scene'
 
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effect_costs import EffectsScene
 from vibropipe.study.effects import grounds, scene_effects
 from vibropipe.study.identity import canonical_text, data_keys, fingerprint
 from vibropipe.study.loading import (
@@ -33,6 +34,7 @@ __all__ = [
     "BackboneScene",
     "BaseScene",
     "Config",
+    "EffectsScene",
     "HardCasesScene",
     "MotionScene",
     "Problem",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal, Protocol
 
 from pydantic import AfterValidator, Field
 
@@ -16,6 +16,7 @@ from vibropipe.study.values import Name, Within
 
 Method = Literal["crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka"]
 METHODS: tuple[Method, ...] = ("crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka")
+PEERS = METHODS[3:]
 
 
 Methods = Annotated[list[Method], Field(min_length=1), AfterValidator(each_once)]
@@ -76,7 +77,21 @@ class AccuracyScene(BaseScene):
         return {**self.resolved_exciter(), **self.motions[motion].exciter.given()}
 
 
-def raced_problems(scene: AccuracyScene) -> Iterator[Problem]:
+class WithMotions(Protocol):
+    """A scene whose exciters stand with its motions."""
+
+    _shared: dict[str, float]
+    exciter: ExciterKeys
+
+    @property
+    def motions(self) -> Mapping[str, RacedMotion]:
+        """The motions by name."""
+
+    def exciter_of(self, motion: str) -> dict[str, float]:
+        """Return the parameters of one motion."""
+
+
+def raced_problems(scene: WithMotions) -> Iterator[Problem]:
     """See that each motion has supports with room between them, a start in that room, and an end."""
     shared = {**scene._shared, **scene.exciter.given()}
     for name, motion in scene.motions.items():

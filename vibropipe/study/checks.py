@@ -14,6 +14,7 @@ from typing import Any
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
 from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effect_costs import EffectsScene, timed_problems
 from vibropipe.study.effects import check_effects
 from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid
 from vibropipe.study.models import (
@@ -75,7 +76,7 @@ def _exciter(scene: BaseScene) -> Iterator[Problem]:
         return
     if isinstance(scene, HardCasesScene):
         return
-    if isinstance(scene, AccuracyScene):
+    if isinstance(scene, AccuracyScene | EffectsScene):
         return  # said motion by motion
     if not has_l(scene):
         hint = "in the scene or, for all scenes, in the study's exciter"
@@ -294,6 +295,7 @@ CHECKS: tuple[tuple[type[BaseScene], tuple[Path, ...], Check], ...] = (
         _length,
     ),
     (AccuracyScene, (*_EXCITER, ("motions",)), raced_problems),
+    (EffectsScene, (*_EXCITER, ("motions",)), timed_problems),
     (MotionScene, (*_EXCITER, *_CALLING, ("tau_end",), ("settle_periods",)), _effects),
     (SweepScene, (*_EXCITER, *_CALLING, ("over",), ("follow",)), _effects),
     (BackboneScene, (*_GRIDS, ("check_points",), ("harmonics",)), _backbone_form),

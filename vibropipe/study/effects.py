@@ -9,6 +9,7 @@ from typing import Any
 from vibropipe.physics.effects import NAMES, absent_supports, contradiction, effects_of, names_of
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effect_costs import EffectsScene
 from vibropipe.study.models import HardCasesScene, MotionScene, SweepScene
 from vibropipe.study.problems import Problem
 
@@ -18,7 +19,7 @@ STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
 
 def scene_effects(scene: BaseScene) -> tuple[str, ...]:
     """Return the effects of a scene by name: those it states, else those its keys call for."""
-    if isinstance(scene, HardCasesScene | AccuracyScene):
+    if isinstance(scene, HardCasesScene | AccuracyScene | EffectsScene):
         return NAMES
     if not isinstance(scene, MotionScene | SweepScene):
         return OF_FREE_MOTION

@@ -14,6 +14,7 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag
 
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import DEFAULTS, BaseScene, Harmonics, Outputs, Prose, Title, each_once
+from vibropipe.study.effect_costs import EffectsScene
 from vibropipe.study.grids import Grid, Keys, RangeGrid, ValueGrid
 from vibropipe.study.parts import ExciterKeys, Follow, ParameterName, Solver, Start
 from vibropipe.study.problems import Problem, StudyError, did_you_mean
@@ -149,6 +150,7 @@ KINDS: dict[str, type[BaseScene]] = {
     "backbone": BackboneScene,
     "hard_cases": HardCasesScene,
     "accuracy": AccuracyScene,
+    "effects": EffectsScene,
 }
 
 
@@ -162,7 +164,8 @@ Scene = Annotated[
     | Annotated[SweepScene, Tag("<sweep>")]
     | Annotated[BackboneScene, Tag("<backbone>")]
     | Annotated[HardCasesScene, Tag("<hard_cases>")]
-    | Annotated[AccuracyScene, Tag("<accuracy>")],
+    | Annotated[AccuracyScene, Tag("<accuracy>")]
+    | Annotated[EffectsScene, Tag("<effects>")],
     Discriminator(_kind),
 ]
 
@@ -199,7 +202,7 @@ class Study(Keys):
 
     def scene(
         self, name: str
-    ) -> MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene:
+    ) -> MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene | EffectsScene:
         """Return a scene by name; StudyError names the nearest one when there is none such."""
         if name not in self.scenes:
             known = ", ".join(self.scenes)

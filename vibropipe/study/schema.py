@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from vibropipe.study.accuracy import RacedMotion
 from vibropipe.study.allowed import takes
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effect_costs import TimedMotion
 from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.study.loading import Config
 from vibropipe.study.models import KINDS, Study
@@ -71,6 +72,12 @@ def table_of_keys() -> str:
         ),
         _table("`start`", Start),
         _table("One of `motions`", RacedMotion),
+        _table(
+            "One of `motions` of `kind: effects`",
+            TimedMotion,
+            note="Beside the keys above.",
+            without=tuple(RacedMotion.model_fields),
+        ),
         _table("`follow`", Follow),
         _table("`solver`", Solver),
         _table("`figure`", FigureOptions),

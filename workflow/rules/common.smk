@@ -132,9 +132,9 @@ def cut(wildcards):
 
 
 def threads_of(wildcards):
-    """Return how many threads a scene is worth: one per four seconds of a sweep, all for a race."""
+    """Return how many threads a scene is worth: one per four seconds of a sweep, all where times are measured."""
     plan = PLANS[wildcards.study][wildcards.scene]
-    if plan.kind == "accuracy":
+    if plan.kind in ("accuracy", "effects"):
         return workflow.cores  # what measures times runs alone
     return max(1, round(plan.seconds / 4)) if plan.kind == "sweep" else 1
 

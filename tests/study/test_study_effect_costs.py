@@ -1,0 +1,96 @@
+"""Scenes of kind effects: what they take and refuse, what their motions call for, what is shipped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vibropipe.plan import plan_scene
+from vibropipe.study import StudyError, load_study
+from vibropipe.warm import miniature, work_of
+
+TEXT = """
+title: Cost
+exciter: {l: 0.5, f: 1.5, nu: 0.3, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  costs:
+    kind: effects
+    motions:
+      full: {}
+      free: {exciter: {f: 0, h: 0, R1: 1, R2: 1}, start: {v0: 0.6}, periods: 3, at_most: 0.05}
+      row: {of: row, outputs: [harmonics]}
+      other: {of: row, outputs: [], against: row}
+"""
+SHIPPED = Path(__file__).parents[2] / "config" / "effects.yaml"
+
+
+@pytest.fixture
+def study(tmp_path):
+    def load(text=TEXT):
+        file = tmp_path / "cost.yaml"
+        file.write_text(text)
+        return load_study(file)
+
+    return load
+
+
+def test_motions_call_for_their_own_effects(study):
+    scene = study().scene("costs")
+    assert len(scene.effects_of("full")) == 6
+    assert scene.effects_of("free") == ("support_1", "support_2")
+    assert scene.row_count == plan_scene(scene).rows == 4
+    assert scene.full == "full"
+
+
+def test_what_is_compiled_follows_from_the_effects(study):
+    one = study().scene("costs")
+    other = study(TEXT.replace("v0: 0.6", "v0: 0.7")).scene("costs")
+    lossy = study(TEXT.replace("R1: 1, R2: 1", "R1: 0.9, R2: 1")).scene("costs")
+    assert work_of(one) == work_of(other) != work_of(lossy)
+    assert work_of(miniature(one)) == work_of(one)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("full: {}", "full: {exciter: {h: 0}}"), "motions.full.exciter: found a motion without damping"),
+        (("full: {}", "ful: {}"), "scenes.costs.full: found 'full'"),
+        (("[harmonics]", "[motion]"), "motions.row.outputs[0]: found 'motion', allowed harmonics"),
+        (("full: {}", "full: {outputs: [energy]}"), "outputs[0]: found 'energy', allowed impacts, motion"),
+        (("against: row", "against: full"), "motions.other.against: found 'full', allowed a row of this"),
+        (("against: row", "against: rov"), "did you mean 'row'?"),
+        (("of: row,", "of: raw,"), "motions.row.of: found 'raw'"),
+        (("at_most: 0.05", "at_most: 0"), "motions.free.at_most: found 0"),
+        (("periods: 3", "periods: 0"), "motions.free.periods: found 0"),
+        (("v0: 0.6", "x0: 0.6"), "motions.free.start.x0: found 0.6"),
+        (("kind: effects", "kind: effect"), "did you mean 'effects'?"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told_where_they_stand(study, change, said):
+    text = TEXT.replace(*change, 1)
+    assert text != TEXT
+    with pytest.raises(StudyError) as caught:
+        study(text)
+    assert said in str(caught.value), str(caught.value)
+
+
+def test_the_shipped_study_leaves_out_each_effect_and_aims_at_what_is_promised():
+    scene = load_study(SHIPPED).scene("effects")
+    present = {name: set(scene.effects_of(name)) for name in scene.motions}
+    everything = present["all_effects"]
+    for effect in ("rest", "damping", "restitution", "forcing"):
+        assert effect not in present[f"no_{effect}"]
+    assert everything - present["one_sided"] == {"support_1"}
+    assert present["conservative"] == {"support_1", "support_2"}
+    assert not {"support_1", "support_2"} & present["row_no_impact"]
+    targets = {n: (m.at_most, m.against) for n, m in scene.motions.items() if m.at_most is not None}
+    assert targets == {
+        "no_forcing": (0.7, None),
+        "one_sided": (0.9, None),
+        "conservative": (1 / 20, None),
+        "impacts_alone": (1 / 5, "motion_sampled"),
+        "row_harmonics": (1.15, "row_settled"),
+        "row_stability": (1.15, "row_settled"),
+        "row_no_impact": (1 / 50, "row_usual"),
+    }

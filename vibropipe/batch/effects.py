@@ -1,0 +1,246 @@
+"""What each effect and each output costs: every motion by the kernel of its own effects and by that of all.
+
+Times are those of a core, compilation and tables left out, all in turn in each round (`timing`). Ratios are
+taken round by round, so that both sides of each stand next to each other in time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.batch.contest import motion_coordinates
+from vibropipe.batch.contestant import MOST_CONTACTS, March, Motion
+from vibropipe.batch.motion import Task, has_closed_form, run_motion
+from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, new_rows
+from vibropipe.batch.sweep import MAX_PERIODS
+from vibropipe.batch.timing import Timer, quartiles, take_turns
+from vibropipe.jit import jit_allocating
+from vibropipe.kernels.grid import exact_grid
+from vibropipe.kernels.outputs import Rows
+from vibropipe.kernels.record import IMPACTS, RESTS, Log, new_log
+from vibropipe.kernels.row import march_row, row_parameters, sample_row, solve_row
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_of, names_of
+from vibropipe.physics.flow import ORDER
+from vibropipe.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# What stands beside each other: the kernel of the motion's own effects (a closed form where there is one); on the
+# same motion, the kernel of all effects; the same work by that kernel on the motion that has all effects.
+KERNELS = ("own", "all", "full")
+HARMONICS = 3
+SAMPLES = 256
+NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
+
+
+class Trial(NamedTuple):
+    """What is timed: a motion marched over its periods, or, with `row`, the steady state that settles from
+    its start; outputs: of a motion any of motion, impacts, of a row any of harmonics, impacts, stability, energy.
+
+    against: the trial whose time is the 1 of its target, "" for the kernel of all effects on the same motion;
+    at_most: the target, nan for none.
+    """
+
+    motion: Motion
+    row: bool = False
+    outputs: tuple[str, ...] = ("impacts",)
+    against: str = ""
+    at_most: float = math.nan
+
+
+class Work(NamedTuple):
+    """What a timer repeats: so many units (rows, or forcing periods of a motion) of so many forcing periods
+    each, with so many impacts and rests in a forcing period."""
+
+    repeat: Callable[[int], object]
+    units: int
+    periods: int
+    impacts: float
+    rests: float
+
+
+@jit_allocating
+def solve_often(
+    e: Effects, row: np.ndarray, x: float, v: float, log: Log, c: np.ndarray, out: Rows, often: int
+) -> None:
+    """Solve a row so many times, in closed form where it has one."""
+    for _ in range(often):
+        out.impacts[0, :] = 0.0
+        out.rests[0, :] = 0.0
+        solve_row(e, row, x, v, MAX_PERIODS, log, c, out, 0)
+
+
+@jit_allocating
+def march_rows_often(
+    e: Effects, row: np.ndarray, x: float, v: float, log: Log, c: np.ndarray, out: Rows, often: int
+) -> None:
+    """Solve a row so many times, marched whatever it is."""
+    p = row_parameters(row)
+    for _ in range(often):
+        out.impacts[0, :] = 0.0
+        out.rests[0, :] = 0.0
+        march_row(e, p, x, v, MAX_PERIODS, log, c, out, 0)
+
+
+@jit_allocating
+def sample_often(
+    e: Effects,
+    row: np.ndarray,
+    x: float,
+    v: float,
+    periods: int,
+    log: Log,
+    c: np.ndarray,
+    samples: np.ndarray,
+    often: int,
+) -> None:
+    """March a motion so many times with samples, from tau = 0."""
+    for _ in range(often):
+        sample_row(e, row, x, v, periods, log, c, samples, 0)
+
+
+def own_effects(motion: Motion, row: bool) -> Effects:
+    """The effects that a motion calls for, as a scene of it would derive them."""
+    span = math.inf if row else motion.tau_end
+    return effects_of(motion.exciter.parameters()._asdict(), motion.x0, motion.v0, span)
+
+
+def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
+    """The steady state of a motion: a row of as many periods as its march takes to settle, marched or not."""
+    row = np.array(motion.exciter.parameters())
+    out = new_rows(1, HARMONICS, trial.outputs)
+    place = (motion.x0, motion.v0, new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1), out)
+    march_rows_often(ALL_EFFECTS, row, *place, 1)
+    periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))
+    impacts, rests = out.impacts.sum() / m, out.rests.sum() / m
+    solve = solve_often if closed else march_rows_often
+    return Work(lambda often: solve(effects, row, *place, often), 1, periods, impacts, rests)
+
+
+def motion_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
+    """A motion over its periods, with samples where they are asked for."""
+    sampled = "motion" in trial.outputs
+    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, SAMPLES * sampled, MOST_CONTACTS)
+    if closed and has_closed_form(motion.exciter, task):
+        return closed_work(motion, task)
+    march = March(motion, exact_grid(effects, motion.exciter.parameters()), effects)
+    march.repeat(1)
+    impacts, rests = (float(march.log.counts[k]) / motion.periods for k in (IMPACTS, RESTS))
+    if not sampled:
+        return Work(march.repeat, motion.periods, 1, impacts, rests)
+    row, start = np.array(motion.exciter.parameters()), (motion.x0, motion.v0)
+    samples = np.empty((1, 2, SAMPLES * motion.periods))
+
+    def repeat(often: int) -> None:
+        log, work = march.log, march.work
+        sample_often(effects, row, *start, motion.periods, log, work, samples, often)
+
+    return Work(repeat, motion.periods, 1, impacts, rests)
+
+
+def closed_work(motion: Motion, task: Task) -> Work:
+    """A motion in closed form."""
+
+    def repeat(often: int) -> None:
+        for _ in range(often):
+            run_motion(motion.exciter, task)
+
+    impacts = run_motion(motion.exciter, task).contacts["impact_tau"].size
+    return Work(repeat, motion.periods, 1, impacts / motion.periods, 0.0)
+
+
+def works_of(trial: Trial, full: Motion) -> dict[str, Work]:
+    """The work of a trial by each of KERNELS."""
+    build = row_work if trial.row else motion_work
+    return {
+        "own": build(trial, trial.motion, own_effects(trial.motion, trial.row), True),
+        "all": build(trial, trial.motion, ALL_EFFECTS, False),
+        "full": build(trial, full, ALL_EFFECTS, False),
+    }
+
+
+def measure_effects(
+    trials: Mapping[str, Trial],
+    full: Motion,
+    bytes_of: Callable[[Trial, Motion], float],
+    rounds: int,
+) -> xr.Dataset:
+    """Time and size of each trial, over `motion` (its name) and `kernel` (KERNELS).
+
+    full: the motion that has all effects; bytes_of: bytes that a trial stores on disk in a row of a sweep, or
+    in a forcing period of a motion, if it is about the motion given.
+    `kernel_time` is per forcing period; `time_ratio`, of the trial's own kernel over each, and `target_ratio` are
+    of whole rows, or of forcing periods of motions, round by round. Times differ from run to run; bytes are
+    the same with the same versions of the packages.
+    """
+    works = {name: works_of(trial, full) for name, trial in trials.items()}
+    timers = {
+        name: {kernel: Timer(work.repeat, work.units) for kernel, work in by.items()}
+        for name, by in works.items()
+    }
+    take_turns([timer for by in timers.values() for timer in by.values()], rounds)
+    columns: dict[str, list[Any]] = {}
+
+    def note(**values: Any) -> None:
+        for name, value in values.items():
+            columns.setdefault(name, []).append(value)
+
+    for name, trial in trials.items():
+        mine, work = timers[name], [works[name][kernel] for kernel in KERNELS]
+        times = [
+            [time / one.periods for time in mine[kernel].quartiles()]
+            for kernel, one in zip(KERNELS, work, strict=True)
+        ]
+        ratios = [quartiles(ratio(mine["own"], mine[kernel])) for kernel in KERNELS]
+        asked = mine["all"] if not trial.against else timers[trial.against]["own"]
+        target = quartiles(ratio(mine["own"], asked))
+        sizes = [bytes_of(trial, motion) for motion in (trial.motion, trial.motion, full)]
+        met = NOT_ASKED if math.isnan(trial.at_most) else int(target[0] <= trial.at_most)
+        note(
+            **spread("kernel_time", times), **spread("time_ratio", ratios),
+            bytes_per_row=sizes, bytes_ratio=[sizes[0] / size for size in sizes],
+            target_ratio=target[0], target_ratio_low=target[1], target_ratio_high=target[2],
+            target=trial.at_most, target_met=met, target_against=trial.against or "all effects",
+            periods_timed=[one.units * one.periods for one in work],
+            impacts_per_period=[one.impacts for one in work],
+            rests_per_period=[one.rests for one in work],
+            effects_present=", ".join(names_of(own_effects(trial.motion, trial.row))),
+            outputs_asked=", ".join([*(["steady state"] if trial.row else []), *trial.outputs]),
+        )  # fmt: skip
+    return labelled(trials, columns)
+
+
+def ratio(mine: Timer, other: Timer) -> list[float]:
+    """Times over each other, round by round."""
+    return [a / b for a, b in zip(mine.times, other.times, strict=False)]
+
+
+def spread(name: str, values: list[list[float]]) -> dict[str, list[float]]:
+    """Medians and quartiles as three columns."""
+    return {
+        f"{name}{suffix}": [value[place] for value in values]
+        for place, suffix in enumerate(("", "_low", "_high"))
+    }
+
+
+def labelled(trials: Mapping[str, Trial], columns: Mapping[str, list[Any]]) -> xr.Dataset:
+    """The columns as a dataset, with the exciters as coordinates over `motion`."""
+    import xarray as xr
+
+    variables: dict[str, Any] = {}
+    for name, values in columns.items():
+        array = np.array(values, np.int8) if name == "target_met" else np.array(values)
+        variables[name] = (("motion", "kernel")[: array.ndim], array)
+    coords = motion_coordinates({name: trial.motion for name, trial in trials.items()})
+    comment = (
+        "kernel_time*, time_ratio* and target_ratio* are of the run that took them; a kernel is own (the "
+        "effects of the motion, closed forms where it has them), all (all effects, marched) or full (as all, on "
+        "the motion that has all effects)"
+    )
+    attrs = {"comment": comment}
+    return describe(xr.Dataset(variables, {**coords, "kernel": list(KERNELS)}, attrs))

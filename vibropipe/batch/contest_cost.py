@@ -10,8 +10,8 @@ from typing import NamedTuple
 from vibropipe.batch.choice import least_cost
 from vibropipe.batch.contest import MOST_STEPS, OWN, Entry, enter, entries
 from vibropipe.batch.contestant import MOST_CONTACTS, Motion
-from vibropipe.batch.motion import Run, Task, run_motion
 from vibropipe.batch.peers import MOST_WORK, RESTART
+from vibropipe.batch.run import Run, Task, run_motion
 from vibropipe.batch.timing import spent_on
 from vibropipe.kernels.record import STEPS
 from vibropipe.vocabulary import Outcome

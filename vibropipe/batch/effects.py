@@ -14,8 +14,8 @@ import numpy as np
 
 from vibropipe.batch.contest import motion_coordinates
 from vibropipe.batch.contestant import MOST_CONTACTS, March, Motion
-from vibropipe.batch.motion import Task, has_closed_form, run_motion
 from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, new_rows
+from vibropipe.batch.run import Task, has_closed_form, run_motion
 from vibropipe.batch.sweep import MAX_PERIODS
 from vibropipe.batch.timing import Timer, quartiles, take_turns
 from vibropipe.jit import jit_allocating

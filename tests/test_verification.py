@@ -33,8 +33,12 @@ scenes:
     steps_per_period: [16, 32]
     repeats: 2
     motions: {struck: {periods: 2}, quiet: {exciter: {f: 0.1}, periods: 2}}
+  costs:
+    kind: effects
+    repeats: 2
+    motions: {full: {exciter: {nu: 0.3, f: 1.5}, periods: 4}, struck: {periods: 8}}
 """
-SCENES = ("cases", "curves", "followed", "forced", "free", "race", "response")
+SCENES = ("cases", "costs", "curves", "followed", "forced", "free", "race", "response")
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +78,7 @@ def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
     said = capsys.readouterr().out
     for name, checked in zip(
         SCENES,
-        ("all 2 cases", "all of it", "all 12 rows", "all of it", "all 4 amplitudes",
+        ("all 2 cases", "all 2 motions", "all of it", "all 12 rows", "all of it", "all 4 amplitudes",
          "all 6 races", "all 6 rows"),
         strict=True,
     ):  # fmt: skip

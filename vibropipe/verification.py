@@ -31,6 +31,7 @@ from vibropipe.store.grid import Grid
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
+    EffectsScene,
     HardCasesScene,
     Study,
     StudyError,
@@ -44,7 +45,7 @@ __all__ = ["ROWS", "Verdict", "new_seed", "verify"]
 
 ROWS = 100
 MOST_TOLD = 3
-TIMES = "time_"
+TIMES = ("time_", "kernel_time", "target_ratio", "target_met")
 NO_STUDY = "it holds no study, so that nothing tells how it was made"
 A_SHARD = "it is a shard of a sweep: join all of them first"
 
@@ -120,9 +121,8 @@ def _verdict(path: Path, rows: int, seed: int) -> Verdict:
         reasons.append("the study means something else to this version (its fingerprint differs)")
     generator = np.random.default_rng([seed, *name.encode()])
     checked, found = _computed_again(path, scene, rows, generator)
-    left_out = (
-        "times, which are of the run that took them" if isinstance(scene, AccuracyScene) else ""
-    )
+    timed = isinstance(scene, AccuracyScene | EffectsScene)
+    left_out = "times, which are of the run that took them" if timed else ""
     return Verdict(name, checked, [str(item) for item in found], reasons, left_out)
 
 
@@ -163,8 +163,10 @@ def _computed_again(
         chosen = {"motions": dict(motions[place] for place in places), "repeats": 1}
         again = solve(scene.model_copy(update=chosen))
         words = f"{_of(len(places) * each, scene.row_count)} races"
-        skip = lambda name: name.startswith(TIMES)  # noqa: E731
-        return words, compare(path, again, ("motion", places), skip)
+        return words, compare(path, again, ("motion", places), _is_of_a_run)
+    if isinstance(scene, EffectsScene):
+        again = solve(scene.model_copy(update={"repeats": 1}))
+        return f"all {scene.row_count} motions", compare(path, again, skip=_is_of_a_run)
     if isinstance(scene, BackboneScene) and scene.over_amplitude:
         values = scene.over_arrays()["amplitude"]
         places = _sample(values.size, rows, generator)
@@ -172,6 +174,11 @@ def _computed_again(
         words = f"{_of(len(places), values.size)} amplitudes"
         return words, compare(path, solve(part), ("amplitude", places))
     return "all of it", compare(path, solve(scene))
+
+
+def _is_of_a_run(name: str) -> bool:
+    """Whether a quantity is of the run that took it, such as a time."""
+    return name.startswith(TIMES)
 
 
 def _rows_again(

@@ -42,7 +42,7 @@ def test_a_snippet_runs_as_it_stands(
     number: int, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    names: dict[str, object] = {}
+    names: dict[str, object] = {"__name__": "__main__"}
     exec(compile(blocks("python")[number], f"README snippet {number}", "exec"), names)
     said = capsys.readouterr().out
     assert said.strip()

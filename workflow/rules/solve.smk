@@ -8,6 +8,9 @@ rule warm:
     benchmark:
         "benchmarks/warm.tsv"
     threads: 2
+    resources:
+        mem_mb=2000,
+        runtime=30,
     params:
         work=works(),
         files=study_files(),

@@ -32,8 +32,8 @@ Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScen
 # cluster, where a job costs ten seconds, set the variable to some minutes.
 SHARD_SECONDS = 20.0
 SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
-# Results of a shard are held in memory until they are written.
-SHARD_BYTES = 128e6
+# Results of a shard are held in memory, three times at worst, until they are written.
+SHARD_BYTES = 64e6
 MAX_SHARDS = 1000
 
 SECONDS_PER_ROW = 4e-4

@@ -46,7 +46,7 @@ def test_parameters_are_scalars_of_the_table():
 @pytest.mark.parametrize("name", VOCABULARY)
 def test_entries_are_well_formed(name):
     entry = VOCABULARY[name]
-    assert entry.units in ("1", "rad", "ns", "byte")
+    assert entry.units in ("1", "rad", "ns", "ms", "byte", "MB", "MB s-1")
     assert entry.long_name
     assert entry.long_name == entry.long_name.strip()
     assert all(dim in VOCABULARY for dim in entry.dims)

@@ -90,6 +90,10 @@ def _nanoseconds(long_name: str, dims: str = _RACE) -> Quantity:
     return Quantity(tuple(dims.split()), "ns", long_name, r"$t$")
 
 
+def _megabytes(long_name: str) -> Quantity:
+    return Quantity(("points",), "MB", long_name, r"$M$")
+
+
 VOCABULARY: dict[str, Quantity] = {
     # the exciter, eqs. (1)-(6)
     "nu": _number("", "frequency of excitation", r"$\nu$"),
@@ -275,6 +279,21 @@ VOCABULARY: dict[str, Quantity] = {
     "rests_per_period": _number(_TRIAL, "rests per forcing period", "$r$"),
     "effects_present": _number("motion", "effects that the motion calls for", "effects"),
     "outputs_asked": _number("motion", "outputs that are asked for", "outputs"),
+    # growth: what studies of more and more points take
+    "points": _number("points", "number of points", r"$N$"),
+    "threads": _number("threads", "number of threads", r"$p$"),
+    "time_per_point": Quantity(
+        ("points", "threads"), "ms", "time per point by the clock", r"$t/N$"
+    ),
+    "work_per_point": Quantity(
+        ("points", "threads"), "ms", "time per point of all threads together", r"$w/N$"
+    ),
+    "peak_memory": Quantity((), "MB", "largest memory of a process", r"$M$"),
+    "solving_memory": _megabytes("largest memory of a job that solves"),
+    "joining_memory": _megabytes("largest memory of the join"),
+    "query_memory": _megabytes("largest memory of a query"),
+    "joining_rate": Quantity(("points",), "MB s-1", "rate of writing the joined file", r"$r$"),
+    "copying_rate": Quantity(("points",), "MB s-1", "rate of copying the joined file", r"$r_c$"),
     # shards of a sweep
     "row": _number("row", "row of the swept grid", r"$n$"),
 }

@@ -1,0 +1,55 @@
+"""The measurement of growth: what it solves is the study, and what it tells is of this run."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vibropipe.bench import growth
+from vibropipe.figures.growth import draw_growth
+from vibropipe.figures.style import house_style
+
+
+@pytest.mark.parametrize("points", [1, 7, 1000, 10_000, 1_000_000])
+def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
+    over = growth.grid(points)
+    assert math.prod(values.size for values in over.values()) == points
+    for name, (low, high) in growth.SPAN.items():
+        step = (high - low) / over[name].size
+        np.testing.assert_allclose(np.diff(over[name]), step)
+        assert over[name][0] == pytest.approx(low + step / 2)
+        assert over[name][-1] == pytest.approx(high - step / 2)
+
+
+@pytest.mark.parametrize("points", [1, 50_000, 50_001, 1_000_000])
+def test_shards_are_no_longer_than_a_job(points):
+    sizes = np.diff(growth.cuts(points))
+    assert sizes.sum() == points
+    assert 0 < sizes.min() <= sizes.max() <= growth.ROWS_PER_SHARD
+
+
+def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
+    lines = []
+    measured = growth.measure_growth(tmp_path, [60], threads=[1], say=lines.append)
+    assert measured.time_per_point.shape == (1, 1)
+    assert measured.sizes == {"points": 1, "threads": 1}
+    assert all((variable > 0).all() for variable in measured.values())
+    # a process that solves holds numba and the kernels, one that joins neither
+    assert measured.joining_memory.item() < 150 < measured.solving_memory.item() < 500
+    assert len(lines) == 1
+    assert list(tmp_path.iterdir()) == []
+    with house_style():
+        figure = draw_growth(measured)
+    assert [ax.get_xlabel() for ax in figure.axes] == ["number of points $N$"] * 2
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_number_of_points(tmp_path):
+    """Real rows; the largest study takes two minutes to solve."""
+    measured = growth.measure_growth(tmp_path, [30_000, 300_000], threads=[2])
+    assert (measured.solving_memory < 500).all()
+    few, many = measured.isel(points=0), measured.isel(points=1)
+    assert many.solving_memory < 1.1 * few.solving_memory
+    # ten times the points: the data grow by 120 MB
+    assert many.joining_memory - few.joining_memory < 70
+    assert many.query_memory - few.query_memory < 70

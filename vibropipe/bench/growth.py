@@ -1,0 +1,205 @@
+"""How time and memory grow with the number of points of a study: `python -m vibropipe.bench.growth`.
+
+The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved in shards, joined and
+queried at 1e3 to 1e6 points, as a workflow does it: each shard, the join and the query in a process of its
+own, whose largest memory is read in the end. Writes `results/growth/growth.nc`, `.svg`, `.pdf` and `.png`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import multiprocessing
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+POINTS = (1_000, 10_000, 100_000, 1_000_000)
+THREADS = (1, 2)
+PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
+SPAN = {"nu": (0.3, 3.0), "f": (0.05, 2.0)}
+# What the plan of a study gives to one job.
+ROWS_PER_SHARD = 50_000
+MB = 1e6
+
+
+class Taken(NamedTuple):
+    """What a process needed: seconds by the clock and of all its threads, and its largest memory in bytes."""
+
+    seconds: float
+    work: float
+    memory: float
+
+
+def grid(points: int) -> dict[str, np.ndarray]:
+    """The swept values of so many points, in the middles of equal cells: every number of points then
+    samples the same mixture of motions."""
+    fewer = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
+    return {
+        name: low + (np.arange(count) + 0.5) / count * (high - low)
+        for (name, (low, high)), count in zip(SPAN.items(), (fewer, points // fewer), strict=True)
+    }
+
+
+def cuts(points: int) -> list[int]:
+    """Ends of the shards of so many points."""
+    shards = math.ceil(points / ROWS_PER_SHARD)
+    return [shard * points // shards for shard in range(shards + 1)]
+
+
+def measure_growth(
+    folder: Path,
+    points: Sequence[int] = POINTS,
+    threads: Sequence[int] = THREADS,
+    say: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    """Solve, join and query studies of so many points, in files under `folder`.
+
+    Returns `time_per_point` and `work_per_point` over (points, threads), `solving_memory`, `joining_memory`,
+    `query_memory`, `joining_rate` and `copying_rate` over points. Times leave out the start of a process and
+    the loading of its kernels.
+    """
+    import xarray as xr
+
+    from vibropipe.vocabulary import describe
+
+    table: dict[str, list[Any]] = {}
+    for count in points:
+        place = folder / str(count)
+        solved = _solve_all(place, count, threads)
+        joined, size = _apart(join_shards, place, count)
+        copied = _apart(copy_file, place)
+        found = {
+            "time_per_point": [1e3 * sum(job.seconds for job in jobs) / count for jobs in solved],
+            "work_per_point": [1e3 * sum(job.work for job in jobs) / count for jobs in solved],
+            "solving_memory": max(job.memory for jobs in solved for job in jobs) / MB,
+            "joining_memory": joined.memory / MB,
+            "query_memory": _apart(query, place).memory / MB,
+            "joining_rate": size / joined.seconds / MB,
+            "copying_rate": size / copied.seconds / MB,
+        }
+        for name, value in found.items():
+            table.setdefault(name, []).append(value)
+        if say is not None:
+            say(f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in found.items()))
+        shutil.rmtree(place)
+    dims = {"time_per_point": ("points", "threads"), "work_per_point": ("points", "threads")}
+    return describe(
+        xr.Dataset(
+            {name: (dims.get(name, ("points",)), values) for name, values in table.items()},
+            {"points": np.asarray(points), "threads": np.asarray(threads)},
+        )
+    )
+
+
+def _solve_all(place: Path, points: int, threads: Sequence[int]) -> list[list[Taken]]:
+    """What each shard took, for each number of threads; all in turn, under the same conditions."""
+    taken: list[list[Taken]] = [[] for _ in threads]
+    ends = cuts(points)
+    for start, stop in itertools.pairwise(ends):
+        for count, jobs in zip(threads, taken, strict=True):
+            jobs.append(_apart(solve_rows, place, points, start, stop, count))
+    return taken
+
+
+def solve_rows(place: Path, points: int, start: int, stop: int, threads: int) -> Taken:
+    """Solve one shard into its file."""
+    import numba
+
+    from vibropipe.batch.sweep import solve_shard
+    from vibropipe.physics.exciter import Exciter
+    from vibropipe.store import write
+
+    exciter = Exciter(**PARAMETERS)
+    numba.set_num_threads(threads)
+    solve_shard(exciter, {"nu": np.array([1.0, 1.1]), "f": np.array([0.5, 1.0])}, 0, 4)
+    begin, worked = time.perf_counter(), time.process_time()
+    shard = solve_shard(exciter, grid(points), start, stop)
+    write(shard, place / "shards" / f"{start:08d}.nc")
+    return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+
+
+def join_shards(place: Path, points: int) -> tuple[Taken, int]:
+    """Join all shards; also returns the bytes of the file."""
+    from vibropipe.store import join
+
+    target = place / "joined" / "map.nc"
+    begin, worked = time.perf_counter(), time.process_time()
+    join(sorted((place / "shards").iterdir()), target, grid(points))
+    took = Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+    return took, target.stat().st_size
+
+
+def copy_file(place: Path) -> Taken:
+    """Copy the joined file, to the disk: what writing so many bytes takes at least."""
+    copy = place / "copy"
+    begin, worked = time.perf_counter(), time.process_time()
+    with (place / "joined" / "map.nc").open("rb") as source, copy.open("wb") as target:
+        shutil.copyfileobj(source, target, 1 << 20)
+        target.flush()
+        os.fsync(target.fileno())
+    return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+
+
+def query(place: Path) -> Taken:
+    """Ask the joined file for a slice, a largest value and where period doubling begins."""
+    from vibropipe.store import open_study
+
+    begin, worked = time.perf_counter(), time.process_time()
+    with open_study(place / "joined") as tree:
+        rows = tree["map"]
+        rows["displacement_amplitude"].sel(f=1.0, method="nearest").sel(harmonic=1).max().compute()
+        symmetric = (rows["period_multiple"] == 1) & (rows["impacts_per_orbit"] == 1).all("support")
+        rows["impact_velocity_max"].max("support").where(
+            symmetric & (rows["stable"] == 1)
+        ).max().compute()
+        rows["f"].where(rows["period_multiple"] == 2).min("f").compute()
+    return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+
+
+def peak_memory() -> float:
+    """The largest memory this process has held, in bytes."""
+    try:
+        text = Path("/proc/self/status").read_text(encoding="ascii")
+    except OSError:
+        import resource
+
+        unit = 1 if sys.platform == "darwin" else 1024
+        return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
+    # unlike getrusage it knows nothing of the process this one was forked from
+    return 1024.0 * next(int(line.split()[1]) for line in text.splitlines() if "VmHWM" in line)
+
+
+def _apart(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function in a process of its own."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(function, arguments)
+
+
+def main(points: Sequence[int], output: Path) -> None:
+    """Measure, print the numbers as they come, and draw them."""
+    from vibropipe.figures.growth import draw_growth
+    from vibropipe.figures.style import house_style, save, save_as
+    from vibropipe.store import write
+
+    with tempfile.TemporaryDirectory() as scratch:
+        measured = measure_growth(Path(scratch), points, say=print)
+    write(measured, output / "growth.nc")
+    with house_style():
+        figure = draw_growth(measured)
+        save(figure, output, "growth")
+        save_as(figure, output / "growth.png")
+
+
+if __name__ == "__main__":
+    main([int(float(text)) for text in sys.argv[1:]] or POINTS, Path("results/growth"))

@@ -1,0 +1,49 @@
+"""Time per point and memory against the number of points of a study."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new_figure
+from vibropipe.vocabulary import label
+
+HEIGHT_CM = 7.0
+FLAT = 0.1
+MEMORY_ASKED = 500.0
+MEMORIES = {
+    "solving_memory": "a job that solves",
+    "joining_memory": "the join",
+    "query_memory": "a query",
+}
+
+
+def draw_growth(dataset: xr.Dataset) -> Figure:
+    """Draw what `vibropipe.bench.growth` measured; bands and dashed line are what is asked."""
+    figure = new_figure(HEIGHT_CM)
+    time, memory = figure.subplots(1, 2)
+    points = dataset["points"].values
+    for place, threads in enumerate(dataset["threads"].values):
+        values = dataset["time_per_point"].sel(threads=threads).values
+        style = {**line_style(place), "marker": LINE_MARKERS[place]}
+        middle = np.exp(np.log(values).mean())
+        time.fill_between(points, middle * (1 - FLAT), middle * (1 + FLAT), color=NEUTRAL, lw=0)
+        time.plot(points, values, **style, label=f"{threads} thread{'s' if threads > 1 else ''}")
+    for place, (name, words) in enumerate(MEMORIES.items()):
+        style = {**line_style(place), "marker": LINE_MARKERS[place]}
+        memory.plot(points, dataset[name].values, **style, label=words)
+    asked = f"asked of a job: below {MEMORY_ASKED:g}"
+    memory.axhline(MEMORY_ASKED, color=GREY, linestyle=(0, (2, 2)), label=asked)
+    for ax, name in ((time, "time_per_point"), (memory, "solving_memory")):
+        ax.set(xscale="log", yscale="log", xlabel=label("points"), ylabel=label(name))
+        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter(NullFormatter())
+        ax.legend(loc="lower left")
+    time.set_ylim(
+        dataset["time_per_point"].values.min() / 3, dataset["time_per_point"].values.max() * 2
+    )
+    memory.set(ylim=(20, 1000), ylabel=label("peak_memory"))
+    return figure

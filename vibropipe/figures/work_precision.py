@@ -78,12 +78,10 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset) -> None:
         style = style_of(place)
         ax.errorbar(x, y, xerr=spread, elinewidth=0.6, **style)
         if np.isfinite(order[place]):
-            middle = x.size // 2
-            text = f"{order[place]:.1f}"
-            offset = (4, 3)
+            # below the last point, where the line has ended
             told = ax.annotate(
-                text, (x[middle], y[middle]), offset, textcoords="offset points",
-                color=style["color"], fontsize=SMALL_FONT_SIZE,
+                f"{order[place]:.1f}", (x[-1], y[-1]), (0, -4), textcoords="offset points",
+                ha="center", va="top", color=style["color"], fontsize=SMALL_FONT_SIZE,
             )  # fmt: skip
             told.set_in_layout(False)
         failed = ~good[place] & np.isfinite(time[place])
@@ -123,4 +121,9 @@ def draw_summary_panel(ax: Axes, dataset: xr.Dataset) -> None:
             )  # fmt: skip
     ax.set(xscale="log", yscale="log", xlabel="error to reach", ylabel="ns per forcing period")
     ax.invert_xaxis()
+    # The other panels share an axis at the left.
+    ax.yaxis.tick_right()
+    ax.yaxis.set_label_position("right")
+    ax.spines["left"].set_visible(False)
+    ax.spines["right"].set_visible(True)
     ax.set_title("all motions, median")

@@ -11,7 +11,7 @@ from vibropipe.figures import draw, picture_of
 from vibropipe.figures.effects import describe_effects
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import house_style, save
-from vibropipe.report.costs import NOT_REACHED, effect_table, race_table
+from vibropipe.report.costs import NOT_REACHED, effect_table, effect_words, race_table
 from vibropipe.vocabulary import Outcome, describe
 
 DIMS = ("motion", "kernel")
@@ -66,12 +66,17 @@ def test_every_motion_has_a_row_and_every_target_a_bar(costs):
 def test_words_come_from_the_data(costs):
     said = describe_effects(costs, Options())
     assert said == (
-        "3 motions; 1 of 2 targets are met. no force takes 0.85 of the kernel of all effects, not 0.7."
+        "3 motions; 1 of 2 targets are met. Missed: no force (0.85 of the kernel of all effects, aimed at 0.7)."
     )
     costs["target_met"][:] = [2, 1, 0]
     said = describe_effects(costs, Options())
     assert "1 of 2 targets" in said
-    assert "bare takes 0.47 of no force, not 0.5" in said
+    assert "bare (0.47 of no force, aimed at 0.5)" in said
+
+
+def test_the_report_says_them_too(costs):
+    assert effect_words({"law": xr.Dataset(), "costs": costs}) == describe_effects(costs, Options())
+    assert effect_words({"law": xr.Dataset()}) == ""
 
 
 def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):

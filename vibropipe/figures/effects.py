@@ -93,13 +93,15 @@ def describe_effects(dataset: xr.Dataset, options: Options) -> str:
     met = dataset["target_met"].values
     asked, passed = int((met != 2).sum()), int((met == 1).sum())
     said = [f"{count(dataset.sizes['motion'], 'motion')}; {passed} of {asked} targets are met"]
-    missed = [
-        f"{str(one['motion'].item()).replace('_', ' ')} takes {number(float(one['target_ratio']), 2)} of "
-        f"{against_words(str(one['target_against'].item()))}, not {number(float(one['target']), 2)}"
-        for place in np.flatnonzero(met == 0)
-        if (one := dataset.isel(motion=place))
-    ]
-    return ". ".join([*said, *([series(missed)] if missed else [])]) + "."
+    missed = [missed_words(dataset.isel(motion=place)) for place in np.flatnonzero(met == 0)]
+    return ". ".join([*said, *([f"Missed: {series(missed)}"] if missed else [])]) + "."
+
+
+def missed_words(one: xr.Dataset) -> str:
+    """Say by how much a motion misses its target."""
+    name, against = str(one["motion"].item()).replace("_", " "), str(one["target_against"].item())
+    found, aimed = number(float(one["target_ratio"]), 2), number(float(one["target"]), 3)
+    return f"{name} ({found} of {against_words(against)}, aimed at {aimed})"
 
 
 def against_words(name: str) -> str:

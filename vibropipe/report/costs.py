@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.analysis.work_precision import time_to_reach
+from vibropipe.figures.effects import describe_effects
+from vibropipe.figures.options import Options
 from vibropipe.figures.words import number
 from vibropipe.physics.effects import NAMES
 from vibropipe.report.table import DASH, Datasets, Table, breakable
@@ -60,6 +62,12 @@ def median_words(times: np.ndarray) -> str:
 def effect_tables(datasets: Datasets) -> list[Table]:
     """Return the table of each scene of effects."""
     return [effect_table(data) for data in datasets.values() if "kernel_time" in data]
+
+
+def effect_words(datasets: Datasets) -> str:
+    """Say which targets are met and by how much the others are missed."""
+    costs = [data for data in datasets.values() if "kernel_time" in data]
+    return " ".join(describe_effects(data, Options()) for data in costs)
 
 
 def effect_table(dataset: xr.Dataset) -> Table:

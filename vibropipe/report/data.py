@@ -20,7 +20,7 @@ from vibropipe.figures.words import (
     regime_name,
 )
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
-from vibropipe.report.costs import effect_tables, race_tables
+from vibropipe.report.costs import effect_tables, effect_words, race_tables
 from vibropipe.report.hard_cases import hard_case_tables, hard_case_words
 from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
@@ -65,7 +65,10 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
             "text": hard_case_words(datasets),
         },
         "races": [table.as_data() for table in race_tables(datasets)],
-        "effect_costs": [table.as_data() for table in effect_tables(datasets)],
+        "effect_costs": {
+            "tables": [table.as_data() for table in effect_tables(datasets)],
+            "text": effect_words(datasets),
+        },
         "sweeps": [table.as_data() for table in regime_tables(sweeps)],
         "extremes": [
             {"name": breakable(name), "text": text}

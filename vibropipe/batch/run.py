@@ -129,6 +129,7 @@ def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
     a = arc(exciter.parameters(), x, v)
     times = np.append(turns * exciter.period, span)
     xs, vs = positions(a, times)
+    xs = np.clip(xs, exciter.lower, exciter.upper)
     struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
         struck[name] += task.tau_start

@@ -125,7 +125,8 @@ def departure(e, p, grid, home, w, turn):
     if w > 0.0:
         if push < 0.0:
             restitution = restitution_of(e, p, home)
-            wait = chatter_duration(w, push, rate - w, restitution, h, p.nu)
+            # The rates side by side: where they cancel for an instant, the next order counts.
+            wait = chatter_duration(w, push, abs(rate) + w, restitution, h, p.nu)
             if wait < NEVER:
                 return REST, wait / (grid.steps * grid.dt)
             if restitution >= 1.0 and h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:

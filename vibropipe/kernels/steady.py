@@ -31,7 +31,10 @@ from vibropipe.kernels.state import REST, State
 from vibropipe.status import Status
 
 MAX_MULTIPLE = 32
-HISTORY = 64
+# Periods over which the growth of a small difference is followed, and its logarithm, in each half of them, from
+# which the motion counts as chaotic: many rows seem so for 200 periods and settle after all, hardly one for 350.
+FIRST_FOLLOWED, LAST_FOLLOWED = 50, 400
+CHAOTIC_GROWTH = 5.0
 # Share of the motion's size within which the section counts as nearly repeating.
 NEARLY = 1e-5
 CLOSED = 1e-13
@@ -45,7 +48,7 @@ REACH = 20.0
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
 GROWTH, LASTING = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
-MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
+MAX_PERIODS_STATUS, CHAOTIC = int(Status.MAX_PERIODS), int(Status.CHAOTIC)
 # numpy integers: numba compiles a plain constant to code of its own, march and all.
 EVENTS_PER_PERIOD = np.int64(100_000)
 ONE = np.int64(1)
@@ -137,27 +140,64 @@ def with_least_multiple(e, p, grid, orbit, log, c):
 
 
 @jit
-def _repeats(xs, vs, k, m, size) -> bool:
-    now, then = k % HISTORY, (k - m) % HISTORY
-    return abs(xs[now] - xs[then]) + abs(vs[now] - vs[then]) <= NEARLY * size
+def _may_repeat(xs, vs, x, v, size) -> bool:
+    """Whether the section nearly repeats any of those kept: one look at all, which the vector units do."""
+    near = 0
+    for i in range(MAX_MULTIPLE):
+        near += abs(xs[i] - x) + abs(vs[i] - v) <= NEARLY * size
+    return near > 0
+
+
+@jit
+def follow_growth(e, p, log, start, end, a, b):
+    """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
+    size before. -inf where it is forgotten in a rest, or where the log is not whole."""
+    if log.counts[IMPACTS] + 1 >= log.position.size:
+        return a, b, -math.inf
+    j11, j12, j21, j22 = derivative(e, p, log, start, end, 1)
+    a, b = j11 * a + j12 * b, j21 * a + j22 * b
+    size = math.hypot(a, b)
+    if not (size > 0.0 and size < math.inf):
+        return 1.0, 0.0, -math.inf
+    return a / size, b / size, math.log(size)
+
+
+@jit
+def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
+    """(tried, found, Settled): the orbit of the least multiple that the section at period k nearly repeats with
+    and that can be closed."""
+    none = complex(math.nan, 0.0)
+    orbit = Settled(APERIODIC, OK, 0, state, state, math.inf, 0, none, none)
+    x, v = section(p, state)
+    tried = False
+    for m in range(1, min(k, MAX_MULTIPLE) + 1):
+        then = (k - m) % MAX_MULTIPLE
+        if abs(xs[then] - x) + abs(vs[then] - v) <= NEARLY * size:
+            tried = True
+            found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
+            if found:
+                return True, True, with_least_multiple(e, p, grid, orbit, log, c)
+    return tried, False, orbit
 
 
 @jit_allocating
 def settle_motion(e, p, grid, state, log, c, max_periods):
-    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods."""
-    xs, vs = np.empty(HISTORY), np.empty(HISTORY)
+    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods, or until
+    the motion shows itself chaotic."""
+    xs, vs = np.full(MAX_MULTIPLE, math.inf), np.full(MAX_MULTIPLE, math.inf)
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[0], vs[0] = section(p, state)
     largest, early, middle, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0, 0.0
     next_try, failures = 1, 0
+    a, b, growth, halfway = 1.0, 0.0, 0.0, 0.0
     for k in range(1, max_periods + 1):
         clear(log)
-        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
+        start = at_period_zero(state)
+        state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
         x, v = section(p, state)
-        xs[k % HISTORY], vs[k % HISTORY] = x, v
         size = abs(x) + abs(v)
         largest = max(largest, size_of(p, state, log))
         if 4 * k > max_periods and 2 * k <= max_periods:
@@ -166,22 +206,26 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
             middle = max(middle, size)
         if 4 * k > 3 * max_periods:
             late = max(late, size)
-        if k < next_try:
-            continue
-        tried = False
-        for m in range(1, min(k, MAX_MULTIPLE) + 1):
-            if _repeats(xs, vs, k, m, largest):
-                tried = True
-                found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
-                if found:
-                    orbit = with_least_multiple(e, p, grid, orbit, log, c)
-                    return Settled(
-                        PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k,
-                        orbit.first, orbit.second,
-                    )  # fmt: skip
-        if tried:
-            failures += 1
-            next_try = k + 1 + min(failures, 32)
+        if k > FIRST_FOLLOWED and k <= LAST_FOLLOWED:
+            a, b, grown = follow_growth(e, p, log, start, state, a, b)
+            growth += grown
+            if 2 * k == FIRST_FOLLOWED + LAST_FOLLOWED:
+                halfway = growth
+            if k == LAST_FOLLOWED and min(halfway, growth - halfway) > CHAOTIC_GROWTH:
+                return Settled(
+                    APERIODIC, CHAOTIC, 0, at_period_zero(state), state, math.inf, k, none, none
+                )
+        if k >= next_try and _may_repeat(xs, vs, x, v, largest):
+            tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
+            if found:
+                return Settled(
+                    PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k,
+                    orbit.first, orbit.second,
+                )  # fmt: skip
+            if tried:
+                failures += 1
+                next_try = k + 1 + min(failures, 32)
+        xs[k % MAX_MULTIPLE], vs[k % MAX_MULTIPLE] = x, v
     lasting = late - middle > LASTING * (middle - early)
     kind = APERIODIC
     if late > GROWTH * early:

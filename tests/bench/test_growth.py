@@ -28,6 +28,14 @@ def test_shards_are_no_longer_than_a_job(points):
     assert 0 < sizes.min() <= sizes.max() <= growth.ROWS_PER_SHARD
 
 
+@pytest.mark.parametrize("words", [["many"], ["1e3", "-1"], ["inf"], ["1e99"], ["nan"]])
+def test_what_is_no_number_of_points_is_named(words):
+    assert growth.asked(["1e3", "20"]) == [1000, 20]
+    assert growth.asked([]) == growth.POINTS
+    with pytest.raises(SystemExit, match=rf"found {words[0]}.* allowed numbers of points"):
+        growth.asked(words)
+
+
 def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
     lines = []
     measured = growth.measure_growth(tmp_path, [60], threads=[1], say=lines.append)

@@ -38,6 +38,11 @@ class Project:
     def path(self, name: str) -> Path:
         return self.folder / name
 
+    def copied(self, folder: Path, *left_out: str) -> "Project":
+        """Return a copy without the files and folders of the names left out."""
+        ignored = shutil.ignore_patterns(*left_out)
+        return Project(Path(shutil.copytree(self.folder, folder, ignore=ignored)))
+
     def own_package(self) -> None:
         """Give the project a package of its own to edit; its kernels would have to be compiled."""
         copy(REPOSITORY / "vibropipe", self.folder / "vibropipe")
@@ -48,12 +53,19 @@ class Project:
         self.path(name).write_text(text.replace(old, new))
 
     def snakemake(self, *arguments: str, code: int = 0, **environment: str) -> str:
-        """Run snakemake and return all that it says; nothing can be fetched from anywhere."""
+        """Run snakemake and return all that it says."""
+        process = self.start(*arguments, **environment)
+        said, _ = process.communicate()
+        assert process.returncode == code, said
+        return said
+
+    def start(self, *arguments: str, **environment: str) -> subprocess.Popen:
+        """Start snakemake in a session of its own; nothing can be fetched from anywhere."""
         nowhere = "http://127.0.0.1:9"
         # a package of its own is found before the installed one
         path = str(self.folder if self.path("vibropipe").is_dir() else REPOSITORY)
         proxies = {"http_proxy": nowhere, "https_proxy": nowhere}
-        done = subprocess.run(
+        return subprocess.Popen(
             [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
             cwd=self.folder,
             env=os.environ | {"PYTHONPATH": path} | proxies | environment,
@@ -61,10 +73,8 @@ class Project:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            check=False,
+            start_new_session=True,
         )
-        assert done.returncode == code, done.stdout
-        return done.stdout
 
     def planned(self, *arguments: str, **environment: str) -> set[str]:
         """Return what the next run would do, job by job."""

@@ -4,10 +4,12 @@
 import hashlib
 import os
 import re
+import signal
 import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 from vibropipe.jit import kernel_hash
 from vibropipe.listing import plan_text
@@ -21,6 +23,30 @@ HOW_TO_GO_ON = """\
 Not everything was made; the reason stands above, the logs lie under logs/. Give the same command
 again when it is gone: what is finished is kept. If snakemake itself was killed and the next one finds
 the folder locked, `snakemake --unlock` frees it."""
+
+
+def say(text):
+    """Print for people; on stderr, since stdout may be a graph or a summary."""
+    print(text, file=sys.stderr, flush=True)
+
+
+INTERRUPTED = 130
+STOPPED = "interrupted; what is finished is kept: the same command goes on from there"
+stopped = []
+
+
+def stop(number, frame):
+    """End on Ctrl-C with one line; jobs have had it too, and what snakemake tells of their ends is noise."""
+    stopped.append(number)
+    signal.signal(number, signal.SIG_IGN)
+    logger.setLevel("CRITICAL")
+    say(STOPPED)
+    raise SystemExit(INTERRUPTED)
+
+
+# where Ctrl-C is left to the shell (a job in the background), it stays so
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, stop)
 
 
 def read_studies():
@@ -58,9 +84,11 @@ os.environ.update(
 )
 
 
-def say(text):
-    """Print for people; on stderr, since stdout may be a graph or a summary."""
-    print(text, file=sys.stderr, flush=True)
+def tell_of_failure():
+    """Tell what to do after a failure; after Ctrl-C that has been said."""
+    if stopped:
+        raise SystemExit(INTERRUPTED)
+    say(HOW_TO_GO_ON)
 
 
 def costs():

@@ -1,0 +1,106 @@
+"""A sweep in three shards, solved once undisturbed, and places to solve it in that fail."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from vibropipe import cli
+
+STUDY = """\
+title: A sweep in shards
+exciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  response:
+    kind: sweep
+    over: {f: {start: 0.1, stop: 3, points: 20}, nu: {start: 0.3, stop: 3, points: 30}}
+"""
+SHARDS = 3
+
+
+def run(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.raises(SystemExit) as stopped:
+        cli.main([str(argument) for argument in arguments])
+    return int(stopped.value.code or 0)
+
+
+class Work:
+    """The study in a folder, and the verbs that solve it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.study = folder / "tiny.yaml"
+        self.study.write_text(STUDY)
+        self.shards = [folder / f"{shard}.nc" for shard in range(1, SHARDS + 1)]
+        self.whole = folder / "response.nc"
+
+    def asked(self, output: Path, *more: object) -> list[str]:
+        words = ["solve", self.study, "--scene", "response", "--output", output, *more]
+        return [str(word) for word in words]
+
+    def solve(self, output: Path, *more: object) -> int:
+        return run(*self.asked(output, *more))
+
+    def solve_shard(self, shard: int) -> int:
+        return self.solve(self.shards[shard - 1], "--shard", f"{shard}/{SHARDS}")
+
+    def solve_apart(self, output: Path, *more: object, **how) -> subprocess.CompletedProcess[str]:
+        """Solve in a process of its own."""
+        code = "from vibropipe.cli import main; main()"
+        command = [sys.executable, "-c", code, *self.asked(output, *more)]
+        return subprocess.run(command, capture_output=True, text=True, check=False, **how)
+
+    def join(self, output: Path) -> int:
+        return run("join", self.study, "--scene", "response", "--output", output, *self.shards)
+
+
+@pytest.fixture(scope="session")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Work:
+    """The study with its shards and its dataset, undisturbed."""
+    made = Work(tmp_path_factory.mktemp("undisturbed"))
+    for shard in range(1, SHARDS + 1):
+        assert made.solve_shard(shard) == 0
+    assert made.join(made.whole) == 0
+    return made
+
+
+@pytest.fixture
+def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
+    """Return the one message of a verb that failed readably; words of progress do not count."""
+
+    def message() -> str:
+        told = capsys.readouterr()
+        assert not told.out
+        lines = [line for line in told.err.splitlines() if not line.startswith("response")]
+        assert len(lines) == 1, told.err
+        return lines[0]
+
+    return message
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Callable[..., Path]]:
+    """Mount a disk of so many bytes, or mount it again with other options."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mounted = False
+
+    def mount(options: str) -> Path:
+        nonlocal mounted
+        remount = "remount," if mounted else ""
+        command = ["mount", "-t", "tmpfs", "-o", remount + options, "tmpfs", str(place)]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+        except OSError as error:
+            pytest.skip(f"nothing can be mounted here: {error}")
+        if done.returncode != 0:
+            pytest.skip(f"mounting is not permitted here: {done.stderr.strip()}")
+        mounted = True
+        return place
+
+    yield mount
+    if mounted:
+        # lazily: HDF5 may hold a file that it failed to write until the process ends
+        subprocess.run(["umount", "--lazy", str(place)], check=True)

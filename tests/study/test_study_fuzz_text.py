@@ -1,0 +1,119 @@
+"""Files that nobody should write, given to the command line: taken, or refused in readable lines with code 2."""
+
+import itertools
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from study_texts import BASE
+
+from vibropipe import cli
+
+NESTED = "[" * 400 + "1" + "]" * 400
+# What stands in place of a value, of a key, or as a line of its own.
+VALUES = [
+    "!!python/object/apply:os.system ['touch hacked']", "!!binary aGk=", "!own 1", "&a 1", "*a", "*absent",
+    "&loop [*loop]", "{<<: *a}", NESTED, "{a: {b: {c: {d: {e: {f: {g: {h: {i: {j: {k: {l: {m: 1}}}}}}}}}}}}}",
+    ".nan", "-.inf", "1e999", "-1e308", "1e12", "0x1F", "1_000", "12:30", "on", "~", "''", "'a", "\"\\ud800\"",
+    "[1, [2, [3]]]", "{start: 0.5, stop: 1.5, points: 1000000000000}", "{values: []}", "2026-01-01", "|", "- 1",
+    "'#read(\"/etc/passwd\")'", "'$x^2$ *bold* @ref <label> \\\\u{0}'", "'../../../etc/passwd'", "'a/b'", "'a\"b'",
+]  # fmt: skip
+KEYS = [
+    "ν", "v", "nυ", "δ", "∂", "R₁", "ѕcenes", "sсenes", "'..'", "'a/b'", "'a b'", "'a\"b'", "\"a'b\"", "'.'", "''",
+    "'<motion>'", "'[key]'", "!!str k", "? [1]", "<<", "1", "~", "on", "*a", "&a k", "title", "kind", "con", "A",
+    "x" * 300, "'{study}'", "'\\0'", "é",
+]  # fmt: skip
+LINES = [
+    "%YAML 1.2",
+    "---",
+    "...",
+    "title: again",
+    "\tx: 1",
+    "scenes: {}",
+    "#" * 100,
+    "}",
+    "\x00",
+    "\ufeff",
+]
+
+
+@st.composite
+def texts(draw):
+    """A valid study with a few of its lines given another key, another value, or a neighbour."""
+    lines = BASE.splitlines()
+    for _ in range(draw(st.integers(1, 3))):
+        place = draw(st.integers(0, len(lines) - 1))
+        line = lines[place]
+        indent = line[: len(line) - len(line.lstrip())]
+        key, _, value = line.strip().partition(":")
+        action = draw(st.sampled_from(["value", "key", "line", "twice", "delete", "inside"]))
+        if action == "value":
+            lines[place] = f"{indent}{key}: {draw(st.sampled_from(VALUES))}"
+        elif action == "key":
+            lines[place] = f"{indent}{draw(st.sampled_from(KEYS))}:{value}"
+        elif action == "line":
+            lines.insert(place, draw(st.sampled_from(LINES)))
+        elif action == "twice":
+            lines.insert(place, line)
+        elif action == "inside":
+            more = f"{draw(st.sampled_from(KEYS))}: {draw(st.sampled_from(VALUES))}"
+            lines.insert(place + 1, f"{indent}  {more}")
+        else:
+            del lines[place]
+        if not lines:
+            break
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def judge(tmp_path, monkeypatch, capsys):
+    """See what `vibropipe plan` makes of a text: code 0 and a plan, or 2 and what is wrong."""
+    monkeypatch.chdir(tmp_path)
+    counted = itertools.count()
+
+    def judged(text: str) -> None:
+        folder = tmp_path / str(next(counted))
+        folder.mkdir()
+        file = folder / "mine.yaml"
+        file.write_text(text, encoding="utf-8", errors="surrogatepass")
+        with pytest.raises(SystemExit) as stopped:
+            cli.main(["plan", str(file), "--rough"])
+        said = capsys.readouterr()
+        assert [path.name for path in folder.iterdir()] == ["mine.yaml"]
+        assert not (tmp_path / "hacked").exists()
+        if not stopped.value.code:
+            assert said.out.startswith("mine: ")
+            assert not said.err
+            return
+        assert stopped.value.code == 2
+        assert not said.out
+        lines = said.err.splitlines()
+        assert lines
+        assert lines[0].startswith(f"vibropipe: {file}: ")
+        for line in (lines[0].removeprefix("vibropipe: "), *lines[1:]):
+            assert line.startswith(f"{file}: ")
+            assert ": found " in line
+            assert ", allowed " in line
+            assert len(line) < 1500
+
+    return judged
+
+
+ONE_FIXTURE = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+
+
+@settings(suppress_health_check=ONE_FIXTURE)
+@given(text=texts())
+@example(text=BASE)
+@example(text="")
+@example(text="- 1\n")
+@example(text=NESTED)
+def test_a_mutated_file_is_planned_or_refused_readably(text, judge):
+    judge(text)
+
+
+@pytest.mark.slow
+@settings(max_examples=3000, suppress_health_check=ONE_FIXTURE)
+@given(text=texts())
+def test_many_mutated_files_are_planned_or_refused_readably(text, judge):
+    judge(text)

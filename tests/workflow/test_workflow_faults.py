@@ -3,6 +3,7 @@
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -133,6 +134,15 @@ def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undis
     again = unsolved.snakemake("--notemp", TARGET, **OFTEN)
     assert "unlock" not in again
     check_whole(unsolved, undisturbed[0])
+
+
+def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
+    shutil.rmtree(unsolved.path("results"))
+    unsolved.path("results").write_text("a file where a folder should be")
+    said = unsolved.snakemake(TARGET, code=1)
+    assert "results cannot be written (File exists): change its permissions" in said
+    assert "Traceback" not in said
+    assert not jobs(said, "Started")
 
 
 def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_gone_on_from(unsolved, undisturbed):

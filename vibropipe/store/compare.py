@@ -6,7 +6,7 @@ last bit of a number count. One nan is like another.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -79,53 +79,70 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: Grid) -> li
     Of the file only those rows are read, and the counts of what is ragged. Raises StoreError if the
     file cannot be read.
     """
-    items = {item.name: item for item in encode(shard)[0]}
+    items = {item.name: item for item in encode(shard)[0] if item.name != ROW}
     start, stop = int(shard.attrs["row_start"]), int(shard.attrs["row_stop"])
     with opened(Path(path)) as file:
-        found = _swept(file, grid)
-        missing = [name for name in items if name not in file.variables and name != ROW]
-        if missing:
-            return [*found, Difference(missing[0], "", "nothing", "a quantity")]
+        found = _shared(file, items, grid)
         if found:  # of another grid: its rows have no place here
             return found
-        gridded = [item for item in items.values() if item.dims[:1] == (ROW,)]
-        counts = [item for item in gridded if "sample_dimension" in item.attrs]
-        ragged = {item.attrs["sample_dimension"]: item for item in counts}
-        flat = [item for item in items.values() if item.dims[:1] and item.dims[0] in ragged]
-        ends = {dim: _ends(file, count.name) for dim, count in ragged.items()}
-        for item in items.values():
-            if ROW not in item.dims and not set(item.dims) & set(ragged):
-                values = np.asarray(file.variables[item.name][...])
-                found += _differences(item.name, values, _values(item))
+        rows = _Rows(file, items, grid)
         for row in range(start, stop):
-            place, where = _place(grid, row)
-            for item in gridded:
-                if item.name != ROW:
-                    values = np.asarray(file.variables[item.name][place])
-                    found += _differences(item.name, values, _values(item)[row - start], where)
-            number = int(np.ravel_multi_index(place, grid.shape))
-            for item in flat:
-                count = _values(ragged[item.dims[0]])
-                last = int(count[: row - start + 1].sum())
-                end = int(ends[item.dims[0]][number])
-                size = int(count[row - start])
-                values = np.asarray(file.variables[item.name][max(0, end - size) : end])
-                found += _differences(item.name, values, _values(item)[last - size : last], where)
+            found += rows.differences(row, row - start)
     return found
+
+
+def _shared(file: netCDF4.Dataset, items: Mapping[str, Stored], grid: Grid) -> list[Difference]:
+    """Compare the swept parameters, and what is the same in every row."""
+    missing = [name for name in (*grid.dims, *items) if name not in file.variables]
+    if missing:
+        return [Difference(missing[0], "", "nothing", "a quantity")]
+    counted = {item.attrs.get("sample_dimension") for item in items.values()}
+    constant = {
+        name: _values(item) for name, item in items.items() if not {ROW, *counted} & set(item.dims)
+    }
+    found = []
+    for name, values in {**grid.values, **constant}.items():
+        found += _differences(name, np.asarray(file.variables[name][...]), values)
+    return found
+
+
+class _Rows:
+    """The rows of a sweep in a file, beside those of a shard."""
+
+    def __init__(self, file: netCDF4.Dataset, items: Mapping[str, Stored], grid: Grid) -> None:
+        self._file, self._grid = file, grid
+        self._gridded = [item for item in items.values() if item.dims[:1] == (ROW,)]
+        self._counts = {
+            item.attrs["sample_dimension"]: _values(item)
+            for item in self._gridded
+            if "sample_dimension" in item.attrs
+        }
+        self._ends = {
+            item.attrs["sample_dimension"]: _ends(file, item.name)
+            for item in self._gridded
+            if "sample_dimension" in item.attrs
+        }
+        self._ragged = [item for item in items.values() if set(item.dims) & set(self._counts)]
+
+    def differences(self, row: int, own: int) -> list[Difference]:
+        """Compare a row of the grid with the row `own` of the shard."""
+        place, where = _place(self._grid, row)
+        found = []
+        for item in self._gridded:
+            stored = np.asarray(self._file.variables[item.name][place])
+            found += _differences(item.name, stored, _values(item)[own], where)
+        number = int(np.ravel_multi_index(place, self._grid.shape))
+        for item in self._ragged:
+            count = self._counts[item.dims[0]]
+            size, last = int(count[own]), int(count[: own + 1].sum())
+            end = int(self._ends[item.dims[0]][number])
+            stored = np.asarray(self._file.variables[item.name][max(0, end - size) : end])
+            found += _differences(item.name, stored, _values(item)[last - size : last], where)
+        return found
 
 
 def _values(item: Stored) -> np.ndarray:
     return np.asarray(item.values)
-
-
-def _swept(file: netCDF4.Dataset, grid: Grid) -> list[Difference]:
-    """Compare the swept parameters."""
-    found = []
-    for name, values in grid.values.items():
-        if name not in file.variables:
-            return [Difference(name, "", "nothing", f"{values.size} values")]
-        found += _differences(name, np.asarray(file.variables[name][...]), values)
-    return found
 
 
 def _ends(file: netCDF4.Dataset, name: str) -> np.ndarray:

@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import sys
+import tempfile
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -37,11 +38,23 @@ stopped = []
 
 def stop(number, frame):
     """End on Ctrl-C with one line; jobs have had it too, and what snakemake tells of their ends is noise."""
-    stopped.append(number)
-    signal.signal(number, signal.SIG_IGN)
-    logger.setLevel("CRITICAL")
-    say(STOPPED)
-    raise SystemExit(INTERRUPTED)
+    if not stopped:
+        stopped.append(number)
+        signal.signal(signal.SIGINT, lambda *_: None)
+        signal.signal(signal.SIGALRM, stop)
+        logger.setLevel("CRITICAL")
+        say(STOPPED)
+    if is_told(frame):
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+    else:
+        raise SystemExit(INTERRUPTED)
+
+
+def is_told(frame):
+    """Tell whether a log handler is at work: those of snakemake swallow whatever ends a program."""
+    while frame is not None and frame.f_code.co_name != "emit":
+        frame = frame.f_back
+    return frame is not None
 
 
 # where Ctrl-C is left to the shell (a job in the background), it stays so
@@ -82,6 +95,19 @@ RESULTS = SETTINGS.results
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()])
 )
+
+
+def check_results():
+    """See, before any job, that results can be written."""
+    try:
+        Path(RESULTS).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=RESULTS):
+            pass
+    except OSError as error:
+        raise WorkflowError(
+            f"{RESULTS} cannot be written ({error.strerror}): change its permissions, make room, or name"
+            " another folder under `results` in config/config.yaml"
+        ) from None
 
 
 def tell_of_failure():

@@ -1,6 +1,7 @@
 # What the rules know of the studies: read once, here, before any job. Each rule depends on its own
 # part of a study through `params` and never on the YAML file: an edit of one scene is seen by the
 # jobs of that scene alone, a touched file by none.
+import atexit
 import hashlib
 import os
 import re
@@ -50,6 +51,13 @@ def stop(number, frame):
         raise SystemExit(INTERRUPTED)
 
 
+def leave():
+    """See that the exit code tells of Ctrl-C, by whatever way snakemake ends."""
+    if stopped:
+        sys.stdout.flush()
+        os._exit(INTERRUPTED)
+
+
 def is_told(frame):
     """Tell whether a log handler is at work: those of snakemake swallow whatever ends a program."""
     while frame is not None and frame.f_code.co_name != "emit":
@@ -60,6 +68,7 @@ def is_told(frame):
 # where Ctrl-C is left to the shell (a job in the background), it stays so
 if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, stop)
+    atexit.register(leave)
 
 
 def read_studies():
@@ -112,9 +121,8 @@ def check_results():
 
 def tell_of_failure():
     """Tell what to do after a failure; after Ctrl-C that has been said."""
-    if stopped:
-        raise SystemExit(INTERRUPTED)
-    say(HOW_TO_GO_ON)
+    if not stopped:
+        say(HOW_TO_GO_ON)
 
 
 def costs():

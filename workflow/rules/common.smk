@@ -99,6 +99,8 @@ def read_studies():
 
 SETTINGS, STUDIES, PLANS = read_studies()
 RESULTS = SETTINGS.results
+if Path(RESULTS).exists() and not Path(RESULTS).is_dir():
+    raise WorkflowError(f"{RESULTS} is a file, where the folder of results should be")
 
 # Jobs find `vibropipe` beside the python that runs snakemake, its environment activated or not.
 os.environ.update(

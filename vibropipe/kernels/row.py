@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_allocating_inline
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.march import march
@@ -83,7 +83,7 @@ def row_parameters(row):
     return Parameters(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
 
 
-@jit_allocating
+@jit_allocating_inline
 def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
     """Solve one row into `out`; returns the (x, v) at its section, to seed a neighbour.
 

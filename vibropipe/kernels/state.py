@@ -17,6 +17,9 @@ SAME_INSTANT = 1e-13
 # Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
 # the rounding of x (this share of l, twice), the mass rests.
 LOWEST_HOP = 2.0**-52
+# Departures faster than this share of the largest push there can be are part of no complete chatter: by the
+# velocity alone, 4 (w/push)^3, the push changes by more than `chatter_duration` allows. Nearly all are.
+FASTEST_CHATTER = 2e-5
 
 
 class State(NamedTuple):
@@ -114,6 +117,9 @@ def departure(e, p, grid, home, w, turn):
         # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
         return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
     sigma, load, _near, _far = frame(p, home)
+    most = abs(p.f) + abs(load) + p.h * w
+    if w > FASTEST_CHATTER * most and w * w > LOWEST_HOP * p.l * most:
+        return WITH_SPEED, 0.0
     s, c = 0.0, 0.0
     if e.forcing is not None:
         s, c = force_at(p, sigma, turn)

@@ -23,8 +23,14 @@ def linear_amplitude(p) -> complex:
 @jit
 def steady_at(p, turn):
     """(x, x') of the steady motion at the phase `turn`, in turns."""
+    return turned_by(p, linear_amplitude(p), turn)
+
+
+@jit
+def turned_by(p, amplitude, turn):
+    """(x, x') of the steady motion of a complex amplitude at the phase `turn`."""
     s, c = sincos_turns(turn)
-    at = 2.0 * linear_amplitude(p) * complex(c, s)
+    at = 2.0 * amplitude * complex(c, s)
     return at.real, -p.nu * at.imag
 
 
@@ -35,10 +41,9 @@ def keeps_off(p, x, v, turn) -> bool:
     The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0:
     |x| never exceeds 2 |X| + sqrt(z0^2 + z0'^2).
     """
-    steady_x, steady_v = steady_at(p, turn)
-    bound = (2.0 * abs(linear_amplitude(p)) + math.hypot(x - steady_x, v - steady_v)) * (
-        1.0 + 1e-12
-    )
+    amplitude = linear_amplitude(p)
+    steady_x, steady_v = turned_by(p, amplitude, turn)
+    bound = (2.0 * abs(amplitude) + math.hypot(x - steady_x, v - steady_v)) * (1.0 + 1e-12)
     return bound < p.l + p.delta and bound < p.l - p.delta
 
 

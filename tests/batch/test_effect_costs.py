@@ -19,7 +19,7 @@ from vibropipe.physics.effects import ALL_EFFECTS
 FULL = Motion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 4)
 PLAIN = Motion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
 UNFORCED = Motion(vp.Exciter(l=0.5, h=0.005, R1=0.99, R2=0.99), 0.0, 2.0, 20)
-FREE = Motion(vp.Exciter(l=0.5), 0.0, -0.51, 100)
+FREE = Motion(vp.Exciter(l=0.5), 0.0, -0.51, 1000)
 QUIET = Motion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
 
 
@@ -104,7 +104,7 @@ def test_ratios_are_those_of_the_times(measured):
     found = measured.time_ratio.sel(kernel="all").sel(motion=same)
     np.testing.assert_allclose(found, ratio.sel(motion=same), rtol=0.5)
     bytes_ratio = measured.bytes_ratio.sel(motion="free", kernel="full")
-    assert float(bytes_ratio) == pytest.approx(108 / 12)
+    assert float(bytes_ratio) == pytest.approx(1008 / 12)
 
 
 def test_closed_forms_are_taken_where_there_are_any(measured):

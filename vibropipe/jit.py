@@ -118,8 +118,14 @@ def _compile_apart(module: str, name: str, signature: Any) -> bool:
     command = [sys.executable, "-c", "from vibropipe.jit import compile_task; compile_task()"]
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = os.environ | {COMPILER: "apart", "PYTHONPATH": path}
+    # In a group of its own: a Ctrl-C is for this process, which then ends the other.
     done = subprocess.run(
-        command, input=task, env=environment, stdout=subprocess.DEVNULL, check=False
+        command,
+        input=task,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        check=False,
+        process_group=0,
     )
     return done.returncode == 0
 

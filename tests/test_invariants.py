@@ -118,6 +118,10 @@ PINNED = [
     ),
     # laid to rest in full flight, where the push of the support stood still for an instant
     Case(vp.Exciter(l=0.5, f=-1.0, delta=-1.0, R1=0, R2=0), 0.8944271909999159, -0.5, -1.0, {}),
+    # taken for a graze where the force that is to come is large, not what acts
+    Case(
+        vp.Exciter(l=0.5, f=1000.0, delta=1.0, R1=0, R2=0.999), 0.04468785621687518, 0.5, -1e-7, {}
+    ),
     # through the support within one coarse step, and millions of hops within one
     Case(vp.Exciter(l=0.5, nu=0.1, delta=0.5, R1=0, R2=0), 2.8284271247461903, 1.0, 0.0, coarse(8)),
     Case(vp.Exciter(l=0.1, f=1.0, R2=0), 0.6030226891555273, 0.1, -1e-8, coarse(8)),
@@ -279,6 +283,7 @@ TINY = vp.Exciter(
 @example(Case(vp.Exciter(l=0.5, h=1e4, R1=0, R2=0), 10.0, -0.5, 0.0, {}), 0.5)
 @example(Case(vp.Exciter(l=0.5, R1=0, R2=0), 2.0, -0.5, -1e-7, {}), 0.0)
 @example(Case(vp.Exciter(l=0.5), 1.0, -0.5, -1.0, {}), 0.0)
+@example(Case(vp.Exciter(l=1e-9, R1=0), 1e-12, -9.375000000000001e-10, -1e3, {}), 0.0)
 def test_splitting(case: Case, share: float) -> None:
     check_splitting(case, share)
 

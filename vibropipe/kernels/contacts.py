@@ -121,7 +121,8 @@ def meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log):
         return state
     room = state.y - near if at_near else far - state.y
     # Rounding of a time counted in steps, beside that of a phase.
-    instant = SAME_INSTANT + 2.0**-50 * (state.period * grid.steps + state.step)
+    steps = state.period * grid.steps + state.step + state.theta
+    instant = SAME_INSTANT * min(1.0, steps) + 2.0**-50 * steps
     if not (room <= instant * abs(state.w) * grid.dt and state.w != 0.0):
         return state
     after = impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)

@@ -133,27 +133,36 @@ def monotone_root(grid, c, sign, offset, first, last, span) -> float:
 
 
 @jit
+def _lengths(c, p, offset, load, theta):
+    """Sum of the lengths that the gap over theta^p is made of at theta: what its rounding is a share of."""
+    terms = 0.0
+    for n in range(c.size - 1, p - 1, -1):
+        terms = terms * theta + abs(c[n])
+    # Past the start on the support the load acts by its acceleration alone.
+    return abs(offset) + terms + abs(load) * (theta if p == 1 else 1.0)
+
+
+@jit
 def first_root(c, p, sign, offset, load, span, counts):
     """(theta, kind) of the first closing of the gap on (0, span]: NONE, CROSSING, GRAZING (touched with zero
     velocity, within rounding) or BOUND (MAX_STRIDES reached). Adds the evaluations made to counts[6]."""
     if stays_open(c, p, sign, offset, span):
         return span, NONE
-    scale = abs(offset) + abs(load)
-    for n in range(p, c.size):
-        scale += abs(c[n])
     # Squares of very small motions would vanish: the search works on a gap of size 1, scaled by a power of two.
-    _share, exponent = math.frexp(scale)
+    _share, exponent = math.frexp(_lengths(c, p, offset, load, 1.0))
     unit = math.ldexp(1.0, min(-exponent, 1000))
-    touch, noise = TOUCH * scale * unit, NOISE * scale * unit
     third = _third_derivative_bound(c, p, span) * unit
-    theta, shift = 0.0, 0.0
+    theta, first = 0.0, 0.0
     for stride_number in range(MAX_STRIDES):
         value, slope, curvature = gap(c, p, sign, offset, theta)
         value, slope, curvature = value * unit, slope * unit, curvature * unit
         counts[6] += 1
+        scale = _lengths(c, p, offset, load, theta) * unit
+        touch, noise = TOUCH * scale, NOISE * scale
         if stride_number == 0:
-            # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
-            shift = min(touch, 0.5 * value)
+            first = 0.5 * value
+        # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
+        shift = min(touch, first)
         room = span - theta
         # Strides of a falling gap that is within its rounding would get nowhere.
         if value - shift > (noise if slope < 0.0 else 0.0):

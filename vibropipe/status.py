@@ -17,7 +17,6 @@ class Status(IntEnum):
     LOG_FULL = 6
     INACCURATE = 7
     SUPPORT_REACHED = 8
-    CHAOTIC = 9
 
     @property
     def remedy(self) -> str:
@@ -50,9 +49,5 @@ _REMEDIES = {
     ),
     Status.SUPPORT_REACHED: (
         "The motion reaches a support that `effects` leaves out, and was stopped there: add the support to them."
-    ),
-    Status.CHAOTIC: (
-        "Neighbouring motions part from each other for hundreds of forcing periods: the row was taken for "
-        "aperiodic and measured over a window."
     ),
 }

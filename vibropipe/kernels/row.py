@@ -29,8 +29,7 @@ from vibropipe.status import Status
 from vibropipe.vocabulary import Regime
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
-UNRESOLVED = int(Regime.UNRESOLVED)
-MAX_PERIODS, CHAOTIC = int(Status.MAX_PERIODS), int(Status.CHAOTIC)
+UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
 
 
 @jit
@@ -61,7 +60,7 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
         )
         if status == LOG_FULL:
             out.regime[row] = UNRESOLVED
-    elif status in (MAX_PERIODS, CHAOTIC):
+    elif status == MAX_PERIODS:
         out.regime[row] = label_of(settled.kind)
         out.window[row] = WINDOW
         last = measure_window(

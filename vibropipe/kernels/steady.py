@@ -31,10 +31,6 @@ from vibropipe.kernels.state import REST, State
 from vibropipe.status import Status
 
 MAX_MULTIPLE = 32
-# Periods over which the growth of a small difference is followed, and its logarithm, in each half of them, from
-# which the motion counts as chaotic: many rows seem so for 200 periods and settle after all, hardly one for 350.
-FIRST_FOLLOWED, LAST_FOLLOWED = 50, 400
-CHAOTIC_GROWTH = 5.0
 # Share of the motion's size within which the section counts as nearly repeating.
 NEARLY = 1e-5
 CLOSED = 1e-13
@@ -48,7 +44,7 @@ REACH = 20.0
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
 GROWTH, LASTING = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
-MAX_PERIODS_STATUS, CHAOTIC = int(Status.MAX_PERIODS), int(Status.CHAOTIC)
+MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
 # numpy integers: numba compiles a plain constant to code of its own, march and all.
 EVENTS_PER_PERIOD = np.int64(100_000)
 ONE = np.int64(1)
@@ -149,20 +145,6 @@ def _may_repeat(xs, vs, x, v, size) -> bool:
 
 
 @jit
-def follow_growth(e, p, log, start, end, a, b):
-    """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
-    size before. -inf where it is forgotten in a rest, or where the log is not whole."""
-    if log.counts[IMPACTS] + 1 >= log.position.size:
-        return a, b, -math.inf
-    j11, j12, j21, j22 = derivative(e, p, log, start, end, 1)
-    a, b = j11 * a + j12 * b, j21 * a + j22 * b
-    size = math.hypot(a, b)
-    if not (size > 0.0 and size < math.inf):
-        return 1.0, 0.0, -math.inf
-    return a / size, b / size, math.log(size)
-
-
-@jit
 def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
     """(tried, found, Settled): the orbit of the least multiple that the section at period k nearly repeats with
     and that can be closed."""
@@ -182,19 +164,16 @@ def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
 
 @jit_allocating
 def settle_motion(e, p, grid, state, log, c, max_periods):
-    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods, or until
-    the motion shows itself chaotic."""
+    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods."""
     xs, vs = np.full(MAX_MULTIPLE, math.inf), np.full(MAX_MULTIPLE, math.inf)
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[0], vs[0] = section(p, state)
     largest, early, middle, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0, 0.0
     next_try, failures = 1, 0
-    a, b, growth, halfway = 1.0, 0.0, 0.0, 0.0
     for k in range(1, max_periods + 1):
         clear(log)
-        start = at_period_zero(state)
-        state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
+        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
         x, v = section(p, state)
@@ -206,15 +185,6 @@ def settle_motion(e, p, grid, state, log, c, max_periods):
             middle = max(middle, size)
         if 4 * k > 3 * max_periods:
             late = max(late, size)
-        if k > FIRST_FOLLOWED and k <= LAST_FOLLOWED:
-            a, b, grown = follow_growth(e, p, log, start, state, a, b)
-            growth += grown
-            if 2 * k == FIRST_FOLLOWED + LAST_FOLLOWED:
-                halfway = growth
-            if k == LAST_FOLLOWED and min(halfway, growth - halfway) > CHAOTIC_GROWTH:
-                return Settled(
-                    APERIODIC, CHAOTIC, 0, at_period_zero(state), state, math.inf, k, none, none
-                )
         if k >= next_try and _may_repeat(xs, vs, x, v, largest):
             tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
             if found:

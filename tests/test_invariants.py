@@ -227,7 +227,10 @@ def check_energy_balance(case: Case) -> None:
     if case.method:
         step = 2 * math.pi / nu / case.method["steps_per_period"]
         share += 0.1 * (step * max(1.0, nu, case.exciter.h)) ** 2
-    assert abs(float(ds.energy_residual)) <= share * size
+    # A place within the rounding of the room is on the support: what a force does on such a way is not seen.
+    force = abs(case.exciter.f) + abs(case.rooms[0]) + abs(case.rooms[1])
+    unseen = EPS * (case.exciter.l + abs(case.exciter.delta)) * force
+    assert abs(float(ds.energy_residual)) <= share * size + unseen
 
 
 def check_splitting(case: Case, share: float) -> None:
@@ -245,7 +248,9 @@ def check_splitting(case: Case, share: float) -> None:
     small = 1e-8
     lower, upper = case.rooms
     moved = x if x in case.rooms else min(max(x * (1 + small), lower), upper)
-    nudged = exact.run(x0=moved, v0=v * (1 + small), tau_start=split)
+    # by a share of all the velocity there is: a start nearly at rest tells nothing of what follows
+    faster = v + math.copysign(small * float(np.abs(whole.velocity).max()), v)
+    nudged = exact.run(x0=moved, v0=faster, tau_start=split)
     same = nudged.impact_tau.size == rest.impact_tau.size
     assume(same and nudged.rest_start.size == rest.rest_start.size)
     for name in ("displacement", "velocity"):

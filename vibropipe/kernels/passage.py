@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.jit import jit_inline
 from vibropipe.kernels.contacts import side_of
 from vibropipe.kernels.grid import force_part, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, STEPS, is_full, log_impact
@@ -159,7 +159,7 @@ def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
     return True, new, y1, w1
 
 
-@jit
+@jit_inline
 def coast(e, p, grid, state, end_period, end_step, log, c, most):
     """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
     them at most, up to the step in which something else may happen."""

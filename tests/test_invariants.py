@@ -122,6 +122,8 @@ PINNED = [
     Case(
         vp.Exciter(l=0.5, f=1000.0, delta=1.0, R1=0, R2=0.999), 0.04468785621687518, 0.5, -1e-7, {}
     ),
+    # struck at the very instant at which the push touches zero: nothing acts, but the rate's rate does
+    Case(vp.Exciter(l=0.5, nu=1.0, f=-1.0, delta=-0.5, R1=0.5, R2=0), 2.0, 0.0, 1.0, {}),
     # through the support within one coarse step, and millions of hops within one
     Case(vp.Exciter(l=0.5, nu=0.1, delta=0.5, R1=0, R2=0), 2.8284271247461903, 1.0, 0.0, coarse(8)),
     Case(vp.Exciter(l=0.1, f=1.0, R2=0), 0.6030226891555273, 0.1, -1e-8, coarse(8)),

@@ -71,6 +71,12 @@ def test_a_return_to_the_support_just_left_keeps_its_digits(w: float) -> None:
     assert theta == pytest.approx(2 * w, rel=4e-16)
 
 
+def test_a_gap_that_opens_with_the_fourth_power_of_time_is_passed_quickly() -> None:
+    """Off a support at a tangent release, 1e-21 above it: nothing but the fourth derivative is not tiny."""
+    for c3 in (-1e-12, -1.3e-17, 0.0, 1.3e-17):
+        assert search([1.25e-21, 1.3e-16, 0.0, c3, 1.6e-2, 0.0, -6.5e-4])[1] == NONE
+
+
 def test_the_far_side_is_the_same_search() -> None:
     theta, kind = search([0.0, 0.8, 0.3], sign=-1.0, offset=0.5)
     assert kind == CROSSING

@@ -11,18 +11,17 @@ from vibropipe.kernels.state import (
     REST,
     SAME_INSTANT,
     STRIKES,
-    WITH_PULL,
-    WITH_RATE,
     WITH_SPEED,
     State,
     departure,
     is_before,
     looked_at,
     place,
+    release_order,
     release_wait,
     restitution_of,
 )
-from vibropipe.physics.contact import NEVER, frame, reset
+from vibropipe.physics.contact import NEVER, force_at, frame, reset
 
 
 @jit
@@ -53,7 +52,7 @@ def contact(e, p, grid, state, kind, at_near, c, theta, log):
     if kind == GRAZING or approach <= 0.0:
         side = side_of(state.home, at_near)
         log_grazing(log, state.period + (state.step + at) / grid.steps, side)
-        return State(state.period, state.step, at, side, 0.0, 0.0, WITH_PULL, 0.0)
+        return State(state.period, state.step, at, side, 0.0, 0.0, WITH_SPEED, 0.0)
     if state.order != FLIGHT:
         log.counts[SHORT_FLIGHTS] += 1
     return impact(e, p, grid, state, at_near, approach, at, log)
@@ -106,7 +105,11 @@ def rest(e, p, grid, state, end_period, end_step, end_theta, log, samples):
     if not released:
         return State(period, step, theta, state.home, 0.0, 0.0, REST, state.rest_start)
     log_rest(log, state.rest_start, period + (step + theta) / grid.steps, state.home)
-    return State(period, step, theta, state.home, 0.0, 0.0, WITH_RATE, 0.0)
+    rate = 0.0
+    if e.forcing is not None:
+        sigma, _load, _near, _far = frame(p, state.home)
+        _s, rate = force_at(p, sigma, (step + theta) / grid.steps)
+    return State(period, step, theta, state.home, 0.0, 0.0, release_order(rate), 0.0)
 
 
 @jit

@@ -6,11 +6,11 @@ from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
-from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root, monotone_root
+from vibropipe.kernels.roots import BOUND, CROSSING, NONE, first_root, monotone_root
 from vibropipe.kernels.state import (
     FLIGHT,
+    WITH_CURVATURE,
     WITH_PULL,
-    WITH_RATE,
     WITH_SPEED,
     State,
     departure,
@@ -49,8 +49,10 @@ def fill(e, p, grid, state, sigma, load, limit, c):
             quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
         else:
             quadratic(c, state.y, state.w, s + load, end + load, None, span, grid.dt)
-    if e.rest is not None and state.order == WITH_RATE:
-        c[2] = 0.0 if grid.exact is not None else c[2]
+    if e.rest is not None and grid.exact is not None and state.order >= WITH_PULL:
+        # As `departure` has it: to the last bit, or zero but for rounding.
+        c[2] = 0.5 * grid.dt * grid.dt * (s + load) if state.order == WITH_PULL else 0.0
+        c[3] = 0.0 if state.order == WITH_CURVATURE else c[3]
 
 
 @jit
@@ -185,8 +187,6 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
     )
     if kind != NONE:
         after = contact(e, p, grid, state, kind, at_near, c, theta, log)
-        if kind == GRAZING:
-            return after, OK
         hops = grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT
         if hops and restitution_of(e, p, after.home) >= 1.0:
             return State(

@@ -25,14 +25,15 @@ NOISE = 2.0**-51
 
 @jit
 def gap(c, p, sign, offset, theta):
-    """Value, slope and curvature of the gap at theta."""
+    """Value, slope, curvature and third derivative of the gap at theta."""
     degree = c.size - 1
-    value, slope, half_curvature = c[degree], 0.0, 0.0
+    value, slope, half, sixth = c[degree], 0.0, 0.0, 0.0
     for n in range(degree - 1, p - 1, -1):
-        half_curvature = half_curvature * theta + slope
+        sixth = sixth * theta + half
+        half = half * theta + slope
         slope = slope * theta + value
         value = value * theta + c[n]
-    return offset + sign * value, sign * slope, 2.0 * sign * half_curvature
+    return offset + sign * value, sign * slope, 2.0 * sign * half, 6.0 * sign * sixth
 
 
 @jit
@@ -46,11 +47,11 @@ def stays_open(c, p, sign, offset, span) -> bool:
 
 
 @jit
-def _third_derivative_bound(c, p, span):
+def _fourth_derivative_bound(c, p, span):
     bound = 0.0
-    for n in range(c.size - 1, p + 2, -1):
+    for n in range(c.size - 1, p + 3, -1):
         k = n - p
-        bound = bound * span + k * (k - 1) * (k - 2) * abs(c[n])
+        bound = bound * span + k * (k - 1) * (k - 2) * (k - 3) * abs(c[n])
     return bound
 
 
@@ -67,21 +68,27 @@ def _first_zero(a, b, curvature):
 
 
 @jit
-def _stride(value, slope, curvature, third, room):
+def _stride(value, slope, curvature, third, fourth, room):
     """How far the gap surely stays positive: the zero of a parabola below it, whose curvature holds over the
     way it is used for; that way is grown while the zero stays ahead. While the gap opens, slope and curvature
-    both positive, the cubic below it is positive up to 3 curvature/third."""
-    if slope >= 0.0 and curvature * 3.0 >= third * room:
+    both positive, the cubic below it is positive up to 3 curvature over the fall of the curvature.
+
+    third: at the start; fourth: a bound. Near a tangent force all up to the third vanish together, and by a
+    bound on the third alone the strides would be as short as its square.
+    """
+    fall = max(0.0, -third)
+    most = fall + fourth * room
+    if slope >= 0.0 and curvature * 3.0 >= most * room:
         return room
-    stride = _first_zero(value, slope, curvature - third * room)
+    stride = _first_zero(value, slope, curvature - most * room)
     if stride >= room:
         return room
     if slope >= 0.0 and curvature > 0.0:
-        stride = max(stride, 3.0 * curvature / third)
+        stride = max(stride, 3.0 * curvature / most)
     way = 2.0 * stride
     for _ in range(MAX_GROWTHS):
         way = min(way, room)
-        zero = _first_zero(value, slope, curvature - third * way)
+        zero = _first_zero(value, slope, curvature - (fall + 0.5 * fourth * way) * way)
         if zero < way:
             return max(stride, zero)
         if way == room:
@@ -95,7 +102,7 @@ def _stride(value, slope, curvature, third, room):
 def _polish(c, p, sign, offset, theta, span):
     """Newton's method on the gap from just before its simple zero."""
     for _ in range(MAX_POLISH):
-        value, slope, _curvature = gap(c, p, sign, offset, theta)
+        value, slope, _curvature, _third = gap(c, p, sign, offset, theta)
         if slope >= 0.0:
             break
         change = -value / slope
@@ -151,11 +158,11 @@ def first_root(c, p, sign, offset, load, span, counts):
     # Squares of very small motions would vanish: the search works on a gap of size 1, scaled by a power of two.
     _share, exponent = math.frexp(_lengths(c, p, offset, load, 1.0))
     unit = math.ldexp(1.0, min(-exponent, 1000))
-    third = _third_derivative_bound(c, p, span) * unit
+    fourth = _fourth_derivative_bound(c, p, span) * unit
     theta, first = 0.0, 0.0
     for stride_number in range(MAX_STRIDES):
-        value, slope, curvature = gap(c, p, sign, offset, theta)
-        value, slope, curvature = value * unit, slope * unit, curvature * unit
+        value, slope, curvature, third = gap(c, p, sign, offset, theta)
+        value, slope, curvature, third = value * unit, slope * unit, curvature * unit, third * unit
         counts[6] += 1
         scale = _lengths(c, p, offset, load, theta) * unit
         touch, noise = TOUCH * scale, NOISE * scale
@@ -166,7 +173,7 @@ def first_root(c, p, sign, offset, load, span, counts):
         room = span - theta
         # Strides of a falling gap that is within its rounding would get nowhere.
         if value - shift > (noise if slope < 0.0 else 0.0):
-            stride = _stride(value - shift, slope, curvature, third, room)
+            stride = _stride(value - shift, slope, curvature, third, fourth, room)
             if stride >= room:
                 return span, NONE
             theta += stride

@@ -9,14 +9,17 @@ from vibropipe.jit import jit
 from vibropipe.kernels.grid import locate
 from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
 
-# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate; or not,
-# and one that starts on a support moving in strikes it first.
-FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, STRIKES, REST = 0, 1, 2, 3, 8, 9
+# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate, with the
+# rate's rate; or not, and one that starts on a support moving in strikes it first. Up to WITH_CURVATURE the number
+# is the power of time with which the distance begins to grow.
+FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, WITH_CURVATURE, STRIKES, REST = 0, 1, 2, 3, 4, 8, 9
 # Rounding of a phase in turns: a contact this soon after the release belongs to it.
 SAME_INSTANT = 1e-13
 # Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
 # the rounding of x (this share of l, twice), the mass rests.
 LOWEST_HOP = 2.0**-52
+# Rounding of a push, as a share of the largest there can be.
+PUSH_NOISE = 2.0**-51
 # Departures faster than this share of the largest push there can be are part of no complete chatter: by the
 # velocity alone, 4 (w/push)^3, the push changes by more than `chatter_duration` allows. Nearly all are.
 FASTEST_CHATTER = 2e-5
@@ -110,6 +113,13 @@ def release_wait(e, p, home, turn):
 
 
 @jit
+def release_order(push_rate):
+    """How a mass leaves at its release. Where the force is as large as the pull of the support the push only
+    touches zero, from above: neither it nor its rate acts at that instant."""
+    return WITH_RATE if push_rate > 0.0 else WITH_CURVATURE
+
+
+@jit
 def departure(e, p, grid, home, w, turn):
     """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
     (the rest of a chatter, completed; 0 when it is at rest already)."""
@@ -140,7 +150,12 @@ def departure(e, p, grid, home, w, turn):
         return WITH_SPEED, 0.0
     if push > 0.0:
         return WITH_PULL, 0.0
-    return (WITH_RATE if release_wait(e, p, home, turn) == 0.0 else REST), 0.0
+    release = release_wait(e, p, home, turn)
+    # Within the rounding of a push its rate tells whether the release is just over: were it taken for one to
+    # come, the mass would rest for a whole period.
+    if release == 0.0 or (release < NEVER and rate > 0.0 and push >= -PUSH_NOISE * most):
+        return release_order(rate), 0.0
+    return REST, 0.0
 
 
 @jit

@@ -11,6 +11,7 @@ from judging import Orbit, brute_force_orbit, determinant, linear_amplitude
 from oracles import Parameters, Twin
 
 import vibropipe as vp
+from vibropipe.status import Status
 
 NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2, TWO_SIDED, WITH_REST, APERIODIC, UNBOUNDED, UNRESOLVED = range(
     8
@@ -181,6 +182,14 @@ def test_a_bounded_motion_without_damping_is_not_called_unbounded() -> None:
     ds = steady(Parameters(nu=1.0, f=0.3, l=0.5))
     assert int(ds.regime) in (APERIODIC, UNRESOLVED)
     assert np.isfinite(ds.displacement_amplitude.values).all()
+
+
+def test_a_chatter_of_a_thousand_million_impacts_is_given_up() -> None:
+    """R = 1 - 1e-9, pressed in: more impacts in a period than are marched."""
+    p = Parameters(f=0.1, l=0.5, delta=-1.5, h=1.0, R1=1 - 1e-9, R2=1 - 1e-9)
+    ds = steady(p, x0=-1.0, v0=-1e-4)
+    assert int(ds.regime) == UNRESOLVED
+    assert int(ds.status) == Status.MAX_IMPACTS
 
 
 # -- free motions and rests --------------------------------------------------------------------

@@ -17,6 +17,7 @@ from judging import disagreements, energy, impacts_of, judge, reference, rests_o
 from oracles import Flight, Parameters, digits
 
 import vibropipe as vp
+from vibropipe.status import Status
 
 TURN = 2 * math.pi
 EXACT: dict[str, Any] = {}
@@ -289,6 +290,16 @@ def test_a_chatter_ends_in_bounded_work(R: float, method: dict[str, Any]) -> Non
     assert len(rests_of(ds)) == 1
     assert rests_of(ds)[0][1] == math.inf
     assert ds.impact_tau.size <= 20 + math.log(1e-9) / math.log(R)
+
+
+def test_the_bound_on_impacts_counts_grazes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The motion touches a support in each half turn, and the log holds three touches at most."""
+    monkeypatch.setattr("vibropipe.batch.run.LOG_ROOM", 4)
+    for most, status in ((10, Status.MAX_IMPACTS), (1000, Status.OK)):
+        e = vp.Exciter(l=0.5, f=1e-300)
+        ds = vp.simulate(e, 200.0, 0.5, samples_per_period=0, max_impacts=most)
+        assert int(ds.status) == status
+    assert ds.grazing_tau.size == 63
 
 
 @methods

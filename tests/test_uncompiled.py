@@ -7,12 +7,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from judging import parameters_of, reference
 
 import vibropipe as vp
+from vibropipe.status import Status
 
 # high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
 MOTIONS = [name for name in reference("motions") if name != "high_frequency"]
@@ -43,10 +45,24 @@ def numbers() -> dict[str, list[float]]:
     return found
 
 
+def status_at_the_bound() -> int:
+    """Of a motion whose searches for a contact all reach their bound, which only plain Python can lower."""
+    import vibropipe.kernels.roots as roots
+
+    roots.MAX_STRIDES = 0
+    e = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.5, R2=0.5)
+    ds = vp.simulate(e, 20.0, samples_per_period=0)
+    assert np.isnan(float(ds.displacement_end))
+    return int(ds.status)
+
+
 @pytest.fixture(scope="module")
-def uncompiled() -> dict[str, list[float]]:
+def uncompiled() -> dict[str, Any]:
     path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
-    code = "import json, test_uncompiled as t; print(json.dumps(t.numbers()))"
+    code = (
+        "import json, test_uncompiled as t; found = t.numbers(); "
+        "found['bound'] = t.status_at_the_bound(); print(json.dumps(found))"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"},
@@ -58,9 +74,13 @@ def uncompiled() -> dict[str, list[float]]:
     return json.loads(done.stdout)
 
 
-def test_plain_python_agrees_with_the_compiled_kernels(uncompiled: dict[str, list[float]]) -> None:
+def test_a_search_that_reaches_its_bound_is_named(uncompiled: dict[str, Any]) -> None:
+    assert uncompiled["bound"] == Status.ROOT_BOUND
+
+
+def test_plain_python_agrees_with_the_compiled_kernels(uncompiled: dict[str, Any]) -> None:
     compiled = numbers()
-    assert compiled.keys() == uncompiled.keys()
+    assert {*compiled, "bound"} == uncompiled.keys()
     assert sum(len(values) for values in compiled.values()) > 2000
     for name, values in compiled.items():
         np.testing.assert_allclose(

@@ -26,7 +26,10 @@ class Status(IntEnum):
 
 _REMEDIES = {
     Status.OK: "The motion was computed as asked.",
-    Status.MAX_IMPACTS: "The bound on impacts was reached before tau_end: shorten tau_end or raise max_impacts.",
+    Status.MAX_IMPACTS: (
+        "The bound on impacts was reached before tau_end, or within a forcing period of a steady state: shorten "
+        "tau_end, raise max_impacts, or keep R further from 1."
+    ),
     Status.MAX_PERIODS: (
         "No orbit was recognised within the bound on periods: the row was measured over a window instead."
     ),

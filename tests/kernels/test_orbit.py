@@ -13,6 +13,7 @@ from vibropipe.kernels.grid import exact_grid, locate
 from vibropipe.kernels.harmonics import add_contacts, close
 from vibropipe.kernels.march import march
 from vibropipe.kernels.orbit import derivative, multipliers, section
+from vibropipe.kernels.orbit import periods as orbit_periods
 from vibropipe.kernels.quadrature import along
 from vibropipe.kernels.record import RESTS, new_log
 from vibropipe.kernels.state import REST, begin
@@ -20,6 +21,7 @@ from vibropipe.kernels.steady import settle_motion
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
+from vibropipe.status import Status
 
 FORCED = Parameters(1.0, -1.0, 0.2, 0.5, 0.01, 0.6, 0.8)
 CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
@@ -116,3 +118,14 @@ def test_every_bound_has_a_status() -> None:
         ALL_EFFECTS, FORCED, grid, broken, 1000, 0, 0.0, log, None, np.empty(ORDER + 1), 20
     )
     assert status == 4
+
+
+def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:
+    p = FORCED._replace(delta=-1.5, f=0.0, R1=1 - 1e-9, R2=1 - 1e-9)
+    grid, log = exact_grid(ALL_EFFECTS, p), new_log(50, 10)
+    start = begin(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
+    most = np.int64(1000)
+    _end, status = orbit_periods(
+        ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(ORDER + 1), most
+    )
+    assert status == Status.MAX_IMPACTS

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from vibropipe.kernels.record import COUNTS
-from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, NONE, first_root
+from vibropipe.kernels.record import COUNTS, EVALUATIONS
+from vibropipe.kernels.roots import BOUND, CROSSING, GRAZING, MAX_STRIDES, NONE, first_root
 from vibropipe.physics.flow import ORDER
 
 COEFFICIENTS = st.lists(st.floats(-1, 1), min_size=5, max_size=9)
@@ -92,6 +92,12 @@ def test_the_search_has_no_scale(c: list[float], scale: float) -> None:
 
 
 def test_its_bound_has_a_name() -> None:
+    """(theta - 1/2)^8 is flatter than any motion can be; of no number there is no root either."""
+    c = np.zeros(ORDER + 1)
+    c[:9] = (np.poly1d([1.0, -0.5]) ** 8).coeffs[::-1]
+    counts = np.zeros(COUNTS, np.int64)
+    theta, kind = first_root(c, 0, 1.0, 0.0, 0.0, 1.0, counts)
+    assert (kind, counts[EVALUATIONS]) == (BOUND, MAX_STRIDES)
+    assert 0.4 < theta < 0.5
     theta, kind = search([np.nan, -1.0])
-    assert kind in (BOUND, NONE, CROSSING)
     assert not theta > 1.0

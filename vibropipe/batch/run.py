@@ -208,7 +208,7 @@ def _march(
             max_impacts - events,
         )
         pieces.append(_take(log))
-        events += len(pieces[-1]["position"]) + len(pieces[-1]["rest_start"])
+        events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
         if events > max_impacts:
             status = Status.MAX_IMPACTS
         if status != Status.LOG_FULL:

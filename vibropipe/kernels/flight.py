@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, stays_between
@@ -23,7 +25,9 @@ from vibropipe.physics.newmark import quadratic, step
 from vibropipe.status import Status
 
 OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
-MAX_SECANTS = 100
+# Secants free to go where they like, and all of them: from then on every other one is a bisection, of the
+# exponent, so that the last leave a bracket of rounding.
+FREE_SECANTS, MAX_SECANTS = 12, 150
 # Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
 # the next step.
 SHORTEST_FLIGHT = 1e-4
@@ -105,7 +109,8 @@ def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room
     The velocity of a quadratic over the whole step errs by the square of the step, differently at every
     impact; a step of the method down to the contact keeps that error smooth in the step. Secants, kept
     between a step that ends inside and one that ends outside; where the whole step ends inside (a graze,
-    nearly) there may be no such contact.
+    nearly) there may be no such contact. Where the force hardly acts yet the step is far longer than the
+    quadratic's, and secants from both alike get nowhere.
     """
     # What rounding leaves of a distance made of these terms.
     least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
@@ -115,7 +120,7 @@ def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room
         return -1.0
     inside, found = 0.0, theta
     before, y_before = outside, y_outside
-    for _ in range(MAX_SECANTS):
+    for secant in range(MAX_SECANTS):
         y = step_by(e, p, grid, state, sigma, load, found)[0] - target
         if abs(y) <= least:
             return found
@@ -126,11 +131,11 @@ def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room
         change = y * (found - before) / (y - y_before) if y != y_before else 0.0
         before, y_before = found, y
         found -= change
-        if not inside < found < outside:
-            found = 0.5 * (inside + outside)
+        if not inside < found < outside or (secant > FREE_SECANTS and secant % 2 == 1):
+            found = math.sqrt(inside * outside) if inside > 0.0 else 0.5 * outside
         if abs(found - before) <= 2.0**-51 * found:
             return found
-    return -1.0
+    return found
 
 
 @jit

@@ -45,7 +45,8 @@ def at_period_zero(state):
 def periods(e, p, grid, state, m, log, c, max_events):
     """(state, status) after m forcing periods; status LOG_FULL when the log had no room for all contacts.
 
-    The march goes on with an emptied log, so counts and list are then those of the last part only.
+    The march goes on with an emptied log, so counts and list are then those of the last part only; max_events
+    are those of all parts.
     """
     overflow = False
     until = state.period + m
@@ -56,6 +57,7 @@ def periods(e, p, grid, state, m, log, c, max_events):
         if status != LOG_FULL:
             break
         overflow = True
+        max_events -= log.counts[IMPACTS] + log.counts[RESTS] + log.counts[GRAZINGS]
         clear(log)
     return state, LOG_FULL if overflow and status == OK else status
 

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.batch import rows
 from vibropipe.batch.sweep import assemble, count_rows, solve_shard
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
@@ -71,12 +72,34 @@ def test_motion_energy_and_harmonics_tell_of_the_same_orbit(whole: xr.Dataset) -
 @pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
 @pytest.mark.parametrize("cuts", [2, 3])
 def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
-    rows, chain = count_rows(OVER, follow)
-    chains = rows // chain
+    count, chain = count_rows(OVER, follow)
+    chains = count // chain
     ends = [k * chains // cuts * chain for k in range(cuts + 1)]
     shards = [solve_shard(EXCITER, OVER, a, b, follow=follow) for a, b in itertools.pairwise(ends)]
     joined = assemble(shards[::-1], EXCITER, OVER, follow)
     xr.testing.assert_identical(joined, vp.sweep(EXCITER, OVER, follow=follow))
+
+
+@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
+def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: Any) -> None:
+    """Chains longer than a piece go on in the next one."""
+    expected = vp.sweep(EXCITER, OVER, follow=follow)
+    monkeypatch.setattr(rows, "ROWS_PER_CALL", 4)
+    xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
+
+
+@pytest.mark.parametrize(
+    ("count", "chain", "ends"),
+    [
+        (10, 1, [0, 4, 8, 10]),
+        (9, 3, [0, 3, 6, 9]),
+        (8, 2, [0, 4, 8]),
+        (20, 10, [0, 4, 8, 10, 14, 18, 20]),
+    ],
+)
+def test_pieces_are_whole_chains_or_parts_of_one(count, chain, ends, monkeypatch) -> None:
+    monkeypatch.setattr(rows, "ROWS_PER_CALL", 4)
+    assert rows.cuts(count, chain) == ends
 
 
 def test_threads_do_not_matter(whole: xr.Dataset) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+# Nothing is imported here but for type checkers: a command begins at once, and can be interrupted at once.
+TYPE_CHECKING = False
 
 __version__ = "0.1.0"
 
@@ -30,6 +30,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from vibropipe.batch.conservative import amplitude_frequency, backbone
     from vibropipe.batch.motion import simulate
     from vibropipe.batch.steady import steady_state
@@ -43,7 +45,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(
             f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}"
         )
-    return getattr(importlib.import_module(_FACE[name]), name)
+    from importlib import import_module
+
+    return getattr(import_module(_FACE[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from vibropipe.expectation import Expected, keep
 from vibropipe.jit import cache_folder
-from vibropipe.plan import Scene, plan_scene
-from vibropipe.scenes import exciter_of, race_of, solve
+from vibropipe.plan import plan_scene
+from vibropipe.scenes import race_of, solve
+from vibropipe.scenes.motion import exciter_of
 from vibropipe.store import write
 from vibropipe.study import (
     AccuracyScene,
@@ -27,6 +28,7 @@ from vibropipe.study import (
     EffectsScene,
     HardCasesScene,
     MotionScene,
+    Scene,
     Study,
     SweepScene,
     fingerprint,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -29,8 +30,10 @@ def motions_of(scene: AccuracyScene | EffectsScene) -> dict[str, Motion]:
     }
 
 
-def solve_effects(scene: EffectsScene) -> xr.Dataset:
-    """Measure the motions of a scene; the times are of this run alone."""
+def solve_effects(
+    scene: EffectsScene, progress: Callable[[int, int], None] | None = None
+) -> xr.Dataset:
+    """Measure the motions of a scene; the times are of this run alone. progress is told the times taken and all."""
     motions = motions_of(scene)
     trials = {
         name: Trial(
@@ -42,7 +45,7 @@ def solve_effects(scene: EffectsScene) -> xr.Dataset:
         )
         for name, timed in scene.motions.items()
     }
-    return measure_effects(trials, motions[scene.full], Sizes().bytes_of, scene.repeats)
+    return measure_effects(trials, motions[scene.full], Sizes().bytes_of, scene.repeats, progress)
 
 
 class Sizes:

@@ -1,7 +1,6 @@
 """What a study will do before it does it: rows, jobs, work and bytes of each scene.
 
-The numbers here decide how a sweep is cut into shards. They depend on the study alone, never on the
-machine, so that every machine cuts it alike.
+The numbers here depend on the study alone, never on the machine: by its work a sweep is cut into shards.
 """
 
 from __future__ import annotations
@@ -9,32 +8,28 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vibropipe.cutting import (
+    IMPACT_BYTES,
+    USUAL_IMPACTS,
+    shard_count,
+    steady_bytes,
+)
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
     EffectsScene,
     HardCasesScene,
     MotionScene,
+    Scene,
     SweepScene,
     scene_effects,
 )
 from vibropipe.study.accuracy import PEERS
-
-Scene = MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene | EffectsScene
-
-# A job costs about a second to start: below this work, cutting costs more than it gains. On a
-# cluster, where a job costs ten seconds, set the variable to some minutes.
-SHARD_SECONDS = 20.0
-SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
-# Results of a shard are held in memory, three times at worst, until they are written.
-SHARD_BYTES = 64e6
-MAX_SHARDS = 1000
 
 SECONDS_PER_ROW = 4e-4
 SECONDS_PER_POINT = 20e-6
@@ -53,19 +48,11 @@ HARD_CASES_BYTES = 40e3
 SECONDS_PER_RACE, SECONDS_PER_PEER_RACE = 0.05, 0.25
 SECONDS_PER_TRIAL, SECONDS_PER_ROUND = 0.1, 0.012
 
-ROW_BYTES = 80
-IMPACT_BYTES = 21
-USUAL_IMPACTS = 4
-PHASE_SAMPLES = 256
 # Heads of some thirty variables are most of a small file.
 HEAD_BYTES = 9e4
 RACE_BYTES, TRIAL_BYTES = 89, 400
 
 DRAWN = ("figures", "report", "vocabulary.py", "analysis")
-
-
-class PlanError(ValueError):
-    """A study cannot be cut as asked; the message says what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -101,59 +88,6 @@ def plan_scene(scene: Scene) -> ScenePlan:
     return _motion(scene) if isinstance(scene, MotionScene) else _backbone(scene)
 
 
-def chain_length(scene: SweepScene) -> int:
-    """Rows that must be solved one after the other: those along the followed parameter."""
-    followed = scene.follow_pair()
-    return scene.grids()[followed[0]].size if followed else 1
-
-
-def shard_count(scene: SweepScene, seconds: float, count: float) -> int:
-    """Return into how many shards a sweep is cut; cuts fall between chains."""
-    wanted = max(math.ceil(seconds / shard_seconds()), math.ceil(count / SHARD_BYTES), 1)
-    return min(wanted, MAX_SHARDS, scene.row_count // chain_length(scene))
-
-
-def shard_seconds() -> float:
-    """Return the work of one shard in seconds of one core, from the environment if it says so."""
-    text = os.environ.get(SHARD_VARIABLE)
-    if text is None:
-        return SHARD_SECONDS
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not 0 < seconds < math.inf:
-        raise PlanError(f"{SHARD_VARIABLE} = {text!r}: allowed is a number of seconds above 0")
-    return seconds
-
-
-def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
-    """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
-
-    Raises PlanError for a shard that does not exist or more shards than chains.
-    """
-    length = chain_length(scene)
-    chains = scene.row_count // length
-    if not 1 <= shards <= chains:
-        raise PlanError(f"{shards} shards: this scene can be cut into 1 to {chains}")
-    if not 1 <= shard <= shards:
-        raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
-    return (shard - 1) * chains // shards * length, shard * chains // shards * length
-
-
-def check_cut(scene: Scene, shard: tuple[int, int] | None) -> None:
-    """Raise PlanError unless shard I of N, given as (I, N), can be cut from the scene."""
-    if shard is not None:
-        row_range(as_sweep(scene), *shard)
-
-
-def as_sweep(scene: Scene) -> SweepScene:
-    """Return a scene that is a sweep; PlanError if it is none."""
-    if not isinstance(scene, SweepScene):
-        raise PlanError(f"scene {scene.name} is a {scene.kind}: only sweeps are cut into shards")
-    return scene
-
-
 @functools.cache
 def drawing_hash() -> str:
     """Hash (16 hex digits) of all sources and templates that figures and reports depend on."""
@@ -184,7 +118,7 @@ def _sweep(scene: SweepScene) -> ScenePlan:
         method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
         effects=scene_effects(scene),
         outputs=tuple(scene.outputs),
-        shards=shard_count(scene, seconds, stored),
+        shards=shard_count(scene, seconds),
         seconds=seconds,
         bytes=stored,
     )
@@ -296,15 +230,3 @@ def _method(chosen: Mapping[str, Any]) -> str:
         return f"accuracy {chosen['accuracy']:g}"
     steps = chosen.get("steps_per_period")
     return f"{chosen['method']}, {steps} steps" if steps else str(chosen["method"])
-
-
-def steady_bytes(outputs: Iterable[str], harmonics: int) -> int:
-    """Return the bytes of one steady state with these outputs."""
-    costs = {
-        "harmonics": 2 * 8 + 4 * 8 * harmonics,
-        "impacts": 4 + 2 * 8 + USUAL_IMPACTS * IMPACT_BYTES,
-        "stability": 2 * 16 + 1,
-        "motion": 2 * 8 * PHASE_SAMPLES,
-        "energy": 5 * 8,
-    }
-    return ROW_BYTES + sum(costs[output] for output in outputs)

@@ -11,7 +11,7 @@ from typing import TextIO
 __all__ = ["Progress", "shown", "words"]
 
 Progress = Callable[[int, int], None]
-"""Is told (points done, points in all) again and again."""
+"""Is told (points done, points in all) again and again; 0 in all where that is not known."""
 
 # A drawing of the bar takes about a millisecond: at most one in so many seconds stays far below 1 %.
 BAR_SECONDS = 0.5
@@ -39,7 +39,7 @@ def _lines(title: str, unit: str, stream: TextIO) -> Iterator[Progress]:
     def told(done: int, total: int) -> None:
         nonlocal due
         elapsed = time.perf_counter() - begin
-        if elapsed < due and done < total:
+        if elapsed < due and (done < total or not total):
             return
         due = elapsed + min(elapsed, FURTHEST_LINES)
         print(f"{title}: {words(done, total, elapsed, unit)}", file=stream, flush=True)
@@ -66,11 +66,12 @@ def _bar(title: str, unit: str, stream: TextIO) -> Iterator[Progress]:
         def told(done: int, total: int) -> None:
             nonlocal due
             elapsed = time.perf_counter() - begin
-            if elapsed < due and done < total:
+            if elapsed < due and (done < total or not total):
                 return
             due = elapsed + BAR_SECONDS
             said = words(done, total, elapsed, unit)
-            bar.update(task, completed=done, total=total, said=said, visible=True, refresh=True)
+            known = total or None  # a bar that only moves
+            bar.update(task, completed=done, total=known, said=said, visible=True, refresh=True)
 
         yield told
 
@@ -79,6 +80,8 @@ def words(done: int, total: int, elapsed: float, unit: str) -> str:
     """Return how much is done, how fast, and the time left if the rest goes as fast."""
     rate = done / elapsed
     speed = f"{rate:,.0f} {unit}/s" if rate >= 100 else f"{rate:.3g} {unit}/s"
+    if not total:
+        return f"{done:,} {unit}, {speed}"
     if done >= total:
         return f"{total:,} {unit} in {_span(elapsed)}, {speed}"
     left = f", {_span((total - done) / rate)} left" if done else ""

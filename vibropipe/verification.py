@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.plan import Scene, chain_length
+from vibropipe.cutting import chain_length
 from vibropipe.scenes import solve, solve_part
 from vibropipe.store import (
     Difference,
@@ -33,6 +33,7 @@ from vibropipe.study import (
     BackboneScene,
     EffectsScene,
     HardCasesScene,
+    Scene,
     Study,
     StudyError,
     SweepScene,

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vibropipe.plan import Scene
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
     EffectsScene,
     HardCasesScene,
     MotionScene,
+    Scene,
     SweepScene,
     load_study,
     scene_effects,

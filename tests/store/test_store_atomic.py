@@ -150,6 +150,23 @@ def test_the_file_of_a_running_writer_is_left_alone(tmp_path):
     assert other.read_bytes() == b"half"
 
 
+def test_what_is_left_of_killed_writers_is_removed_on_request_wherever_they_ran(tmp_path):
+    running = atomic._temporary(tmp_path / "1.nc").name
+    dead = running.replace(f".{os.getpid()}.", ".999999999.")
+    foreign = [".1.nc.node-7.12.part", ".2.nc.node-7.12.part"]
+    others = [".1.nc.part", ".hidden", "1.nc", "1.nc.node-7.12.part"]
+    for name in (running, dead, *foreign, *others):
+        (tmp_path / name).write_bytes(b"half")
+
+    atomic.remove_leftovers(tmp_path, ["1.nc"])
+    kept = {running, foreign[1], *others}
+    assert {path.name for path in tmp_path.iterdir()} == kept
+
+    atomic.remove_leftovers(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == kept - {foreign[1]}
+    atomic.remove_leftovers(tmp_path / "absent")
+
+
 @pytest.mark.parametrize("number", [errno.EROFS, errno.EACCES])
 def test_a_folder_that_cannot_be_written_is_explained(tmp_path, monkeypatch, number):
     def refuse(*_, **__):

@@ -7,7 +7,7 @@ out, all methods in turn in each round, so that a drift of the machine hits all 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -141,11 +141,13 @@ def solve_accuracy(
     tolerances: Sequence[float] = (1e-4, 1e-7, 1e-10),
     peer_periods: int = 4,
     repeats: int = 7,
+    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Error, time and work over (motion, method, setting).
 
     methods: any of METHODS; steps: steps per forcing period of crude and newmark; tolerances: of the peers,
-    which run over `peer_periods` of a motion's periods at most; repeats: timings of each.
+    which run over `peer_periods` of a motion's periods at most; repeats: timings of each; progress: is told how many
+    races (a motion by a method at a setting) are run, and of how many.
     Times differ from run to run; all else is the same with the same versions of the packages.
     """
     listed = entries(methods, steps, tolerances)
@@ -153,6 +155,7 @@ def solve_accuracy(
     columns = {name: np.full(shape, np.nan) for name in (*ERRORS, *WORK, *TIMES)}
     outcomes = np.full(shape, Outcome.NOT_TRIED, np.int8)
     values, periods = np.full(shape[1:], np.nan), np.zeros(shape[:2], np.int64)
+    run = 0
     for entry in listed:
         values[entry.method, entry.setting] = entry.value
     for i, motion in enumerate(motions.values()):
@@ -166,6 +169,9 @@ def solve_accuracy(
                     (*ERRORS, *WORK, *TIMES), (*errors, *work, *times), strict=True
                 ):
                     columns[name][place] = value
+            run += len(part)
+            if progress is not None:
+                progress(run, len(motions) * len(listed))
     return labelled(motions, methods, columns, outcomes, values, periods)
 
 

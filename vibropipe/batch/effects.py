@@ -169,11 +169,12 @@ def measure_effects(
     full: Motion,
     bytes_of: Callable[[Trial, Motion], float],
     rounds: int,
+    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Time and size of each trial, over `motion` (its name) and `kernel` (KERNELS).
 
     full: the motion that has all effects; bytes_of: bytes that a trial stores on disk in a row of a sweep, or
-    in a forcing period of a motion, if it is about the motion given.
+    in a forcing period of a motion, if it is about the motion given; progress: is told the times taken and all.
     `kernel_time` is per forcing period; `time_ratio`, of the trial's own kernel over each, and `target_ratio` are
     of whole rows, or of forcing periods of motions, round by round. Times differ from run to run; bytes are
     the same with the same versions of the packages.
@@ -183,7 +184,7 @@ def measure_effects(
         name: {kernel: Timer(work.repeat, work.units) for kernel, work in by.items()}
         for name, by in works.items()
     }
-    take_turns([timer for by in timers.values() for timer in by.values()], rounds)
+    take_turns([timer for by in timers.values() for timer in by.values()], rounds, progress)
     columns: dict[str, list[Any]] = {}
 
     def note(**values: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +35,7 @@ def simulate(
     max_impacts: int = 10_000_000,
     effects: Sequence[str] | None = None,
     energy: bool = False,
+    progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
     """The motion of eqs. (5), (6) from (x0, v0) at tau_start to tau_end.
 
@@ -46,6 +47,7 @@ def simulate(
     effects: any of damping, forcing, support_1, support_2, restitution, rest; the motion is marched by a
     kernel without the others, compiled when it is first called for. All of them if left out.
     energy: whether the balance of energy from start to end is drawn up.
+    progress: is told, now and then, how many more forcing periods have been marched.
 
     Returns a dataset (all non-dimensional): `displacement, velocity, force` over `tau` (from tau_start, the
     last sample exactly tau_end); `impact_tau, impact_support, impact_velocity` (before, signed),
@@ -77,6 +79,7 @@ def simulate(
         max_impacts,
         effects=with_effects,
         energy=energy,
+        progress=progress,
     )
     if accuracy is not None:
         from vibropipe.batch.accuracy import simulate_to_accuracy

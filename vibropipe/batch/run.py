@@ -39,7 +39,8 @@ MAX_SAMPLES = 200_000_000
 class Task(NamedTuple):
     """What is wanted of a motion: from (x, v) at tau_start to tau_end, and how it is recorded.
 
-    x_doubt, v_doubt: how far the start itself may be wrong; energy: whether its balance is drawn up.
+    x_doubt, v_doubt: how far the start itself may be wrong; energy: whether its balance is drawn up; progress:
+    is told, now and then, how many more forcing periods have been marched.
     """
 
     tau_start: float
@@ -52,6 +53,7 @@ class Task(NamedTuple):
     v_doubt: float = 0.0
     effects: Effects = ALL_EFFECTS
     energy: bool = False
+    progress: Callable[[int], None] | None = None
 
 
 class Run(NamedTuple):
@@ -96,7 +98,7 @@ def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
         grid = exact_grid(e, p) if grid is None else grid
         samples = _samples(grid, turns, task.samples_per_period)
         state = begin(e, p, grid, turns[0], task.x, task.v)
-        run = _march(e, p, grid, state, turns[1], samples, task.max_impacts)
+        run = _march(e, p, grid, state, turns[1], samples, task.max_impacts, task.progress)
     if run.displacement.size > 0:
         # The start as it was given, on a support before the impact.
         run.displacement[0], run.velocity[0] = task.x, task.v
@@ -186,13 +188,14 @@ def _march(
     turns_end: float,
     samples: Samples | None,
     max_impacts: int,
+    progress: Callable[[int], None] | None,
 ) -> Run:
-    """March to the end, emptying the log whenever it is full."""
+    """March to the end, emptying the log, and telling of it, whenever it is full."""
     log = new_log(LOG_ROOM, LOG_ROOM)
     work = np.empty(3 if grid.exact is None else ORDER + 1)
     end = locate(turns_end, grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
-    events = 0
+    events, told = 0, int(state.period)
     while True:
         state, status = march(
             e,
@@ -209,6 +212,9 @@ def _march(
         )
         pieces.append(_take(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
+        if progress is not None:
+            progress(int(state.period) - told)
+            told = int(state.period)
         if events > max_impacts:
             status = Status.MAX_IMPACTS
         if status != Status.LOG_FULL:

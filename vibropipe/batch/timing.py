@@ -53,13 +53,20 @@ def quartiles(values: Collection[float]) -> list[float]:
     return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
 
 
-def take_turns(timers: Collection[Timer], rounds: int) -> None:
-    """So many rounds of all timers, after a run of each that compiles and warms and is not counted."""
+def take_turns(
+    timers: Collection[Timer], rounds: int, progress: Callable[[int, int], None] | None = None
+) -> None:
+    """So many rounds of all timers, after a run of each that compiles and warms and is not counted.
+    progress is told the times taken and all of them."""
     for timer in timers:
         timer.repeat(1)
+    taken = 0
     for _ in range(rounds):
         for timer in timers:
             timer.round()
+            taken += 1
+            if progress is not None:
+                progress(taken, rounds * len(timers))
 
 
 def spent_on(seconds: float, rounds: int) -> float:

@@ -4,7 +4,13 @@ One library writes and reads them, netCDF4: h5py carries another copy of HDF5 an
 process with it.
 """
 
-from vibropipe.store.atomic import StoreError, check_whole, whole_file
+from vibropipe.store.atomic import (
+    NotWrittenError,
+    StoreError,
+    check_whole,
+    remove_leftovers,
+    whole_file,
+)
 from vibropipe.store.compare import Difference, compare, compare_rows
 from vibropipe.store.files import attributes_of, open_study, read, scene_files, write
 from vibropipe.store.joining import join
@@ -13,6 +19,7 @@ from vibropipe.store.show import summary
 
 __all__ = [
     "Difference",
+    "NotWrittenError",
     "StoreError",
     "attributes_of",
     "check_whole",
@@ -24,6 +31,7 @@ __all__ = [
     "provenance",
     "read",
     "read_sidecar",
+    "remove_leftovers",
     "scene_files",
     "summary",
     "whole_file",

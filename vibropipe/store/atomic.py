@@ -15,16 +15,24 @@ import os
 import re
 import shutil
 import socket
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["StoreError", "check_whole", "seal", "whole_file"]
+__all__ = [
+    "NotWrittenError",
+    "StoreError",
+    "check_whole",
+    "remove_leftovers",
+    "seal",
+    "whole_file",
+]
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SEAL_START = b"\nvibropipe sha256 "
 SEAL_LENGTH = len(SEAL_START) + 64 + 1
 TEMPORARY_ENDING = ".part"
+TEMPORARY_NAME = r"\.(?P<name>.+)\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
 
 READ_AT_ONCE = 1 << 20
 FULL_BELOW = 2_000_000
@@ -37,19 +45,24 @@ class StoreError(OSError):
     """A dataset cannot be written, read or joined; the message names the file and the remedy."""
 
 
+class NotWrittenError(StoreError):
+    """The machine does not take a file: the disk is full, the folder may not be written."""
+
+
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; when the block ends well, it becomes ``path``.
 
     Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes the
-    temporary file and leaves what was at ``path``. Raises StoreError, with what to do, when the
-    disk is full or the folder cannot be written.
+    temporary file and leaves what was at ``path``. Raises NotWrittenError, with what to do, when
+    the disk is full or the folder cannot be written.
     """
     path = Path(path)
     temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _remove_leftovers(path)
+        for found in _leftovers(path.parent, [path.name], foreign=False):
+            found.unlink(missing_ok=True)
         temporary.touch()
         yield temporary
         _flush(temporary)
@@ -58,7 +71,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError when HDF5 fails
-        raise StoreError(_explain(path, error)) from error
+        raise NotWrittenError(_explain(path, error)) from error
     finally:
         with suppress(OSError):
             temporary.unlink()
@@ -118,19 +131,35 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def _temporary(path: Path) -> Path:
-    host = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
-    return path.with_name(f".{path.name}.{host}.{os.getpid()}{TEMPORARY_ENDING}")
+def remove_leftovers(folder: str | os.PathLike[str], names: Collection[str] | None = None) -> None:
+    """Remove what killed writers of the files ``names`` (of any, if left out) left in ``folder``.
 
-
-def _remove_leftovers(path: Path) -> None:
-    """Remove what killed writers of ``path`` on this machine left behind."""
-    own = _temporary(path).name
-    prefix = own[: -len(f"{os.getpid()}{TEMPORARY_ENDING}")]
-    for found in path.parent.iterdir():
-        number = found.name.removeprefix(prefix).removesuffix(TEMPORARY_ENDING)
-        if found.name.startswith(prefix) and number.isdigit() and not _is_running(int(number)):
+    For one who knows that nobody else writes these files. Whether a writer of this machine still
+    runs can be asked, and it is left alone then; one of another machine counts as dead.
+    """
+    if Path(folder).is_dir():
+        for found in _leftovers(Path(folder), names, foreign=True):
             found.unlink(missing_ok=True)
+
+
+def _host() -> str:
+    return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
+
+
+def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> list[Path]:
+    """Temporary files in a folder whose writers do not run here; those of other machines if ``foreign``."""
+    left = []
+    for found in folder.iterdir():
+        parts = re.fullmatch(TEMPORARY_NAME, found.name)
+        if parts is not None and (names is None or parts["name"] in names):
+            here = parts["host"] == _host()
+            if not _is_running(int(parts["process"])) if here else foreign:
+                left.append(found)
+    return left
 
 
 def _is_running(process: int) -> bool:

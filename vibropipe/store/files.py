@@ -31,7 +31,7 @@ CACHE_BYTES = 4 << 20
 def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
     """Write ``dataset`` to the netCDF4 file ``path``, which appears only when whole.
 
-    Equal datasets give equal bytes. Folders are made. Raises StoreError (the file and what to do)
+    Equal datasets give equal bytes. Folders are made. Raises NotWrittenError (the file and what to do)
     on a full disk or a folder that cannot be written; ``path`` is then as it was.
     """
     import netCDF4

@@ -22,6 +22,7 @@ from vibropipe.study.models import (
     BackboneScene,
     HardCasesScene,
     MotionScene,
+    Scene,
     Study,
     SweepScene,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "HardCasesScene",
     "MotionScene",
     "Problem",
+    "Scene",
     "Solver",
     "Start",
     "Study",

@@ -1,21 +1,20 @@
 # What the rules know of the studies: read once, here, before any job. Each rule depends on its own
 # part of a study through `params` and never on the YAML file: an edit of one scene is seen by the
 # jobs of that scene alone, a touched file by none.
-import atexit
 import hashlib
 import os
 import re
-import signal
 import sys
 import tempfile
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
-from snakemake.logging import logger
 
+from vibropipe.cutting import PlanError
 from vibropipe.jit import kernel_hash
 from vibropipe.listing import plan_text
-from vibropipe.plan import PlanError, drawing_hash, plan_scene
+from vibropipe.plan import drawing_hash, plan_scene
+from vibropipe.store.atomic import remove_leftovers
 from vibropipe.study import StudyError, canonical_text, load_config, load_study
 from vibropipe.study import fingerprint as fingerprint_of
 from vibropipe.warm import work_of
@@ -25,50 +24,6 @@ HOW_TO_GO_ON = """\
 Not everything was made; the reason stands above, the logs lie under logs/. Give the same command
 again when it is gone: what is finished is kept. If snakemake itself was killed and the next one finds
 the folder locked, `snakemake --unlock` frees it."""
-
-
-def say(text):
-    """Print for people; on stderr, since stdout may be a graph or a summary."""
-    print(text, file=sys.stderr, flush=True)
-
-
-INTERRUPTED = 130
-STOPPED = "interrupted; what is finished is kept: the same command goes on from there"
-stopped = []
-
-
-def stop(number, frame):
-    """End on Ctrl-C with one line; jobs have had it too, and what snakemake tells of their ends is noise."""
-    if not stopped:
-        stopped.append(number)
-        signal.signal(signal.SIGINT, lambda *_: None)
-        signal.signal(signal.SIGALRM, stop)
-        logger.setLevel("CRITICAL")
-        say(STOPPED)
-    if is_told(frame):
-        signal.setitimer(signal.ITIMER_REAL, 0.05)
-    else:
-        raise SystemExit(INTERRUPTED)
-
-
-def leave():
-    """See that the exit code tells of Ctrl-C, by whatever way snakemake ends."""
-    if stopped:
-        sys.stdout.flush()
-        os._exit(INTERRUPTED)
-
-
-def is_told(frame):
-    """Tell whether a log handler is at work: those of snakemake swallow whatever ends a program."""
-    while frame is not None and frame.f_code.co_name != "emit":
-        frame = frame.f_back
-    return frame is not None
-
-
-# where Ctrl-C is left to the shell (a job in the background), it stays so
-if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, stop)
-    atexit.register(leave)
 
 
 def read_studies():
@@ -119,6 +74,17 @@ def check_results():
             f"{RESULTS} cannot be written ({error.strerror}): change its permissions, make room, or name"
             " another folder under `results` in config/config.yaml"
         ) from None
+
+
+def clear_leftovers():
+    """Remove the hidden files that killed writers left where this run is to write: it has locked these files."""
+    made = {}
+    for job in workflow.dag.needrun_jobs():
+        for path in map(Path, job.output):
+            made.setdefault(path.parent, set()).add(path.name)
+    for folder, names in made.items():
+        # shards belong to one sweep, however it was cut before
+        remove_leftovers(folder, None if folder.parent.name == "shards" else names)
 
 
 def tell_of_failure():

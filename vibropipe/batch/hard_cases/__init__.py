@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,19 +25,25 @@ NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
 
 
 def solve_hard_cases(
-    cases: Sequence[Case] = CASES, by: Sequence[Solver] | None = None
+    cases: Sequence[Case] = CASES,
+    by: Sequence[Solver] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Measure each case by each solver (the exact method, and Newmark's from coarse steps to fine).
 
     Returns a dataset over `case` and `solver` (their names): `asked` and `known` as text over `case`;
     `measured`, its `bound`, `passed` (not_passed, passed, not_asked where a case is not for a solver),
     `worst_status`, and the work: `motions` solved, `impacts` in them, `short_flight_motions`, those with
-    flights shorter than the step.
+    flights shorter than the step. progress is told the cases measured and all of them.
     """
     import xarray as xr
 
     by = solvers() if by is None else by
-    found = [[judge(case, solver) for solver in by] for case in cases]
+    found = []
+    for case in cases:
+        found.append([judge(case, solver) for solver in by])
+        if progress is not None:
+            progress(len(found), len(cases))
 
     def column(name: str, dtype: type) -> tuple[tuple[str, str], np.ndarray]:
         return ("case", "solver"), np.array(

@@ -8,22 +8,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from vibropipe.batch.accuracy import settle_to_accuracy
-from vibropipe.batch.energy import TERMS
-from vibropipe.batch.motion import simulate
-from vibropipe.batch.run import Task
-from vibropipe.batch.steady import steady_state
 from vibropipe.batch.sweep import assemble, solve_shard
+from vibropipe.cutting import as_sweep, check_cut, row_range
 from vibropipe.effect_costs import motions_of, solve_effects
 from vibropipe.expectation import recall
-from vibropipe.physics.effects import asked_effects
-from vibropipe.physics.exciter import Exciter
-from vibropipe.plan import Scene, as_sweep, check_cut, row_range
 from vibropipe.progress import Progress
-from vibropipe.status import Status
+from vibropipe.scenes.backbone import solve_backbone
+from vibropipe.scenes.motion import exciter_of, solve_motion
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import (
     AccuracyScene,
@@ -31,26 +24,26 @@ from vibropipe.study import (
     EffectsScene,
     HardCasesScene,
     MotionScene,
+    Scene,
     Study,
     SweepScene,
     fingerprint,
-    grounds,
     scene_effects,
 )
 from vibropipe.vocabulary import describe
 
-# Names that a motion and its steady state share, and what they are called in the latter.
-OF_THE_ORBIT = {
-    name: f"orbit_{name}"
-    for name in (
-        "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
-        *TERMS, *(f"{term}_error" for term in TERMS),
-    )
-}  # fmt: skip
 # What is raced beside the methods of this program.
 PEERS = ("scipy", "heyoka")
 OF_THE_SOLVER = ("kernel_hash", "versions", "git_commit", "machine")
-STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
+# What progress counts, by kind of scene.
+UNITS = {
+    "sweep": "rows",
+    "motion": "periods",
+    "hard_cases": "cases",
+    "accuracy": "races",
+    "effects": "timings",
+    "backbone": "points",
+}
 
 
 def solve_to_file(
@@ -63,7 +56,7 @@ def solve_to_file(
 ) -> None:
     """Solve a scene or a shard into the file `path`, and the time it took into its sidecar.
 
-    `progress` is told the rows of a sweep done, and all of them.
+    `progress` is told how much is done, in units of the scene's kind (`UNITS`), and of how much.
     """
     begin = time.perf_counter()
     write(solve_scene(study, name, shard, progress), path)
@@ -130,19 +123,22 @@ def solve(
     if isinstance(scene, SweepScene):
         return solve_sweep(scene, shard, progress)
     if isinstance(scene, MotionScene):
-        return solve_motion(scene)
-    return solve_set(scene).assign_attrs(effects=", ".join(scene_effects(scene)))
+        return solve_motion(scene, progress)
+    return solve_set(scene, progress).assign_attrs(effects=", ".join(scene_effects(scene)))
 
 
 def solve_set(
     scene: BackboneScene | HardCasesScene | AccuracyScene | EffectsScene,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Solve a scene whose motions are chosen by its kind."""
     if isinstance(scene, HardCasesScene):
-        return solve_cases(scene)
+        return solve_cases(scene, progress)
     if isinstance(scene, EffectsScene):
-        return solve_effects(scene)
-    return solve_races(scene) if isinstance(scene, AccuracyScene) else solve_backbone(scene)
+        return solve_effects(scene, progress)
+    if isinstance(scene, AccuracyScene):
+        return solve_races(scene, progress)
+    return solve_backbone(scene)
 
 
 def origin(study: Study, scene: Scene) -> dict[str, Any]:
@@ -225,142 +221,19 @@ def in_passes(progress: Progress, rows: int, passes: int) -> Callable[[int], Non
     return told
 
 
-def solve_motion(scene: MotionScene) -> xr.Dataset:
-    """Record one motion, after its settling, with what else its outputs ask for."""
-    exciter = exciter_of(scene)
-    chosen = scene.solver.arguments()
-    motion = recorded(scene, exciter, chosen)
-    if chosen.get("method") == "newmark" and "displacement" in motion:
-        exact = recorded(scene, exciter, {"method": "exact"})
-        motion["displacement_exact"] = exact["displacement"]
-        motion["velocity_exact"] = exact["velocity"]
-    if "impacts" not in scene.outputs:
-        motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
-    if STEADY_OUTPUTS & set(scene.outputs):
-        motion = with_steady_state(motion, scene, exciter)
-    return motion
-
-
-def recorded(scene: MotionScene, exciter: Exciter, solver: dict[str, Any]) -> xr.Dataset:
-    """Return the motion of a scene as one solver sees it, the settling included."""
-    x0, v0 = scene.start.x0, scene.start.v0
-    begin, end = scene.tau_span()
-    effects = scene_effects(scene)
-    samples = scene.samples_per_period if "motion" in scene.outputs else 0
-    energy = "energy" in scene.outputs
-    if "accuracy" in solver:
-        at, how = grounds(scene)
-        with_effects = asked_effects(effects, *at, **how)
-        task = Task(begin, end, x0, v0, samples, effects=with_effects, energy=energy)
-        return settle_to_accuracy(exciter, task, solver["accuracy"])
-    if scene.settle_periods:
-        settled = simulate(
-            exciter,
-            tau_end=begin,
-            x0=x0,
-            v0=v0,
-            samples_per_period=0,
-            effects=effects,
-            **solver,
-        )
-        x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
-    return simulate(
-        exciter,
-        tau_start=begin,
-        tau_end=end,
-        x0=x0,
-        v0=v0,
-        samples_per_period=samples,
-        effects=effects,
-        energy=energy,
-        **solver,
-    )
-
-
-def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) -> xr.Dataset:
-    """Add the orbit that the motion settles on; its own status stands unless the motion has one."""
-    steady = steady_state(
-        exciter,
-        x0=scene.start.x0,
-        v0=scene.start.v0,
-        harmonics=scene.harmonics,
-        accuracy=scene.solver.arguments().get("accuracy"),
-        effects=scene_effects(scene),
-    )
-    names = {*steady.variables, *steady.dims}
-    steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})
-    weaker = motion if int(motion["status"]) == Status.OK else steady
-    parts = [item.drop_vars("status") if item is weaker else item for item in (motion, steady)]
-    return xr.merge(parts, compat="no_conflicts", join="exact")
-
-
-def solve_backbone(scene: BackboneScene) -> xr.Dataset:
-    """Compute a backbone: over amplitude, or along eq. (10) with simulated points on its curves."""
-    from vibropipe.batch.conservative import amplitude_frequency, backbone
-
-    grids = scene.over_arrays()
-    if scene.over_amplitude:
-        return amplitude_frequency(
-            exciter_of(scene), amplitude=grids["amplitude"], harmonics=scene.harmonics
-        )
-    curves = backbone(grids["delta_over_l"], grids["tau_bar"])
-    return simulated_points(curves, scene.check_points)
-
-
-def solve_cases(scene: HardCasesScene) -> xr.Dataset:
+def solve_cases(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:
     """Measure the hard cases a scene names, or all of them, by every method."""
     from vibropipe.batch.hard_cases import CASES, solve_hard_cases
 
     named = [case for case in CASES if case.name in scene.cases]
-    return solve_hard_cases(named or CASES)
+    return solve_hard_cases(named or CASES, progress=progress)
 
 
-def simulated_points(curves: xr.Dataset, points: int) -> xr.Dataset:
-    """Set simulated conservative motions on the curves of eq. (10), evenly over their drawn parts.
-
-    Adds `simulated_tau_bar` and `simulated_velocity_over_l` over (delta_over_l, point), nan where a
-    curve has no drawn part.
-    """
-    offsets = curves["delta_over_l"].values
-    found = np.full((2, len(offsets), points), np.nan)
-    for row, offset in enumerate(offsets):
-        curve = curves["velocity_over_l"].isel(delta_over_l=row).values
-        drawn = np.flatnonzero(np.isfinite(curve))
-        if drawn.size == 0:
-            continue
-        chosen = drawn[np.linspace(0, drawn.size - 1, points + 2).round().astype(int)[1:-1]]
-        for point, place in enumerate(chosen):
-            period = float(curves["tau_bar"][place])
-            found[:, row, point] = free_motion(float(offset), float(curve[place]), period)
-    dims = ("delta_over_l", "point")
-    return curves.assign(
-        simulated_tau_bar=(dims, found[0]), simulated_velocity_over_l=(dims, found[1])
-    )
-
-
-def free_motion(offset: float, velocity: float, about: float) -> tuple[float, float]:
-    """Simulate the conservative motion that leaves support 1 with `velocity`; l = 1.
-
-    Returns its period, twice the time from support 2 to support 1, and its velocity at support 1;
-    nan if it does not strike both within three periods of `about`.
-    """
-    exciter = Exciter(l=1.0, delta=offset)
-    motion = simulate(
-        exciter, tau_end=3 * about, x0=1.0 + offset, v0=-velocity, samples_per_period=0
-    )
-    supports = motion["impact_support"].values
-    times, speeds = motion["impact_tau"].values, motion["impact_velocity"].values
-    for first in range(len(supports) - 1):
-        if supports[first] == 2 and supports[first + 1] == 1:
-            return 2 * float(times[first + 1] - times[first]), float(speeds[first + 1])
-    return math.nan, math.nan
-
-
-def solve_races(scene: AccuracyScene) -> xr.Dataset:
+def solve_races(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
     """Race the methods of a scene on its motions; the times are of this run alone."""
     from vibropipe.batch.contest import solve_accuracy
 
-    return solve_accuracy(**race_of(scene))
+    return solve_accuracy(**race_of(scene), progress=progress)
 
 
 def race_of(scene: AccuracyScene) -> dict[str, Any]:
@@ -373,8 +246,3 @@ def race_of(scene: AccuracyScene) -> dict[str, Any]:
         "peer_periods": scene.peer_periods,
         "repeats": scene.repeats,
     }
-
-
-def exciter_of(scene: Scene) -> Exciter:
-    """Return the exciter of a scene; a swept parameter stands with its first value."""
-    return Exciter(**scene.resolved_exciter())

@@ -1,22 +1,14 @@
-"""The command line: one verb per step, the same functions a workflow rule and a person call.
-
-Imports of the verbs stay inside them, so that `vibropipe --help` is there at once. Exit codes:
-0 done, 1 a failure of the machine, 2 a mistake in what was asked (one message on stderr, no
-traceback), 130 Ctrl-C.
-"""
+"""The verbs of the command line; imports of what they need stay inside them, so that help is there at once."""
 
 from __future__ import annotations
 
 import os
 import re
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-INTERRUPTED = 130
-STOPPED = "vibropipe: interrupted; what was whole stays, nothing half-written was left"
 PLOT_SUFFIXES = (".svg", ".pdf", ".png")
 
 app = typer.Typer(
@@ -38,37 +30,6 @@ ResultsFolder = Annotated[
 Threads = Annotated[
     int | None, typer.Option(min=1, metavar="T", help="Threads to use; all there are if left out.")
 ]
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command line; the only place where an error becomes a message and an exit code."""
-    try:
-        app(args=arguments, prog_name="vibropipe")
-    except SystemExit as stop:
-        if stop.code == INTERRUPTED:  # typer's answer to Ctrl-C
-            print(STOPPED, file=sys.stderr)
-        raise
-    except KeyboardInterrupt:
-        print(STOPPED, file=sys.stderr)
-        sys.exit(INTERRUPTED)
-    except Exception as error:
-        code = exit_code(error)
-        if code is None:
-            raise
-        print(f"vibropipe: {error}", file=sys.stderr)
-        sys.exit(code)
-
-
-def exit_code(error: Exception) -> int | None:
-    """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
-    from vibropipe.physics.exciter import ParameterError
-    from vibropipe.plan import PlanError
-    from vibropipe.store import StoreError
-    from vibropipe.study import StudyError
-
-    if isinstance(error, StudyError | StoreError | ParameterError | PlanError):
-        return 2
-    return 1 if isinstance(error, OSError) else None
 
 
 @app.command()
@@ -166,7 +127,7 @@ def solve(
     threads: Threads = None,
 ) -> None:
     """Solve one scene of a study, or one shard of it, into a dataset."""
-    from vibropipe.plan import check_cut
+    from vibropipe.cutting import check_cut
     from vibropipe.study import load_study
 
     study = load_study(file)
@@ -175,9 +136,10 @@ def solve(
 
     # only now, so that a mistake is told at once
     from vibropipe.progress import shown
-    from vibropipe.scenes import solve_to_file
+    from vibropipe.scenes import UNITS, solve_to_file
 
-    with shown(scene if shard is None else f"{scene}, shard {shard}") as progress:
+    title = scene if shard is None else f"{scene}, shard {shard}"
+    with shown(title, UNITS[study.scene(scene).kind]) as progress:
         solve_to_file(study, scene, output, part, use_threads(threads), progress)
 
 
@@ -189,7 +151,7 @@ def join(
     output: OutputFile,
 ) -> None:
     """Join all shards of a sweep, in any order, into its dataset."""
-    from vibropipe.plan import as_sweep
+    from vibropipe.cutting import as_sweep
     from vibropipe.study import load_study
 
     study = load_study(file)

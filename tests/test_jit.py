@@ -22,10 +22,10 @@ print((rows.regime == 5).sum().item(), hashlib.sha256(rows.displacement_strobe.v
 """
 
 
-def run(script, cache):
+def run(script, cache, **more):
     done = subprocess.run(
         [sys.executable, "-c", script],
-        env=os.environ | {"VIBROPIPE_CACHE_DIR": str(cache)},
+        env=os.environ | {"VIBROPIPE_CACHE_DIR": str(cache)} | more,
         capture_output=True,
         text=True,
         check=True,
@@ -38,10 +38,12 @@ def test_what_is_not_cached_is_compiled_apart_and_loaded(tmp_path):
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
 
 
-def test_without_a_cache_it_is_compiled_here(tmp_path):
-    blocked = tmp_path / "file"
+def test_without_a_cache_it_is_compiled_apart_too_and_goes_with_the_process(tmp_path):
+    blocked, scratch = tmp_path / "file", tmp_path / "scratch"
     blocked.touch()
-    assert run(FIRST_CALL, blocked) == ["0", "1"]
+    scratch.mkdir()
+    assert run(FIRST_CALL, blocked, TMPDIR=str(scratch)) == ["1", "0"]
+    assert not list(scratch.iterdir())
 
 
 @pytest.mark.slow

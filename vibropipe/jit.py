@@ -7,11 +7,13 @@ numbers depend on: another source, another folder.
 
 from __future__ import annotations
 
+import atexit
 import functools
 import hashlib
 import importlib
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -42,8 +44,8 @@ def kernel_hash() -> str:
 
 @functools.cache
 def cache_folder() -> Path:
-    """Folder of compiled kernels: `VIBROPIPE_CACHE_DIR`, else the user's cache; a temporary one if neither
-    can be written (then every process compiles anew, which is said once on stderr)."""
+    """Folder of compiled kernels: `VIBROPIPE_CACHE_DIR`, else the user's cache; if that cannot be written, one
+    that goes with this process (which then compiles anew, and says so once on stderr)."""
     base = os.environ.get("VIBROPIPE_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     chosen = Path(base) if base else Path.home() / ".cache"
     folder = chosen / "vibropipe" / kernel_hash()
@@ -57,7 +59,11 @@ def cache_folder() -> Path:
             "for this process only. Set VIBROPIPE_CACHE_DIR to a folder that can be written.",
             file=sys.stderr,
         )
-        return Path(tempfile.mkdtemp(prefix="vibropipe-kernels-"))
+    own = Path(tempfile.mkdtemp(prefix="vibropipe-kernels-"))
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    folder = own / "vibropipe" / kernel_hash()
+    folder.mkdir(parents=True)
+    return folder
 
 
 def _compile(function: F, fused: bool = True, **flags: Any) -> F:
@@ -94,7 +100,8 @@ def _load_or_compile_apart(dispatcher: Any) -> None:
 
     def load_overload(signature: Any, target: Any) -> Any:
         found = load(signature, target)
-        if found is None and COMPILER not in os.environ and _is_shared(place[0]):
+        ours = place[0].startswith(PACKAGE.name + ".")  # another process finds the module
+        if found is None and COMPILER not in os.environ and ours:
             if _compile_apart(*place, signature):
                 found = load(signature, target)
             else:
@@ -102,11 +109,6 @@ def _load_or_compile_apart(dispatcher: Any) -> None:
         return found
 
     cache.load_overload = load_overload
-
-
-def _is_shared(module: str) -> bool:
-    """Whether another process finds the module and this one what that has compiled."""
-    return module.startswith(PACKAGE.name + ".") and cache_folder().name == kernel_hash()
 
 
 def _compile_apart(module: str, name: str, signature: Any) -> bool:
@@ -118,6 +120,7 @@ def _compile_apart(module: str, name: str, signature: Any) -> bool:
     command = [sys.executable, "-c", "from vibropipe.jit import compile_task; compile_task()"]
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = os.environ | {COMPILER: "apart", "PYTHONPATH": path}
+    environment["VIBROPIPE_CACHE_DIR"] = str(cache_folder().parents[1])
     # In a group of its own: a Ctrl-C is for this process, which then ends the other.
     done = subprocess.run(
         command,

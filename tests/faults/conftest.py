@@ -1,23 +1,13 @@
 """A sweep in three shards, solved once undisturbed, and places to solve it in that fail."""
 
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from sharded import PROGRAM, SHARDS, STUDY
 
 from vibropipe import cli
-
-STUDY = """\
-title: A sweep in shards
-exciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}
-scenes:
-  response:
-    kind: sweep
-    over: {f: {start: 0.1, stop: 3, points: 20}, nu: {start: 0.3, stop: 3, points: 30}}
-"""
-SHARDS = 3
 
 
 def run(*arguments: object) -> int:
@@ -48,8 +38,7 @@ class Work:
 
     def solve_apart(self, output: Path, *more: object, **how) -> subprocess.CompletedProcess[str]:
         """Solve in a process of its own."""
-        code = "from vibropipe.cli import main; main()"
-        command = [sys.executable, "-c", code, *self.asked(output, *more)]
+        command = [*PROGRAM, *self.asked(output, *more)]
         return subprocess.run(command, capture_output=True, text=True, check=False, **how)
 
     def join(self, output: Path) -> int:

@@ -35,8 +35,8 @@ class Project:
 
     folder: Path
 
-    def path(self, name: str) -> Path:
-        return self.folder / name
+    def path(self, *names: str) -> Path:
+        return self.folder.joinpath(*names)
 
     def copied(self, folder: Path, *left_out: str) -> "Project":
         """Return a copy without the files and folders of the names left out."""

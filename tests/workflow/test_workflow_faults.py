@@ -11,16 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from sharded import SHARDS, STUDY, said_until
 
-SHARDS = 3
-STUDY = """\
-title: A sweep in shards
-exciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}
-scenes:
-  response:
-    kind: sweep
-    over: {f: {start: 0.1, stop: 3, points: 15}, nu: {start: 0.3, stop: 3, points: 50}}
-"""
 OFTEN = {"VIBROPIPE_SHARD_SECONDS": "0.1"}
 TARGET = "results/tiny/response.nc"
 MOMENTS = 20
@@ -119,11 +111,7 @@ def disturbed(project, undisturbed, target: str, moment: float, seed: int) -> No
 
 def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)
-    said = []
-    for line in process.stdout:
-        said.append(line)
-        if "solving response" in line:
-            break
+    said_until("solving response", process)
     os.killpg(process.pid, signal.SIGINT)
     last = process.stdout.read()
     assert process.wait() == 130
@@ -154,20 +142,19 @@ def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
 
 def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_gone_on_from(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)
-    said = []
-    for line in process.stdout:
-        said.append(line)
-        if "Finished jobid" in line:
-            break
+    said = said_until("Finished jobid", process)
     second = unsolved.snakemake("--notemp", TARGET, code=1, **OFTEN)
     assert "cannot be locked" in second
     assert "--unlock" in second
     assert "Traceback" not in second
     kill(process, "everything", random.Random(0))
-    said.append(process.stdout.read())
+    said += process.stdout.read()
     process.wait()
+    # writers on another machine, of this cut and of another one: whether they still run cannot be asked
+    for name in (".0002.nc.node-7.12.part", ".0009.nc.node-7.12.part"):
+        unsolved.path("results/tiny/shards/response", name).write_bytes(b"half")
     again = go_on(unsolved)
-    finished = jobs("".join(said), "Finished")
+    finished = jobs(said, "Finished")
     assert finished
     assert not finished & jobs(again, "Started")
     check_whole(unsolved, undisturbed[0])

@@ -9,6 +9,7 @@ from snakemake.logging import logger
 INTERRUPTED = 130
 STOPPED = "interrupted; what is finished is kept: the same command goes on from there"
 stopped = []
+reading = [True]  # until all rules are read there is nothing to end but this process
 
 
 def say(text):
@@ -24,6 +25,8 @@ def stop(number, frame):
         signal.signal(signal.SIGALRM, stop)
         logger.setLevel("CRITICAL")
         say(STOPPED)
+    if reading:
+        os._exit(INTERRUPTED)
     if is_told(frame):
         signal.setitimer(signal.ITIMER_REAL, 0.05)
     else:

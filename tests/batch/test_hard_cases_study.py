@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -15,6 +16,7 @@ from vibropipe.batch.hard_cases import CASES, solve_hard_cases
 from vibropipe.batch.hard_cases.case import Bound, Case, Solver, judge, solvers
 from vibropipe.batch.hard_cases.chatter import FALL, PRESSED, chatter_series
 from vibropipe.batch.hard_cases.known import first_peak, flight_error, linear, transfer
+from vibropipe.batch.hard_cases.patience import WINDOW, multiple_of
 
 BY_NAME = {case.name: case for case in CASES}
 LONG = {"ideal_free", "ideal_marched", "million_periods"}
@@ -58,8 +60,8 @@ def test_the_dataset_says_what_was_done(found: Any) -> None:
             vp.Exciter(l=1e-6, f=1e-300), tau_end=1e-3, v0=1.0, method="newmark", steps_per_period=8
         ).status
     )
-    steady = found.sel(case="period_multiples")
-    assert steady.passed.values.tolist() == [1, 2, 2, 2]
+    closed = found.sel(case="energy_of_orbits")
+    assert closed.passed.values.tolist() == [1, 2, 2, 2]
 
 
 # -- a solver that is wrong --------------------------------------------------------------------
@@ -94,6 +96,12 @@ def lopsided(ds: Any) -> Any:
     """The first support is a little softer than the second."""
     after = ds.impact_velocity_after
     return ds.assign(impact_velocity_after=after.where(ds.impact_support == 1, after * (1 + 1e-15)))
+
+
+def later(spoil: Any) -> Any:
+    """Spoils each motion more than the one before."""
+    number = itertools.count(1)
+    return lambda ds: spoil(1 + 1e-4 * next(number), ds)
 
 
 def broken(spoil: Any, steps: int | None = None) -> Solver:
@@ -157,6 +165,23 @@ def test_newmark_is_held_to_what_no_method_may_break(name: str) -> None:
         found = judge(BY_NAME[name], broken(spoil, 60))
         assert found.measured >= 1
         assert found.passed is False
+
+
+@pytest.mark.parametrize(
+    ("name", "spoil"),
+    [
+        ("unbounded", lambda ds: ds.assign(displacement_end=0.1 * ds.displacement_end)),
+        ("period_multiples", deaf),
+        ("period_multiples", lambda ds: ds.assign(displacement_end=0 * ds.displacement_end)),
+        ("weakly_stable", lambda ds: ds.map(lambda values: values * (1 + 1e-4))),
+        ("slow_drift", deaf),
+        ("slow_drift", later(lambda n, ds: ds.assign(impact_velocity=n * ds.impact_velocity))),
+        ("coexisting", deaf),
+    ],
+)
+def test_newmarks_labels_see_a_wrong_motion(name: str, spoil: Any) -> None:
+    assert judge(BY_NAME[name], Solver("newmark", 60)).passed is True
+    assert judge(BY_NAME[name], broken(spoil, 60)).passed is False
 
 
 @pytest.mark.parametrize("steps", [8, 60])
@@ -252,3 +277,34 @@ def test_an_impact_on_the_end_of_a_step_keeps_its_rebound() -> None:
         ds = vp.simulate(p, tau_end=20.0, v0=v0, samples_per_period=0)
         known = -(v0 + 4 / 3 * np.arange(1, 7))
         np.testing.assert_allclose(ds.impact_velocity.values, known, rtol=1e-12)
+
+
+# -- what repeats -------------------------------------------------------------------------------
+
+
+def sections(of: Any) -> np.ndarray:
+    """Sections (x, v) at the periods of a window from a complex number for each."""
+    at = np.array([of(n) for n in range(WINDOW + 1)], complex)
+    return np.column_stack([at.real, at.imag])
+
+
+@pytest.mark.parametrize("m", [1, 2, 3, 8, 32])
+def test_what_has_arrived_repeats_after_its_least_multiple(m: int) -> None:
+    turn = np.exp(2j * math.pi / m)
+    assert multiple_of(sections(lambda n: 2 + turn**n), 3.0) == m
+    # still on its way, by 1e-8 in all
+    assert multiple_of(sections(lambda n: 2 + turn**n + 1e-8 * 0.99**n), 3.0) == m
+    # in a spiral of three periods a turn, nearly
+    assert (
+        multiple_of(sections(lambda n: 2 + turn**n + 1e-7 * (0.99 * np.exp(2.1j)) ** n), 3.0) == m
+    )
+
+
+def test_what_has_far_to_go_does_not_repeat() -> None:
+    for rate in (0.9, 0.999, 0.999999):
+        start = 1e-3 / rate**WINDOW
+        assert multiple_of(sections(lambda n, r=rate, s=start: 1 + s * r**n), 1.0) == 0
+    # a change of 1e-8 a period, for ever
+    assert multiple_of(sections(lambda n: 1 + 1e-8 * n), 1.0) == 0
+    assert multiple_of(sections(lambda n: np.exp(1j * n)), 1.0) == 0
+    assert multiple_of(sections(lambda n: np.exp(2j * math.pi / 33 * n)), 1.0) == 0

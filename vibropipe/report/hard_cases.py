@@ -68,7 +68,7 @@ def hard_case_words(datasets: Datasets) -> str:
     said = (
         f"{passed} of {asked} checks are passed, over {motions} motions with {impacts} impacts. "
         "A cell holds the distance from what is known and the largest one allowed; a lone 0 counts "
-        "wrong answers. A dash: steady states are found in closed form, by no step."
+        "wrong answers. A dash: orbits are closed by no step."
     )
     if Status.SHORT_FLIGHTS in worst:
         said += (

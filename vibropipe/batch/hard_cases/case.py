@@ -70,8 +70,8 @@ Measure = Callable[[Solver], float]
 class Bound(NamedTuple):
     """How large the measured value may be.
 
-    newmark: times (2 pi/steps)^order, the step in radians of the forcing; None where only steady states are
-    asked, which are found in closed form and by no step.
+    newmark: times (2 pi/steps)^order, the step in radians of the forcing; None where closed orbits are asked,
+    which are found by no step.
     """
 
     exact: float

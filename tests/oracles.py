@@ -152,7 +152,10 @@ class Flight:
 class Twin:
     """One exciter marched event by event. `run` is the only thing to call.
 
-    `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts.
+    `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts; h by as much
+    of the fastest rate, for it stands for what the roundings of each step take from the motion: from
+    one support to the same again a motion without force is the same at every scale, and all lengths
+    nudged alike tell nothing.
     """
 
     def __init__(self, p: Parameters, context: Any = None, nudge: Sequence[Any] = (0,) * 7) -> None:
@@ -161,6 +164,7 @@ class Twin:
         self.nu, self.f, self.h, upper, lower, R1, R2 = (
             c.mpf(value) * (1 + c.mpf(by)) for value, by in zip(values, nudge, strict=True)
         )
+        self.h = c.mpf(p.h) + c.mpf(nudge[2]) * max(1, p.nu, p.h)
         self.bound, self.restitution = {1: upper, 2: lower}, {1: R1, 2: R2}
         self.room, self.most_force = max(abs(upper), abs(lower)), abs(self.f)
         # A chatter is followed down to flights this high (in rooms), then summed up.

@@ -53,6 +53,8 @@ def grazing() -> dict[str, Case]:
             cases[f"free, support 2 {name} by 1e-{exponent}"] = Case(free, 3.0, 0.0, -1 - depth)
             near = forced._replace(l=peak - depth)
             cases[f"forced, {name} by 1e-{exponent}"] = Case(near, tau + 0.5)
+    least = Parameters(nu=2.0, f=-2.3713737056616554e-07, l=0.5, R1=0.0, R2=0.0)
+    cases["plastic, struck by 1e-13"] = Case(least, 4.0, -0.5)
     return cases
 
 

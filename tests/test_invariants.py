@@ -315,6 +315,17 @@ TINY = vp.Exciter(
 @example(
     Case(vp.Exciter(l=0.5, R1=4.402161300646418e-07), 7.619140625, 0.5, 1.0, {}), 0.8068371667196499
 )
+# struck by 1e-13, which one part took for a graze
+@example(
+    Case(
+        vp.Exciter(l=0.5, nu=2.0, f=-2.3713737056616554e-07, R1=0, R2=0),
+        3.9999990514508554,
+        -0.5,
+        0.0,
+        {},
+    ),
+    0.5,
+)
 # from a support to a graze of it: all lengths nudged alike tell nothing
 @example(
     Case(

@@ -17,9 +17,10 @@ NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3
 MAX_STRIDES = 400
 MAX_POLISH = 12
 MAX_GROWTHS = 600
-# A gap within this share of the lengths at hand is touching: rounding can not tell the two sides apart.
+# A gap that stays open by no more than this share of the lengths at hand is touching.
 TOUCH = 2.0**-44
-# Rounding of a gap's value, in the same lengths.
+# Rounding of a gap's value, in the same lengths: what closes by no more touches as well. A deeper graze is an impact,
+# however slow: its speed goes as the root of its depth, and is far above rounding.
 NOISE = 2.0**-51
 
 
@@ -182,7 +183,7 @@ def first_root(c, p, sign, offset, load, span, counts):
         if curvature > 0.0:
             least = theta - slope / curvature
             depth = value - 0.5 * slope * slope / curvature
-            if depth * max(least, 0.0) ** p >= -touch:
+            if depth * max(least, 0.0) ** p >= -noise:
                 if least > span:
                     return span, NONE
                 if least >= theta or p == 0:

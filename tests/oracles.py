@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import mpmath
 
 MOST_EVENTS = 20_000
-GRAZING_DEPTH = 1e-13  # of the size of the room between the supports
+GRAZING_DEPTH = 1e-14  # of the size of the room between the supports
 
 
 class Parameters(NamedTuple):

@@ -193,6 +193,21 @@ def test_an_impact_at_the_instant_of_release() -> None:
         )
 
 
+@pytest.mark.parametrize("nu", [0.1, 1.0, 20.0])
+def test_a_mass_that_lost_its_speed_touches_its_support_for_ever(nu: float) -> None:
+    """R = 0 and no loss elsewhere: back where it was stopped it has no speed, and is not stopped again."""
+    e = vp.Exciter(l=0.7, delta=-0.1, nu=nu, f=1e-300, R1=0.0, R2=0.0)
+    ds = vp.simulate(e, 1000.0, 0.0, 1.0, samples_per_period=0)
+    start = math.asin(0.6)
+    assert ds.impact_tau.values == pytest.approx([start], abs=1e-15)
+    known = start + TURN * np.arange(1, ds.grazing_tau.size + 1)
+    assert ds.grazing_tau.size == (1000 - start) // TURN
+    np.testing.assert_allclose(ds.grazing_tau, known, rtol=0, atol=1e-6)
+    # a touch forgets when it came within the root of rounding, but not where and how fast
+    x, v = float(ds.displacement_end), float(ds.velocity_end)
+    assert math.hypot(x, v) == pytest.approx(0.6, rel=1e-12)
+
+
 @pytest.mark.parametrize("length", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_both_supports_at_one_place(length: float) -> None:
     """l -> 0 at fixed force: to and fro between the supports, every impact on the other one."""

@@ -19,9 +19,12 @@ MAX_POLISH = 12
 MAX_GROWTHS = 600
 # A gap that stays open by no more than this share of the lengths at hand is touching.
 TOUCH = 2.0**-44
-# Rounding of a gap's value, in the same lengths: what closes by no more touches as well. A deeper graze is an impact,
-# however slow: its speed goes as the root of its depth, and is far above rounding.
+# Rounding of a gap's value, in the same lengths.
 NOISE = 2.0**-51
+# What closes by no more than the rounding of a flight of some steps touches as well: without loss or force a mass
+# comes back to the support on which it lost its speed to touch it, for ever. A deeper graze is an impact, however
+# slow: its speed goes as the root of its depth, and is far above rounding.
+DEEPEST_TOUCH = 2.0**-48
 
 
 @jit
@@ -183,7 +186,7 @@ def first_root(c, p, sign, offset, load, span, counts):
         if curvature > 0.0:
             least = theta - slope / curvature
             depth = value - 0.5 * slope * slope / curvature
-            if depth * max(least, 0.0) ** p >= -noise:
+            if depth * max(least, 0.0) ** p >= -DEEPEST_TOUCH * scale:
                 if least > span:
                     return span, NONE
                 if least >= theta or p == 0:

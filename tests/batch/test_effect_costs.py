@@ -40,7 +40,9 @@ class Clock:
 def test_times_are_per_unit_and_all_take_turns():
     clock = Clock()
     quick, slow = clock.timer("quick", 1e-6, 4), clock.timer("slow", 0.05, 1)
-    take_turns([quick, slow], 3)
+    told = []
+    take_turns([quick, slow], 3, lambda *counts: told.append(counts))
+    assert told == [(taken, 6) for taken in range(1, 7)]
     assert quick.times == pytest.approx([250.0] * 3)
     assert slow.times == pytest.approx([5e7] * 3)
     assert quick.often * 1e-6 >= timing.SHORTEST

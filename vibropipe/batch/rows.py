@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import mmap
 from collections.abc import Callable
-from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
@@ -21,8 +19,7 @@ OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 LOG_ROOM = 8192
 REST_ROOM = 512
-# Rows per call of the driver: often enough for a word of progress and Ctrl-C, rare enough to cost nothing. They
-# have room for 140 MB of impacts, of which orbits with few take a tenth.
+# Rows per call of the driver: often enough for a word of progress and Ctrl-C, rare enough to cost nothing.
 ROWS_PER_CALL = 1024
 # Chains are dealt out like cards, so that costly neighbours (aperiodic regions) land on different threads.
 HANDS = 64
@@ -50,27 +47,15 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
         amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
         multipliers=zeros(2, kind=complex, when="stability"),
         impact_count=zeros(kind=np.int64, when="impacts"),
-        impact_position=room_for(listed, float),
-        impact_velocity=room_for(listed, float),
-        impact_support=room_for(listed, np.int8),
+        # Rows side by side: few have many impacts, so that most of this room is never touched and takes no
+        # memory; a page touched for the first time costs more than a row.
+        impact_position=np.empty((LOG_ROOM, listed)),
+        impact_velocity=np.empty((LOG_ROOM, listed)),
+        impact_support=np.empty((LOG_ROOM, listed), np.int8),
         largest=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
     )
-
-
-def room_for(rows: int, kind: type) -> np.ndarray:
-    """Room for LOG_ROOM values of each row, zero; only what is written to takes memory.
-
-    numpy's own arrays of this size come in pages of 2 MB, all of which are touched: 140 MB and a twentieth of
-    the time of 1,024 rows, nearly all for nothing.
-    """
-    if rows == 0:
-        return np.empty((0, LOG_ROOM), kind)
-    pages = mmap.mmap(-1, rows * LOG_ROOM * np.dtype(kind).itemsize)
-    with suppress(AttributeError, OSError):  # where there are no large pages
-        pages.madvise(mmap.MADV_NOHUGEPAGE)
-    return np.frombuffer(pages, kind).reshape(rows, LOG_ROOM)
 
 
 def cuts(rows: int, chain_length: int) -> list[int]:
@@ -166,12 +151,13 @@ def solve_rows(
 
 def _compact(out: Rows) -> Rows:
     """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
-    if out.impact_count.size == 0:
+    sizes = out.impact_count
+    if sizes.size == 0:
         return out
-    widest = int(out.impact_count.max())
-    kept = np.arange(widest)[None, :] < out.impact_count[:, None]
+    row = np.repeat(np.arange(sizes.size), sizes)
+    place = np.arange(row.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return out._replace(
-        impact_position=out.impact_position[:, :widest][kept],
-        impact_velocity=out.impact_velocity[:, :widest][kept],
-        impact_support=out.impact_support[:, :widest][kept],
+        impact_position=out.impact_position[place, row],
+        impact_velocity=out.impact_velocity[place, row],
+        impact_support=out.impact_support[place, row],
     )

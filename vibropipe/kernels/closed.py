@@ -88,14 +88,14 @@ def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
             at_top = top_support(a) == side + 1
             if (a.meets_top if at_top else a.meets_bottom) == 1:
                 at = ((0.0 if at_top else a.half) - a.since) / (2.0 * a.half)
-                position[row, n] = at - math.floor(at)
-                velocity[row, n] = speeds[side] if side == 0 else -speeds[side]
-                support[row, n] = side + 1
+                position[n, row] = at - math.floor(at)
+                velocity[n, row] = speeds[side] if side == 0 else -speeds[side]
+                support[n, row] = side + 1
                 n += 1
-        if n == 2 and position[row, 0] > position[row, 1]:
-            position[row, 0], position[row, 1] = position[row, 1], position[row, 0]
-            velocity[row, 0], velocity[row, 1] = velocity[row, 1], velocity[row, 0]
-            support[row, 0], support[row, 1] = support[row, 1], support[row, 0]
+        if n == 2 and position[0, row] > position[1, row]:
+            position[0, row], position[1, row] = position[1, row], position[0, row]
+            velocity[0, row], velocity[1, row] = velocity[1, row], velocity[0, row]
+            support[0, row], support[1, row] = support[1, row], support[0, row]
         count[row] = n
 
 

@@ -24,7 +24,8 @@ TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
 
 
 class Rows(NamedTuple):
-    """Arrays of results, first dimension the row; an output that nobody asked for has no size."""
+    """Arrays of results, first dimension the row (of impacts the second); an output that nobody asked for has no
+    size."""
 
     regime: np.ndarray
     frequency: np.ndarray
@@ -112,10 +113,10 @@ def write_impacts(log, count, position, velocity, support, row) -> None:
     if count.size > 0:
         n = 0
         for i in range(min(log.counts[IMPACTS], log.position.size)):
-            if log.support[i] > 0 and n < position.shape[1]:
-                position[row, n] = log.position[i]
-                velocity[row, n] = log.velocity[i]
-                support[row, n] = log.support[i]
+            if log.support[i] > 0 and n < position.shape[0]:
+                position[n, row] = log.position[i]
+                velocity[n, row] = log.velocity[i]
+                support[n, row] = log.support[i]
                 n += 1
         count[row] = n
 

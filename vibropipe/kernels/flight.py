@@ -8,7 +8,7 @@ from vibropipe.jit import jit
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
-from vibropipe.kernels.roots import BOUND, CROSSING, NONE, first_root, monotone_root
+from vibropipe.kernels.roots import BOUND, CROSSING, NONE, first_root, hop_root, only_root
 from vibropipe.kernels.state import (
     FLIGHT,
     WITH_CURVATURE,
@@ -65,11 +65,21 @@ def first_contact(e, grid, state, load, near, far, c, y, span, counts):
     to_near, to_far = looked_at(e, state.home)
     if state.order == FLIGHT:
         if to_near:
-            theta = monotone_root(grid, c, 1.0, -near, state.y - near, y - near, span)
+            theta = only_root(grid, c, 1.0, -near, state.y - near, y - near, span, far - near)
             if theta >= 0.0:
                 return theta, CROSSING, True
         if to_far:
-            theta = monotone_root(grid, c, -1.0, far, far - state.y, far - y, span)
+            theta = only_root(grid, c, -1.0, far, far - state.y, far - y, span, far - near)
+            if theta >= 0.0:
+                return theta, CROSSING, False
+    elif grid.exact is not None and state.order == WITH_SPEED:
+        if to_near:
+            theta = hop_root(grid, c, far, y, span)
+            if theta >= 0.0:
+                return theta, CROSSING, True
+        if to_far:
+            # A gap to the far support that falls all the way is a near one that only opens.
+            theta = only_root(grid, c, -1.0, far, far, far - y, span, math.inf)
             if theta >= 0.0:
                 return theta, CROSSING, False
     p = 0

@@ -167,7 +167,8 @@ def stays_between(grid, departs, y, w, y1, w1, span, load, near, far, to_near, t
     """
     if grid.exact is not None:
         share = span * grid.dt / 3.0
-        margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
+        square = span * span
+        margin = (grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))) * (square * square)
     else:
         share = span * grid.dt / 2.0
         margin = 0.0

@@ -1,4 +1,4 @@
-"""Whole steps in flight, and the usual impact: one in a step, met falling all the way and left unhindered.
+"""Whole steps in flight, and the usual impact: one in a step, met on the only way to it and left unhindered.
 
 What is not certified to be of this kind goes by `kernels.flight`, which can do everything and takes thrice as
 long. Here the step is taken by the one-step map as if the support were not there; the impact adds to its end
@@ -7,6 +7,7 @@ the response to an impulse, so the motion after it needs no polynomial of its ow
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from vibropipe.jit import jit_inline
@@ -26,6 +27,10 @@ from vibropipe.physics.flow import combine, combine_unforced, motion, motion_wit
 
 # A cubic through both ends of a step errs in its slope by at most so many times its error in place.
 SLOPE_MARGIN = 3.1
+# And in its curvature by at most so many times.
+BEND_MARGIN = 32.0
+# The inverse of a gap that begins with less than this share of its mean slope is no cubic.
+STEEP = 0.2
 MAX_REFINEMENTS = 3
 # A correction whose cube, and whose square times the change of the acceleration, is below rounding.
 REFINED = 1e-8
@@ -49,27 +54,41 @@ class Side(NamedTuple):
 
 
 @jit_inline
-def falls_all_the_way(grid, y, w, load, first, last, slope0, slope1) -> bool:
-    """Whether a gap surely falls over a whole step from `first` > 0 to `last` < 0; slopes by theta.
+def crosses_once(grid, y, w, load, first, last, slope0, slope1, room) -> bool:
+    """Whether a gap surely closes once over a whole step from `first` > 0 to `last` < 0 and stays below `room`
+    before; slopes by theta.
 
-    The slope lies within its margin of the hull of the cubic's: its slopes at the ends and the Bezier point
-    between them.
+    It falls all the way: its slope lies within a margin of the hull of the cubic's, its slopes at the ends and
+    the Bezier point between them. Or it is concave: so is the cubic, by as much at both ends.
     """
     margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
-    between = 3.0 * (last - first) - slope0 - slope1
-    return first > 0.0 and last < 0.0 and max(max(slope0, slope1), between) < -SLOPE_MARGIN * margin
+    if not (first > 0.0 and last < 0.0):
+        return False
+    fall = last - first
+    if max(max(slope0, slope1), 3.0 * fall - slope0 - slope1) < -SLOPE_MARGIN * margin:
+        return True
+    bend0, bend1 = (
+        6.0 * fall - 4.0 * slope0 - 2.0 * slope1,
+        2.0 * slope0 + 4.0 * slope1 - 6.0 * fall,
+    )
+    return max(bend0, bend1) < -BEND_MARGIN * margin and first + max(slope0, 0.0) < room
 
 
 @jit_inline
 def refine(c, sign, offset, first, last, slope0, slope1):
-    """(theta, slope there) of the one root of a falling gap; theta = 2 if it was not found to rounding.
+    """(theta, slope there) of the one root of a gap; theta = 2 if it was not found to rounding.
 
-    From the cubic through both ends of the inverse of the gap, by Halley's method: two evaluations as a rule.
+    By Halley's method, two evaluations as a rule, from the cubic through both ends of the inverse of the gap;
+    of one that rises first, from the parabola through both ends.
     """
     change = last - first
-    s = -first / change
-    r = 1.0 - s
-    theta = s * s * (1.0 + 2.0 * r) + s * r * (r * change / slope0 - s * change / slope1)
+    if slope0 < STEEP * change:
+        s = -first / change
+        r = 1.0 - s
+        theta = s * s * (1.0 + 2.0 * r) + s * r * (r * change / slope0 - s * change / slope1)
+    else:
+        bend = 4.0 * (change - slope0) * first
+        theta = 2.0 * first / (math.sqrt(max(slope0 * slope0 - bend, 0.0)) - slope0)
     for _ in range(MAX_REFINEMENTS):
         value, slope, curvature = motion_with_curvature(c, theta)
         value, slope, curvature = offset + sign * value, sign * slope, sign * curvature
@@ -130,7 +149,8 @@ def through(e, p, grid, side, period, step, y, w, y1, w1, log, c):
     sign, offset = (1.0, -side.near) if at_near else (-1.0, side.far)
     first, last = offset + sign * y, offset + sign * y1
     slope0, slope1 = sign * w * grid.dt, sign * w1 * grid.dt
-    if not falls_all_the_way(grid, y, w, side.load, first, last, slope0, slope1):
+    room = side.far - side.near
+    if not crosses_once(grid, y, w, side.load, first, last, slope0, slope1, room):
         return False, side, y, w
     if e.forcing is not None:
         s, s_rate = force_at(p, side.sigma, step / grid.steps)

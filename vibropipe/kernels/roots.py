@@ -117,19 +117,29 @@ def _polish(c, p, sign, offset, theta, span):
 
 
 @jit
-def monotone_root(grid, c, sign, offset, first, last, span) -> float:
-    """Root of a gap that surely falls all the way on [0, span], from `first` > 0 to `last` <= 0; -1 if not sure.
+def _bend(c, sign, span) -> float:
+    """Upper bound of the curvature of a gap on [0, span]."""
+    bend, power = sign * 2.0 * c[2], 1.0
+    for n in range(3, c.size):
+        power *= span
+        bend += max(0.0, sign * n * (n - 1) * c[n] * power)
+    return bend
 
-    The quick way: nearly all impacts arrive so. Newton's method on the one root there is, from the root of
-    the quadratic through both ends with the gap's initial slope.
+
+@jit
+def only_root(grid, c, sign, offset, first, last, span, room) -> float:
+    """Root of a gap with surely no more than one on [0, span], from `first` > 0 to `last` <= 0; -1 if not sure.
+
+    The quick way: nearly all impacts arrive so. The gap falls all the way, or it is concave and stays below
+    `room` before. Newton's method from the root of the quadratic through both ends with the gap's initial slope.
     """
     slope = sign * c[1]
-    if last > 0.0 or slope >= 0.0:
+    if last > 0.0:
         return -1.0
     rise = slope
     for n in range(2, c.size):
         rise += max(0.0, sign * n * c[n])
-    if rise >= 0.0:
+    if rise >= 0.0 and _bend(c, sign, span) >= 0.0:
         return -1.0
     bend = ((last - first) / span - slope) / span
     theta = 2.0 * first / (math.sqrt(max(slope * slope - 4.0 * bend * first, 0.0)) - slope)
@@ -139,7 +149,29 @@ def monotone_root(grid, c, sign, offset, first, last, span) -> float:
         theta = min(max(theta - change, 0.0), span)
         # Newton's error after this step is of the order of change^2: below rounding.
         if abs(change) <= 1e-9 * theta:
-            return theta
+            return theta if first + max(slope, 0.0) * theta < room else -1.0
+    return -1.0
+
+
+@jit
+def hop_root(grid, c, far, last, span) -> float:
+    """End of a hop: of a gap that leaves 0 with speed and is bent back all the way to `last` <= 0 at `span`,
+    short of the support at `far`; -1 if it is not surely of this kind.
+
+    While the gap y is concave y/theta falls: its one root is found by Newton's method, from that of the cubic
+    that the gap begins as.
+    """
+    if last > 0.0 or c[1] <= 0.0 or _bend(c, 1.0, span) >= 0.0:
+        return -1.0
+    theta = 2.0 * c[1] / (math.sqrt(max(c[2] * c[2] - 4.0 * c[1] * c[3], 0.0)) - c[2])
+    for _ in range(MAX_POLISH):
+        theta = min(theta, span)
+        y, w = evaluate(grid, c, theta)
+        mean = y / theta
+        change = y / (w * grid.dt - mean)
+        theta -= change
+        if abs(change) <= 1e-9 * theta:
+            return theta if theta * c[1] < far else -1.0
     return -1.0
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.batch.rows import solve_rows
+from vibropipe.batch.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.orbit import at_period_zero, clear, periods, section
 from vibropipe.kernels.outputs import count_contacts, regime_of
@@ -16,7 +17,7 @@ from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import ORDER
 from vibropipe.vocabulary import Regime
 
-PATIENCE = 5000
+PATIENT = 5000
 MULTIPLES = 32
 REPEATS = 1e-7
 
@@ -51,7 +52,7 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     rows = np.zeros((points, 7))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
-    (found,) = solve_rows(rows, np.zeros((points, 2)), 1, 1000, 0, ())
+    (found,) = solve_rows(rows, np.zeros((points, 2)), 1, MAX_PERIODS, PATIENCE, 0, ())
     assert len(np.unique(found.regime)) > 3
     apart = []
     for i in range(points):
@@ -67,5 +68,5 @@ def test_labels_agree_with_patience() -> None:
 
 @pytest.mark.slow
 def test_labels_agree_with_patience_at_length() -> None:
-    apart = disagreements(1000, PATIENCE, seed=1)
+    apart = disagreements(1000, PATIENT, seed=1)
     assert len(apart) <= 1, apart

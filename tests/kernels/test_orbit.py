@@ -41,7 +41,9 @@ def settled(p):
     grid = exact_grid(ALL_EFFECTS, p)
     start = begin(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
-    return settle_motion(ALL_EFFECTS, p, grid, start, log, np.empty(ORDER + 1), np.int64(1000)), log
+    most = np.int64(1000)
+    c = np.empty(ORDER + 1)
+    return settle_motion(ALL_EFFECTS, p, grid, start, log, c, most, most, None), log
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])

@@ -72,7 +72,7 @@ def solve_often(
     for _ in range(often):
         out.impacts[0, :] = 0.0
         out.rests[0, :] = 0.0
-        solve_row(e, row, x, v, MAX_PERIODS, log, c, out, 0)
+        solve_row(e, row, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0)
 
 
 @jit_allocating
@@ -84,7 +84,7 @@ def march_rows_often(
     for _ in range(often):
         out.impacts[0, :] = 0.0
         out.rests[0, :] = 0.0
-        march_row(e, p, x, v, MAX_PERIODS, log, c, out, 0)
+        march_row(e, p, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0)
 
 
 @jit_allocating

@@ -73,6 +73,7 @@ def _drive(
     starts: np.ndarray,
     chain_length: int,
     max_periods: int,
+    patience: int,
     out: Rows,
 ) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
@@ -88,7 +89,7 @@ def _drive(
                 lower = parameters[row, 4] - parameters[row, 3]
                 upper = parameters[row, 3] + parameters[row, 4]
                 x = min(max(x, lower), upper)
-                x, v = solve_row(e, parameters[row], x, v, max_periods, log, c, out, row)
+                x, v = solve_row(e, parameters[row], x, v, max_periods, patience, log, c, out, row)
 
 
 @jit_parallel
@@ -114,6 +115,7 @@ def solve_rows(
     starts: np.ndarray,
     chain_length: int,
     max_periods: int,
+    patience: int,
     harmonics: int,
     outputs: tuple[str, ...],
     progress: Callable[[int], None] | None = None,
@@ -135,6 +137,7 @@ def solve_rows(
             seeds,
             min(chain_length, stop - first),
             max_periods,
+            patience,
             out,
         )
         if "motion" in outputs:

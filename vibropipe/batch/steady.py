@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.batch.sweep import assemble, solve_shard
+from vibropipe.batch.sweep import MAX_PERIODS, assemble, solve_shard
 from vibropipe.physics.exciter import Exciter
 
 if TYPE_CHECKING:
@@ -39,6 +39,6 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    asked = (x0, v0, harmonics, None, OUTPUTS)
-    shard = solve_shard(exciter, over, 0, 1, *asked, accuracy=accuracy, effects=effects)
+    asked = (x0, v0, harmonics, None, OUTPUTS, None, accuracy, effects, MAX_PERIODS)
+    shard = solve_shard(exciter, over, 0, 1, *asked)
     return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")

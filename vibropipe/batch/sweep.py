@@ -16,6 +16,7 @@ from vibropipe.batch.cluster import gathered, solve_on
 from vibropipe.batch.label import Variables, concatenate, coordinates, label_rows, take_rows
 from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
+from vibropipe.kernels.window import WINDOW
 from vibropipe.physics.effects import asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.vocabulary import describe
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
 DIRECTIONS = ("up", "down")
 MAX_PERIODS = 1000
+# Forcing periods after which a row of a sweep is left where small differences grow.
+PATIENCE = 400
 Follow = tuple[str, str] | None
 
 
@@ -40,6 +43,7 @@ def sweep(
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     client: Any = None,
+    patience: int = PATIENCE,
 ) -> xr.Dataset:
     """Steady states (see `steady_state`) over every combination of the values in `over`.
 
@@ -55,6 +59,10 @@ def sweep(
     client: a `dask.distributed.Client`; the rows are then solved by the workers of its cluster, and those of a
     worker that is lost by another one. The result is the same, bit for bit, on machines of the same kind.
 
+    patience: forcing periods after which a row is taken for aperiodic if small differences in it grow by e^12
+    within the last 100 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that
+    ends later is told only by 1,000.
+
     Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
     flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
     Raises ParameterError naming the parameter, its value and what is allowed, or an effect left out that the
@@ -64,6 +72,7 @@ def sweep(
     rows, chain = count_rows(arrays, follow)
     asked: dict[str, Any] = {"follow": follow, "outputs": outputs, "effects": effects}
     asked |= {"x0": x0, "v0": v0, "harmonics": harmonics, "accuracy": accuracy}
+    asked["patience"] = patience
     solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, arrays, **asked)
     shards = [solve(0, rows)] if client is None else solve_on(client, solve, rows, chain)
     return assemble(shards, exciter, arrays, follow)
@@ -131,6 +140,7 @@ def solve_shard(
     progress: Callable[[int], None] | None = None,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
+    patience: int = PATIENCE,
 ) -> xr.Dataset:
     """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`).
 
@@ -148,6 +158,7 @@ def solve_shard(
         )
     if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
         raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
+    _check_patience(patience)
     parameters = _parameters(exciter, arrays, follow, np.arange(row_start, row_stop))
     starts = _starts(exciter, arrays, parameters, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
@@ -157,8 +168,8 @@ def solve_shard(
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
 
     def solved(parameters: np.ndarray) -> Variables:
-        chains = (parameters[order], starts[order], chain)
-        pieces = deque(solve_rows(*chains, MAX_PERIODS, harmonics, asked, progress, e))
+        chains, limits = (parameters[order], starts[order], chain), (MAX_PERIODS, int(patience))
+        pieces = deque(solve_rows(*chains, *limits, harmonics, asked, progress, e))
         parts, done = [], 0
         while pieces:  # each is let go as it is labelled: the results are never in memory twice
             piece = pieces.popleft()
@@ -175,6 +186,13 @@ def solve_shard(
         error = row_errors(parameters, variables, solved(nudged_rows(parameters)))
         variables = told(variables, error, asked_for)
     return describe(xr.Dataset(variables, coordinates(variables, harmonics), attrs))
+
+
+def _check_patience(patience: int) -> None:
+    if not isinstance(patience, (int, np.integer)) or not WINDOW <= patience <= MAX_PERIODS:
+        raise ParameterError(
+            f"patience = {patience!r}: allowed is a whole number from {WINDOW} to {MAX_PERIODS}"
+        )
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:

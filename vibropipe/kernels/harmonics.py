@@ -52,8 +52,10 @@ def add_contacts(p, log, resting, rest_start, m, until, out) -> None:
     """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         impulse = log.impulse[i] * p.nu / TWO_PI
+        turn, power = turn_factor(log.position[i] / m), complex(1.0, 0.0)
         for k in range(out.size):
-            out[k] += impulse * turn_factor(k * log.position[i] / m)
+            out[k] += impulse * power
+            power *= turn
     for i in range(min(log.counts[RESTS], log.rest_start.size)):
         for k in range(out.size):
             start = max(0.0, log.rest_start[i])

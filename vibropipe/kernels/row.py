@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from vibropipe.jit import jit, jit_allocating, jit_allocating_inline
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
@@ -21,7 +19,7 @@ from vibropipe.kernels.outputs import (
 from vibropipe.kernels.record import SAMPLES, Samples
 from vibropipe.kernels.state import begin
 from vibropipe.kernels.steady import DRIFTING, PERIODIC, UNBOUNDED, settle_motion
-from vibropipe.kernels.window import WINDOW, measure_window
+from vibropipe.kernels.window import clear_window, new_window
 from vibropipe.physics.conservative import is_free
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import never_strikes
@@ -41,13 +39,16 @@ def label_of(kind):
 
 
 @jit_allocating
-def march_row(e, p, x, v, max_periods, log, c, out, row):
+def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     """A row that has to be marched; returns the (x, v) at its section."""
     grid = exact_grid(e, p)
     state = begin(e, p, grid, 0.0, x, v)
-    settled = settle_motion(e, p, grid, state, log, c, max_periods)
-    impacts, rests, largest = out.impacts[row], out.rests[row], np.zeros(2)
-    status, last = settled.status, settled.state
+    impacts, rests = out.impacts[row], out.rests[row]
+    window = new_window(p, out.amplitudes, row, impacts, rests)
+    settled = settle_motion(e, p, grid, state, log, c, max_periods, patience, window)
+    status, last, largest = settled.status, settled.state, window.largest
+    if status != MAX_PERIODS:
+        clear_window(window)
     if settled.kind == PERIODIC:
         count_contacts(log, settled.end, impacts, rests, largest)
         out.regime[row] = regime_of(impacts, rests)
@@ -62,10 +63,7 @@ def march_row(e, p, x, v, max_periods, log, c, out, row):
             out.regime[row] = UNRESOLVED
     elif status == MAX_PERIODS:
         out.regime[row] = label_of(settled.kind)
-        out.window[row] = WINDOW
-        last = measure_window(
-            e, p, grid, settled.end, log, c, out.amplitudes, row, impacts, rests, largest
-        )
+        out.window[row] = int(window.begun[2])
     else:
         out.regime[row] = UNRESOLVED
     out.status[row] = status
@@ -83,10 +81,10 @@ def row_parameters(row):
 
 
 @jit_allocating_inline
-def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
+def solve_row(e, parameters, x, v, max_periods, patience, log, c, out, row):
     """Solve one row into `out`; returns the (x, v) at its section, to seed a neighbour.
 
-    parameters: (nu, f, h, l, delta, R1, R2).
+    parameters: (nu, f, h, l, delta, R1, R2); max_periods, patience: as for `settle_motion`.
     """
     p = row_parameters(parameters)
     if never_strikes(p, x, v):
@@ -94,7 +92,7 @@ def solve_row(e, parameters, x, v, max_periods, log, c, out, row):
     elif e.watched is None and is_free(p, x, v):
         x, v = solve_free(p, x, v, out, row)
     else:
-        x, v = march_row(e, p, x, v, max_periods, log, c, out, row)
+        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
 

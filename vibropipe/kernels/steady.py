@@ -28,11 +28,12 @@ from vibropipe.kernels.orbit import (
 )
 from vibropipe.kernels.record import IMPACTS
 from vibropipe.kernels.state import REST, State
+from vibropipe.kernels.window import WINDOW, add_period, close_window, open_window
 from vibropipe.status import Status
 
 MAX_MULTIPLE = 32
 # Share of the motion's size within which the section counts as nearly repeating.
-NEARLY = 1e-5
+NEARLY = 1e-4
 CLOSED = 1e-13
 # Share within which a closed orbit must repeat to be that of a divisor of its multiple.
 SAME = 1e-9
@@ -40,6 +41,13 @@ MAX_NEWTON = 12
 # A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
 # some other orbit. Non-normal derivatives make changes larger than multipliers tell.
 REACH = 20.0
+# A small difference that grows by this exponent over so many periods, the last of its patience, is that of a
+# chaotic motion, or of one that will settle late: of 20,000 random rows 4 did after 400 periods.
+FOLLOWED, CHAOTIC = 100, 12.0
+# Periods marched for one spent on orbits that could not be closed.
+PATIENT_TRIES = 4
+# Where the section nearly repeats about a stable orbit, no multiplier is beyond this.
+UNSTABLE = 2.0
 # Growth of the section's amplitude from the second to the last quarter that counts as unbounded, where that
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
 GROWTH, LASTING = 1.5, 0.9
@@ -111,6 +119,9 @@ def close_orbit(e, p, grid, state, m, within, log, c):
             if near or iteration == 0:
                 return True, Settled(PERIODIC, status, m, z, end, residual, 0, first, second)
             return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, first, second)
+        if iteration == 0 and abs(multipliers(j11, j12, j21, j22)[0]) > UNSTABLE:
+            # Chaotic motions pass by unstable orbits all the time.
+            break
         if iteration > 2 and residual > 0.5 * best:
             # Newton's method near an orbit gains digits at every step; a chance return does not.
             break
@@ -146,61 +157,108 @@ def _may_repeat(xs, vs, x, v, size) -> bool:
 
 @jit
 def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
-    """(tried, found, Settled): the orbit of the least multiple that the section at period k nearly repeats with
-    and that can be closed."""
+    """(periods tried, found, Settled): the orbit of the least multiple that the section at period k nearly repeats
+    with and that can be closed."""
     none = complex(math.nan, 0.0)
     orbit = Settled(APERIODIC, OK, 0, state, state, math.inf, 0, none, none)
     x, v = section(p, state)
-    tried = False
+    tried = 0
     for m in range(1, min(k, MAX_MULTIPLE) + 1):
         then = (k - m) % MAX_MULTIPLE
         if abs(xs[then] - x) + abs(vs[then] - v) <= NEARLY * size:
-            tried = True
+            tried += m
             found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
             if found:
-                return True, True, with_least_multiple(e, p, grid, orbit, log, c)
+                return tried, True, with_least_multiple(e, p, grid, orbit, log, c)
     return tried, False, orbit
 
 
+@jit
+def kind_of(p, sizes, k):
+    """Kind of a motion without an orbit from the sizes of its section at the periods 1 to k.
+
+    By quarters: unbounded, or (damping bounds every motion) drifting, is what grows from the second to the last,
+    and as fast as before.
+    """
+    early, middle, late = 0.0, 0.0, 0.0
+    for i in range(1, k + 1):
+        if 4 * i > k and 2 * i <= k:
+            early = max(early, sizes[i])
+        if 2 * i > k and 4 * i <= 3 * k:
+            middle = max(middle, sizes[i])
+        if 4 * i > 3 * k:
+            late = max(late, sizes[i])
+    if late > GROWTH * early:
+        if p.h > 0.0:
+            return DRIFTING
+        if late - middle > LASTING * (middle - early):
+            return UNBOUNDED
+    return APERIODIC
+
+
+@jit
+def follow_growth(e, p, log, start, end, a, b):
+    """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
+    size before. -inf where it is forgotten in a rest, or where the log is not whole."""
+    if log.counts[IMPACTS] + 1 >= log.position.size:
+        return a, b, -math.inf
+    j11, j12, j21, j22 = derivative(e, p, log, start, end, 1)
+    a, b = j11 * a + j12 * b, j21 * a + j22 * b
+    size = math.hypot(a, b)
+    if not (size > 0.0 and size < math.inf):
+        return 1.0, 0.0, -math.inf
+    return a / size, b / size, math.log(size)
+
+
 @jit_allocating
-def settle_motion(e, p, grid, state, log, c, max_periods):
-    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods."""
+def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
+    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods; a damped
+    motion in which small differences still grow fast is left after `patience` periods.
+
+    window: a `Window`, of what a motion without an orbit shows in its last periods, or None.
+    """
     xs, vs = np.full(MAX_MULTIPLE, math.inf), np.full(MAX_MULTIPLE, math.inf)
+    sizes = np.empty(max_periods + 1)
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[0], vs[0] = section(p, state)
-    largest, early, middle, late = abs(xs[0]) + abs(vs[0]), 0.0, 0.0, 0.0
-    next_try, failures = 1, 0
+    largest = abs(xs[0]) + abs(vs[0])
+    spent = 0
+    a, b, growth = 1.0, 0.0, 0.0
+    kind, ending = APERIODIC, min(patience, max_periods)
+    shown_after = max(0, ending - WINDOW)
     for k in range(1, max_periods + 1):
         clear(log)
-        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
+        start = at_period_zero(state)
+        state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
         x, v = section(p, state)
-        size = abs(x) + abs(v)
+        sizes[k] = abs(x) + abs(v)
         largest = max(largest, size_of(p, state, log))
-        if 4 * k > max_periods and 2 * k <= max_periods:
-            early = max(early, size)
-        if 2 * k > max_periods and 4 * k <= 3 * max_periods:
-            middle = max(middle, size)
-        if 4 * k > 3 * max_periods:
-            late = max(late, size)
-        if k >= next_try and _may_repeat(xs, vs, x, v, largest):
+        if window is not None and k > shown_after:
+            if k == shown_after + 1:
+                open_window(p, window, start)
+            add_period(e, p, window, start, state, log, c)
+        if k > patience - FOLLOWED and k <= patience:
+            a, b, grown = follow_growth(e, p, log, start, state, a, b)
+            growth += grown
+        if k > PATIENT_TRIES * spent and _may_repeat(xs, vs, x, v, largest):
             tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
             if found:
                 return Settled(
                     PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k,
                     orbit.first, orbit.second,
                 )  # fmt: skip
-            if tried:
-                failures += 1
-                next_try = k + 1 + min(failures, 32)
+            spent += tried
         xs[k % MAX_MULTIPLE], vs[k % MAX_MULTIPLE] = x, v
-    lasting = late - middle > LASTING * (middle - early)
-    kind = APERIODIC
-    if late > GROWTH * early:
-        # Damping bounds every motion: a damped one that grows has only not settled yet.
-        kind = DRIFTING if p.h > 0.0 else UNBOUNDED if lasting else APERIODIC
+        if k == ending:
+            kind = kind_of(p, sizes, k)
+            if k == max_periods or (growth > CHAOTIC and kind == APERIODIC and p.h > 0.0):
+                break
+            ending, shown_after = max_periods, max(k, max_periods - WINDOW)
+    if window is not None:
+        close_window(p, window, state)
     return Settled(
-        kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, max_periods, none, none
+        kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, k, none, none
     )

@@ -1,20 +1,36 @@
-"""What a motion without an orbit shows over a window of forcing periods."""
+"""What a motion without an orbit shows over a window of forcing periods: sums while it is marched, means after."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, close
-from vibropipe.kernels.march import OK
-from vibropipe.kernels.orbit import LOG_FULL, at_period_zero, clear, periods, section
+from vibropipe.kernels.orbit import section
 from vibropipe.kernels.outputs import count_contacts
 from vibropipe.kernels.quadrature import along
 from vibropipe.kernels.state import REST
-from vibropipe.kernels.steady import EVENTS_PER_PERIOD, ONE
 from vibropipe.physics.forcing import TWO_PI
 
 WINDOW = 256
+
+
+class Window(NamedTuple):
+    """Sums over the window of a row: amplitudes (rows, harmonics + 1) of which `row` is its own, or none; impacts,
+    rests and largest impact velocities (2,) of both supports; direct (harmonics + 1,) and energy (2,) by
+    quadrature, where a harmonic is `resonant`; begun (3,): the section it began with, and the periods summed."""
+
+    amplitudes: np.ndarray
+    row: int
+    impacts: np.ndarray
+    rests: np.ndarray
+    largest: np.ndarray
+    direct: np.ndarray
+    energy: np.ndarray
+    resonant: bool
+    begun: np.ndarray
 
 
 @jit
@@ -27,54 +43,67 @@ def _is_resonant(p, amplitudes) -> bool:
     return nearest < RESONANT
 
 
-@jit
-def _add_to_window(p, log, state, amplitudes, row) -> None:
-    if amplitudes.size > 0:
-        resting = state.home if state.order == REST else 0
-        add_contacts(p, log, resting, state.rest_start, 1, 1.0, amplitudes[row])
-
-
-@jit
-def _add_direct(e, p, start, end, log, direct, energy, c) -> None:
-    x, v = section(p, start)
-    along(e, p, x, v, 0.0, 1.0, end, log, 1, direct, energy, c)
-
-
-@jit
-def _close_window(p, dx, dv, direct, amplitudes, row) -> None:
-    """Amplitudes at multiples of nu from WINDOW periods over which x and x' changed by dx, dv; where the
-    closed form would divide by nothing, those of the quadrature `direct`."""
-    if amplitudes.size > 0:
-        for k in range(amplitudes.shape[1]):
-            # The ends of the window do not meet: the boundary terms of the partial integration stay.
-            amplitudes[row, k] -= (dv + complex(p.h, k * p.nu) * dx) * p.nu / TWO_PI
-        close(p, 1, float(WINDOW), amplitudes[row])
-        for k in range(amplitudes.shape[1]):
-            if abs(admittance(p, k, 1)) < RESONANT:
-                amplitudes[row, k] = direct[k] / WINDOW
-
-
 @jit_allocating
-def measure_window(e, p, grid, state, log, c, amplitudes, row, impacts, rests, largest):
-    """What a motion without an orbit shows over WINDOW forcing periods: means per period, and amplitudes at
-    multiples of nu; returns its last state."""
-    x0, v0 = section(p, state)
+def new_window(p, amplitudes, row, impacts, rests):
+    """The window of a row; impacts, rests (2,) and its row of amplitudes are its results."""
     resonant = _is_resonant(p, amplitudes)
-    direct, energy = np.zeros(amplitudes.shape[1], np.complex128), np.zeros(2)
-    for _ in range(WINDOW):
-        state = at_period_zero(state)
-        start = state
-        clear(log)
-        state, status = periods(e, p, grid, state, ONE, log, c, EVENTS_PER_PERIOD)
-        if status not in (OK, LOG_FULL):
-            break
-        count_contacts(log, state, impacts, rests, largest)
-        _add_to_window(p, log, state, amplitudes, row)
-        if resonant:
-            _add_direct(e, p, start, state, log, direct, energy, c)
+    direct = np.empty(amplitudes.shape[1], np.complex128)
+    return Window(
+        amplitudes, row, impacts, rests, np.zeros(2), direct, np.empty(2), resonant, np.empty(3)
+    )
+
+
+@jit
+def clear_window(window) -> None:
+    """Nothing summed yet."""
+    window.begun[2] = 0.0
     for side in range(2):
-        impacts[side] /= WINDOW
-        rests[side] /= WINDOW
-    x, v = section(p, state)
-    _close_window(p, x - x0, v - v0, direct, amplitudes, row)
-    return state
+        window.impacts[side] = 0.0
+        window.rests[side] = 0.0
+        window.largest[side] = 0.0
+        window.energy[side] = 0.0
+    for k in range(window.direct.size):
+        window.direct[k] = 0.0
+        if window.amplitudes.size > 0:
+            window.amplitudes[window.row, k] = 0.0
+
+
+@jit
+def open_window(p, window, state) -> None:
+    """Begin the window at a state."""
+    clear_window(window)
+    window.begun[0], window.begun[1] = section(p, state)
+
+
+@jit
+def add_period(e, p, window, start, end, log, c) -> None:
+    """Add a marched forcing period, its contacts in the log."""
+    window.begun[2] += 1.0
+    count_contacts(log, end, window.impacts, window.rests, window.largest)
+    if window.amplitudes.size > 0:
+        resting = end.home if end.order == REST else 0
+        add_contacts(p, log, resting, end.rest_start, 1, 1.0, window.amplitudes[window.row])
+        if window.resonant:
+            x, v = section(p, start)
+            along(e, p, x, v, 0.0, 1.0, end, log, 1, window.direct, window.energy, c)
+
+
+@jit
+def close_window(p, window, end) -> None:
+    """Means per forcing period, and amplitudes at multiples of nu; where the closed form would divide by nothing,
+    those by quadrature."""
+    periods = window.begun[2]
+    for side in range(2):
+        window.impacts[side] /= periods
+        window.rests[side] /= periods
+    if window.amplitudes.size > 0:
+        amplitudes = window.amplitudes[window.row]
+        x, v = section(p, end)
+        dx, dv = x - window.begun[0], v - window.begun[1]
+        for k in range(amplitudes.size):
+            # The ends of the window do not meet: the boundary terms of the partial integration stay.
+            amplitudes[k] -= (dv + complex(p.h, k * p.nu) * dx) * p.nu / TWO_PI
+        close(p, 1, periods, amplitudes)
+        for k in range(amplitudes.size):
+            if abs(admittance(p, k, 1)) < RESONANT:
+                amplitudes[k] = window.direct[k] / periods

@@ -202,6 +202,7 @@ def solve_part(
         progress=None if progress is None else in_passes(progress, stop - start, passes),
         accuracy=accuracy,
         effects=scene_effects(scene),
+        patience=scene.patience,
     )
     fixed = {
         name: value for name, value in exciter.parameters()._asdict().items() if name not in over

@@ -76,6 +76,9 @@ class SweepScene(BaseScene):
     solver: Solver = Field(
         default_factory=Solver, description="Exact, or an accuracy, which exact meets."
     )
+    patience: Annotated[int, Within(256, 1000, whole=True)] = Field(
+        default=400, description="Forcing periods after which a chaotic row is left as aperiodic."
+    )
     effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene

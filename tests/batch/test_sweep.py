@@ -12,7 +12,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.batch import rows
-from vibropipe.batch.sweep import assemble, count_rows, solve_shard
+from vibropipe.batch.sweep import PATIENCE, assemble, count_rows, solve_shard
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}
@@ -41,7 +41,9 @@ def test_each_row_is_its_steady_state(whole: xr.Dataset) -> None:
     for row, (i, j) in enumerate(np.ndindex(3, 7)):
         f, nu = OVER["f"][i], OVER["nu"][j]
         alone = vp.steady_state(
-            vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6, f=f, nu=nu), harmonics=3
+            vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6, f=f, nu=nu),
+            harmonics=3,
+            patience=PATIENCE,
         )
         at = whole.isel(f=i, nu=j)
         for name in (

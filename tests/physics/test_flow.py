@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from vibropipe.physics.flow import (
     ORDER,
+    REACH,
     combine,
     displacement,
     exact_basis,
@@ -67,7 +68,7 @@ def test_one_polynomial_covers_a_step_to_rounding(nu: float, h: float) -> None:
 
 @pytest.mark.parametrize(("nu", "h"), RATES)
 def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
-    dt = 0.9 / fastest_rate(nu, h)
+    dt = REACH / fastest_rate(nu, h)
     one, other = np.empty(ORDER + 1), np.empty(ORDER + 1)
     taylor(one, 0.3, -0.7, 0.4, -0.9, 0.2, h, nu, dt)
     combine(exact_basis(h, nu, dt), other, 0.3, -0.7, 0.2, 0.4, -0.9)
@@ -76,7 +77,7 @@ def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
 
 @pytest.mark.parametrize(("nu", "h"), RATES)
 def test_the_one_step_map_is_the_polynomial_at_its_end(nu: float, h: float) -> None:
-    dt = 0.8 / fastest_rate(nu, h)
+    dt = REACH / fastest_rate(nu, h)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(exact_basis(h, nu, dt), dt)
     y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, dt)
     assert a11 * 0.3 - a12 * 0.7 + b1 * 0.2 + p1 * 0.4 - p2 * 0.9 == pytest.approx(y, abs=1e-15)

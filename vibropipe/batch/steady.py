@@ -21,6 +21,7 @@ def steady_state(
     harmonics: int = 6,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
+    patience: int = MAX_PERIODS,
 ) -> xr.Dataset:
     """The law of motion of eqs. (5), (6) that settles from (x0, v0) at tau = 0.
 
@@ -34,11 +35,12 @@ def steady_state(
     relative to the motion's size, energies per orbit. A motion without an orbit is labelled so, and its
     harmonics and impacts are means over `window_periods` forcing periods.
     accuracy: adds `error`, shared by all quantities (`vibropipe.batch.row_errors`); a larger one than that has
-    status `inaccurate`. effects: what the kernel has, as for `sweep`.
+    status `inaccurate`. effects: what the kernel has, patience: before a motion counts
+    as chaotic, both as for `sweep`.
     Raises ParameterError for a start outside the supports or a value outside what is allowed.
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    asked = (x0, v0, harmonics, None, OUTPUTS, None, accuracy, effects, MAX_PERIODS)
+    asked = (x0, v0, harmonics, None, OUTPUTS, None, accuracy, effects, patience)
     shard = solve_shard(exciter, over, 0, 1, *asked)
     return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")

@@ -11,10 +11,10 @@ from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
 from vibropipe.physics.contact import force_at
-from vibropipe.physics.flow import ORDER, displacement, fastest_rate, taylor, velocity
+from vibropipe.physics.flow import ORDER, REACH, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(14)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
@@ -24,7 +24,7 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
     if end <= start:
         return x, v
     period = TWO_PI / p.nu
-    pieces = max(1, math.ceil((end - start) * period * fastest_rate(p.nu, p.h)))
+    pieces = max(1, math.ceil((end - start) * period * fastest_rate(p.nu, p.h) / REACH))
     dt = (end - start) * period / pieces
     for piece in range(pieces):
         begin = start + (end - start) * piece / pieces

@@ -178,6 +178,13 @@ def test_growth_without_bound_is_labelled(p: Parameters) -> None:
     assert int(ds.period_multiple) == 0
 
 
+def test_a_slow_approach_is_not_called_unbounded() -> None:
+    """R = 0.9999 without damping: it grows to (4/3)/(1 - R), by a ten-thousandth of the way in a period."""
+    ds = steady(Parameters(nu=2.0, f=1.0, l=1e9, delta=1e9, R2=0.9999))
+    assert int(ds.regime) == UNRESOLVED
+    assert int(ds.period_multiple) == 0
+
+
 def test_a_bounded_motion_without_damping_is_not_called_unbounded() -> None:
     ds = steady(Parameters(nu=1.0, f=0.3, l=0.5))
     assert int(ds.regime) in (APERIODIC, UNRESOLVED)

@@ -174,11 +174,20 @@ def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
 
 
 @jit
-def kind_of(p, sizes, k):
-    """Kind of a motion without an orbit from the sizes of its section at the periods 1 to k.
+def loses_speed(p, log) -> bool:
+    """Whether any impact of a log does."""
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        if (p.R1 if abs(log.support[i]) == 1 else p.R2) < 1.0:
+            return True
+    return False
 
-    By quarters: unbounded, or (damping bounds every motion) drifting, is what grows from the second to the last,
-    and as fast as before.
+
+@jit
+def kind_of(p, log, sizes, k):
+    """Kind of a motion without an orbit from the sizes of its section at the periods 1 to k and its last contacts.
+
+    By quarters: unbounded, or (damping bounds every motion, and so do impacts that lose speed) drifting, is what
+    grows from the second to the last, and as fast as before.
     """
     early, middle, late = 0.0, 0.0, 0.0
     for i in range(1, k + 1):
@@ -189,7 +198,7 @@ def kind_of(p, sizes, k):
         if 4 * i > 3 * k:
             late = max(late, sizes[i])
     if late > GROWTH * early:
-        if p.h > 0.0:
+        if p.h > 0.0 or loses_speed(p, log):
             return DRIFTING
         if late - middle > LASTING * (middle - early):
             return UNBOUNDED
@@ -253,7 +262,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
             spent += tried
         xs[k % MAX_MULTIPLE], vs[k % MAX_MULTIPLE] = x, v
         if k == ending:
-            kind = kind_of(p, sizes, k)
+            kind = kind_of(p, log, sizes, k)
             if k == max_periods or (growth > CHAOTIC and kind == APERIODIC and p.h > 0.0):
                 break
             ending, shown_after = max_periods, max(k, max_periods - WINDOW)

@@ -8,12 +8,9 @@ import numpy as np
 
 from vibropipe.jit import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import turn_factor
-from vibropipe.kernels.orbit import multipliers
 from vibropipe.kernels.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
 from vibropipe.physics.conservative import arc, arc_harmonic, on_arc, speed_at, top_support
-from vibropipe.physics.flow import free_flow
-from vibropipe.physics.forcing import TWO_PI
-from vibropipe.physics.linear import linear_amplitude
+from vibropipe.physics.linear import linear_amplitude, linear_multipliers
 
 
 @jit_inline
@@ -56,8 +53,7 @@ def solve_linear(p, out, row):
     out.frequency[row] = p.nu
     _linear_amplitudes(x, out.amplitudes, row)
     if out.multipliers.size > 0:
-        e11, e12, e21, e22 = free_flow(p.h, TWO_PI / p.nu)
-        first, second = multipliers(e11, e12, e21, e22)
+        first, second = linear_multipliers(p)
         write_multipliers(first, second, out.multipliers, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)

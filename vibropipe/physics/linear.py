@@ -5,16 +5,32 @@ from __future__ import annotations
 import math
 
 from vibropipe.jit import jit
-from vibropipe.physics.forcing import sincos_turns
+from vibropipe.physics.forcing import TWO_PI, sincos_turns
+
+# Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.
+LEAST_SQUARE, MOST_SQUARE = 1e-280, 1e280
+
+
+@jit
+def _length(x, y):
+    """sqrt(x^2 + y^2)."""
+    square = x * x + y * y
+    if LEAST_SQUARE < square < MOST_SQUARE:
+        return math.sqrt(square)
+    return math.hypot(x, y)
 
 
 @jit
 def linear_amplitude(p) -> complex:
     """X of the steady motion x = 2 Re(X exp(i nu tau)) of eq. (5) without supports: -i f/2 / (1 - nu^2 + i h nu);
     infinite at resonance without damping."""
-    d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
     if p.f == 0.0:
         return complex(0.0, 0.0)
+    d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
+    square = d.real * d.real + d.imag * d.imag
+    if LEAST_SQUARE < square < MOST_SQUARE:
+        share = -0.5 * p.f / square
+        return complex(share * d.imag, share * d.real)
     if d == 0.0:
         return complex(math.inf, 0.0)
     return complex(0.0, -0.5 * p.f) / d
@@ -43,8 +59,23 @@ def keeps_off(p, x, v, turn) -> bool:
     """
     amplitude = linear_amplitude(p)
     steady_x, steady_v = turned_by(p, amplitude, turn)
-    bound = (2.0 * abs(amplitude) + math.hypot(x - steady_x, v - steady_v)) * (1.0 + 1e-12)
+    bound = (2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)) * (1.0 + 1e-12)
     return bound < p.l + p.delta and bound < p.l - p.delta
+
+
+@jit
+def linear_multipliers(p):
+    """Floquet multipliers of the steady motion, the larger modulus first: exp(s T) for s^2 + h s + 1 = 0."""
+    b, period = 0.5 * p.h, TWO_PI / p.nu
+    square = (1.0 - b) * (1.0 + b)
+    if square > 0.0:
+        s, c = sincos_turns(math.sqrt(square) / p.nu)
+        decay = math.exp(-b * period)
+        return complex(decay * c, decay * s), complex(decay * c, -decay * s)
+    root = math.sqrt(-square)
+    # The slow rate b - root cancels for strong damping; the product of both rates is 1.
+    slow, fast = math.exp(-period / (b + root)), math.exp(-(b + root) * period)
+    return complex(slow, 0.0), complex(fast, 0.0)
 
 
 @jit

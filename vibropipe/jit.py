@@ -170,6 +170,11 @@ def jit_parallel(function: F) -> F:
     return _compile(function, parallel=True, nogil=True)
 
 
+def jit_nogil(function: F) -> F:
+    """Compile a driver that lets go of the interpreter's lock, for threads to run side by side."""
+    return _compile(function, nogil=True)
+
+
 def jit_unfused(function: F) -> F:
     """Compile a few products and sums that round one by one: the same bits in whatever code they end up, of one
     motion or of many side by side, where the compiler would fuse now these and now those."""

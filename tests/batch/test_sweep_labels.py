@@ -52,13 +52,15 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     rows = np.zeros((points, 7))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
-    (found,) = solve_rows(rows, np.zeros((points, 2)), 1, MAX_PERIODS, PATIENCE, 0, ())
-    assert len(np.unique(found.regime)) > 3
+    pieces = solve_rows(rows, np.zeros((points, 2)), 1, MAX_PERIODS, PATIENCE, 0, ())
+    regimes = np.concatenate([piece.regime for piece in pieces])
+    multiples = np.concatenate([piece.period_multiple for piece in pieces])
+    assert len(np.unique(regimes)) > 3
     apart = []
     for i in range(points):
         regime, m = patient(nu[i], f[i], patience)
-        if (regime, m) != (found.regime[i], found.period_multiple[i]):
-            apart.append((nu[i], f[i], regime, m, found.regime[i], found.period_multiple[i]))
+        if (regime, m) != (regimes[i], multiples[i]):
+            apart.append((nu[i], f[i], regime, m, regimes[i], multiples[i]))
     return apart
 
 

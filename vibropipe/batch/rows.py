@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import mmap
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from itertools import pairwise
 
+import numba
 import numpy as np
-from numba import prange
 
-from vibropipe.jit import jit_parallel
+from vibropipe.jit import jit_nogil
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
 from vibropipe.kernels.row import sample_row, solve_row
@@ -19,10 +22,9 @@ OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 LOG_ROOM = 8192
 REST_ROOM = 512
-# Rows per call of the driver: often enough for a word of progress and Ctrl-C, rare enough to cost nothing.
-ROWS_PER_CALL = 1024
-# Chains are dealt out like cards, so that costly neighbours (aperiodic regions) land on different threads.
-HANDS = 64
+# Rows per call of the driver: few enough that threads end together, and for a word of progress and Ctrl-C, many
+# enough that calls cost nothing.
+ROWS_PER_CALL = 256
 
 
 def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
@@ -49,13 +51,26 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
         impact_count=zeros(kind=np.int64, when="impacts"),
         # Rows side by side: few have many impacts, so that most of this room is never touched and takes no
         # memory; a page touched for the first time costs more than a row.
-        impact_position=np.empty((LOG_ROOM, listed)),
-        impact_velocity=np.empty((LOG_ROOM, listed)),
-        impact_support=np.empty((LOG_ROOM, listed), np.int8),
+        impact_position=room_for(listed, float),
+        impact_velocity=room_for(listed, float),
+        impact_support=room_for(listed, np.int8),
         largest=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
     )
+
+
+def room_for(rows: int, kind: type) -> np.ndarray:
+    """Room for LOG_ROOM values of each row, zero; only what is written to takes memory.
+
+    numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
+    """
+    if rows == 0:
+        return np.empty((LOG_ROOM, 0), kind)
+    pages = mmap.mmap(-1, rows * LOG_ROOM * np.dtype(kind).itemsize)
+    with suppress(AttributeError, OSError):  # where there are no large pages
+        pages.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(pages, kind).reshape(LOG_ROOM, rows)
 
 
 def cuts(rows: int, chain_length: int) -> list[int]:
@@ -66,7 +81,7 @@ def cuts(rows: int, chain_length: int) -> list[int]:
     return [*(first + part for first in range(0, rows, step) for part in within), rows]
 
 
-@jit_parallel
+@jit_nogil
 def _drive(
     e: Effects,
     parameters: np.ndarray,
@@ -78,21 +93,18 @@ def _drive(
 ) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
-    chains = parameters.shape[0] // chain_length
-    hands = min(HANDS, chains)
-    for hand in prange(hands):
-        log = new_log(LOG_ROOM, REST_ROOM)
-        c = np.empty(ORDER + 1)
-        for chain in range(hand, chains, hands):
-            x, v = starts[chain * chain_length, 0], starts[chain * chain_length, 1]
-            for row in range(chain * chain_length, (chain + 1) * chain_length):
-                lower = parameters[row, 4] - parameters[row, 3]
-                upper = parameters[row, 3] + parameters[row, 4]
-                x = min(max(x, lower), upper)
-                x, v = solve_row(e, parameters[row], x, v, max_periods, patience, log, c, out, row)
+    log, c = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1)
+    x, v = 0.0, 0.0
+    for row in range(parameters.shape[0]):
+        if row % chain_length == 0:
+            x, v = starts[row, 0], starts[row, 1]
+        lower = parameters[row, 4] - parameters[row, 3]
+        upper = parameters[row, 3] + parameters[row, 4]
+        x = min(max(x, lower), upper)
+        x, v = solve_row(e, parameters[row], x, v, max_periods, patience, log, c, out, row)
 
 
-@jit_parallel
+@jit_nogil
 def _sample(
     e: Effects,
     parameters: np.ndarray,
@@ -101,13 +113,11 @@ def _sample(
     motion: np.ndarray,
 ) -> None:
     """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
-    for row in prange(parameters.shape[0]):
+    log, c = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1)
+    for row in range(parameters.shape[0]):
         if multiple[row] > 0:
-            log = new_log(LOG_ROOM, REST_ROOM)
             x, v = section[row, 0], section[row, 1]
-            sample_row(
-                e, parameters[row], x, v, multiple[row], log, np.empty(ORDER + 1), motion, row
-            )
+            sample_row(e, parameters[row], x, v, multiple[row], log, c, motion, row)
 
 
 def solve_rows(
@@ -121,35 +131,52 @@ def solve_rows(
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
 ) -> list[Rows]:
-    """Results of parameters (rows, 7) from starts (rows, 2), in pieces (`cuts`); bit for bit the same
-    for every number of threads. effects: what the kernel has, for all rows alike.
+    """Results of parameters (rows, 7) from starts (rows, 2), in pieces (`cuts`), by as many threads as numba has;
+    bit for bit the same for every number of them. effects: what the kernel has, for all rows alike.
     progress is told the number of rows done after each piece."""
-    pieces: list[Rows] = []
-    for first, stop in pairwise(cuts(len(parameters), chain_length)):
-        piece = slice(first, stop)
-        seeds = np.array(starts[piece])
-        if first % chain_length:  # a chain goes on
-            seeds[0] = pieces[-1].section[-1]
+
+    def solve(first: int, stop: int, seeds: np.ndarray) -> Rows:
         out = new_rows(stop - first, harmonics, outputs)
-        _drive(
-            effects,
-            np.ascontiguousarray(parameters[piece]),
-            seeds,
-            min(chain_length, stop - first),
-            max_periods,
-            patience,
-            out,
-        )
+        piece = np.ascontiguousarray(parameters[first:stop])
+        chain = max(1, min(chain_length, stop - first))
+        _drive(effects, piece, seeds, chain, max_periods, patience, out)
         if "motion" in outputs:
             # Rows in closed form were never marched and have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
-            _sample(
-                effects, np.ascontiguousarray(parameters[piece]), out.section, marched, out.motion
-            )
-        pieces.append(_compact(out))
-        if progress is not None:
-            progress(stop)
+            _sample(effects, piece, out.section, marched, out.motion)
+        return _compact(out)
+
+    def solve_chains(ends: Sequence[int]) -> list[Rows]:
+        solved: list[Rows] = []
+        for first, stop in pairwise(ends):
+            seeds = np.array(starts[first:stop])
+            if solved:  # a chain goes on
+                seeds[0] = solved[-1].section[-1]
+            solved.append(solve(first, stop, seeds))
+        return solved
+
+    solve(
+        0, 0, np.array(starts[:0])
+    )  # compiled or loaded once, before threads ask for it side by side
+    work = whole_chains(cuts(len(parameters), chain_length), chain_length)
+    pieces: list[Rows] = []
+    with ThreadPoolExecutor(numba.get_num_threads()) as threads:
+        for ends, solved in zip(work, threads.map(solve_chains, work), strict=True):
+            pieces += solved
+            if progress is not None:
+                progress(ends[-1])
     return pieces
+
+
+def whole_chains(ends: Sequence[int], chain_length: int) -> list[list[int]]:
+    """Cuts grouped so that each group begins and ends with chains: what threads can solve side by side."""
+    groups: list[list[int]] = []
+    for first, stop in pairwise(ends):
+        if first % chain_length:
+            groups[-1].append(stop)
+        else:
+            groups.append([first, stop])
+    return groups
 
 
 def _compact(out: Rows) -> Rows:

@@ -28,7 +28,7 @@ DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
 DIRECTIONS = ("up", "down")
 MAX_PERIODS = 1000
 # Forcing periods after which a row of a sweep is left where small differences grow.
-PATIENCE = 400
+PATIENCE = 300
 Follow = tuple[str, str] | None
 
 
@@ -59,8 +59,8 @@ def sweep(
     client: a `dask.distributed.Client`; the rows are then solved by the workers of its cluster, and those of a
     worker that is lost by another one. The result is the same, bit for bit, on machines of the same kind.
 
-    patience: forcing periods after which a row is taken for aperiodic if small differences in it grow by e^12
-    within the last 100 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that
+    patience: forcing periods after which a row is taken for aperiodic if small differences in it grow by e^6
+    within the last 50 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that
     ends later is told only by 1,000.
 
     Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:

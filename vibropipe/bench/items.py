@@ -27,7 +27,7 @@ SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)
 PERIODS, FEW_PERIODS, JUDGED_PERIODS = 1000, 10, 10
 STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
 # Values of either parameter of the whole sweep; every so manieth is solved if not the whole is asked.
-SWEEP_POINTS, EVERY = 400, 10
+SWEEP_POINTS, EVERY = 400, 4
 PEER_PERIODS, PEER_MOTIONS = 100, 100
 
 Enter = Callable[[Motion], contestant.Contestant]

@@ -42,8 +42,8 @@ MAX_NEWTON = 12
 # some other orbit. Non-normal derivatives make changes larger than multipliers tell.
 REACH = 20.0
 # A small difference that grows by this exponent over so many periods, the last of its patience, is that of a
-# chaotic motion, or of one that will settle late: of 20,000 random rows 4 did after 400 periods.
-FOLLOWED, CHAOTIC = 100, 12.0
+# chaotic motion, or of one that will settle late: of 20,000 random rows 7 did after 300 periods.
+FOLLOWED, CHAOTIC = 50, 6.0
 # Periods marched for one spent on orbits that could not be closed.
 PATIENT_TRIES = 4
 # Where the section nearly repeats about a stable orbit, no multiplier is beyond this.

@@ -59,7 +59,9 @@ def keeps_off(p, x, v, turn) -> bool:
     """
     amplitude = linear_amplitude(p)
     steady_x, steady_v = turned_by(p, amplitude, turn)
-    bound = (2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)) * (1.0 + 1e-12)
+    bound = (
+        2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)
+    ) * (1.0 + 1e-12)
     return bound < p.l + p.delta and bound < p.l - p.delta
 
 

@@ -77,7 +77,7 @@ class SweepScene(BaseScene):
         default_factory=Solver, description="Exact, or an accuracy, which exact meets."
     )
     patience: Annotated[int, Within(256, 1000, whole=True)] = Field(
-        default=400, description="Forcing periods after which a chaotic row is left as aperiodic."
+        default=300, description="Forcing periods after which a chaotic row is left as aperiodic."
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
 

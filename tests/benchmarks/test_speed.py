@@ -19,17 +19,13 @@ def measured():
     return {item.name: item for item in found}
 
 
-def not_yet(reached: str):
-    return pytest.mark.xfail(strict=False, reason=f"{reached} measured on two cores")
-
-
 @pytest.mark.parametrize(
     ("item", "ours", "peer"),
     [
         ("one motion, exact", "exact", "heyoka, 1e-15"),
         ("one motion, exact", "exact", "DOP853, 1e-12"),
         ("newmark in lanes", "in lanes", "textbook loop"),
-        pytest.param("sweep", "steady states", "heyoka, 1e-15", marks=not_yet("7 of 40 times")),
+        ("sweep", "steady states", "heyoka, 1e-15"),
     ],
 )
 def test_as_many_times_cheaper_as_asked(measured, benchmark, item, ours, peer):

@@ -169,5 +169,8 @@ def begin(e, p, grid, turns, x, v):
     w = -v if home == 1 else v
     if w < 0.0:
         return State(period, step, theta, home, 0.0, w, STRIKES, 0.0)
+    if w > 0.0:
+        # However slow: where it ends in a chatter, that is one after an impact, which is logged.
+        return State(period, step, theta, home, 0.0, w, WITH_SPEED, 0.0)
     order, _wait = departure(e, p, grid, home, w, (step + theta) / grid.steps)
     return State(period, step, theta, home, 0.0, w, order, turns)

@@ -1,15 +1,19 @@
 """What runs is what the cache holds, in the process that first asks for it as in those after it."""
 
 import os
+import signal
 import subprocess
 import sys
 
 import pytest
 
+from vibropipe import jit
+
 FIRST_CALL = """
-from vibropipe.physics.contact import reset
-assert reset(0.5, 2.0) == 1.0
-print(sum(reset.stats.cache_hits.values()), sum(reset.stats.cache_misses.values()))
+from vibropipe.physics.contact import force_at
+from vibropipe.physics.exciter import Parameters
+assert force_at(Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0), 1.0, 0.25)[0] == 2.0
+print(sum(force_at.stats.cache_hits.values()), sum(force_at.stats.cache_misses.values()))
 """
 CHAOTIC = """
 import hashlib
@@ -35,6 +39,13 @@ def run(script, cache, **more):
 
 def test_what_is_not_cached_is_compiled_apart_and_loaded(tmp_path):
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
+    # What a kernel calls is kept as a piece, without machine code.
+    kept = {path.name.split("-")[0]: path for path in tmp_path.rglob("*.nbc")}
+    assert sorted(kept) == ["contact.force_at", "forcing.sincos_turns"]
+    is_piece = {name: jit.PIECES in path.parts for name, path in kept.items()}
+    assert is_piece == {"contact.force_at": False, "forcing.sincos_turns": True}
+    holds_code = {name: b"\x7fELF" in path.read_bytes() for name, path in kept.items()}
+    assert holds_code == {"contact.force_at": True, "forcing.sincos_turns": False}
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
 
 
@@ -44,6 +55,18 @@ def test_without_a_cache_it_is_compiled_apart_too_and_goes_with_the_process(tmp_
     scratch.mkdir()
     assert run(FIRST_CALL, blocked, TMPDIR=str(scratch)) == ["1", "0"]
     assert not list(scratch.iterdir())
+
+
+def test_a_compiler_that_has_ended_is_replaced():
+    first = jit._compiler()
+    assert jit._compiler() is first
+    os.killpg(first.pid, signal.SIGKILL)
+    first.wait()
+    assert jit._ask(first, b"task") == b""
+    second = jit._compiler()
+    assert second is not first
+    second.kill()
+    second.communicate()
 
 
 @pytest.mark.slow

@@ -10,14 +10,15 @@ from __future__ import annotations
 import atexit
 import functools
 import hashlib
-import importlib
 import os
 import pickle
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -26,8 +27,15 @@ F = TypeVar("F", bound=Callable[..., Any])
 PACKAGE = Path(__file__).parent
 # Set in the environment of a process that compiles by itself what is not in the cache.
 COMPILER = "VIBROPIPE_COMPILES"
+# Where it keeps what it makes for its own use only, and what nobody calls of that.
+PIECES = "pieces"
+NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# What it answers to a task.
+DONE, FAILED = b"1", b"0"
 # Whatever can change a stored number; figures, reports and the store are left out on purpose.
-HASHED = ("jit.py", "status.py", "physics", "kernels", "batch")
+HASHED = ("jit.py", "apart.py", "status.py", "physics", "kernels", "batch")
+
+_compilers: dict[int, subprocess.Popen[bytes]] = {}
 
 
 @functools.cache
@@ -76,6 +84,9 @@ def _compile(function: F, fused: bool = True, **flags: Any) -> F:
     # The cache folder is read when the decorator runs; it is put back for other users of numba.
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
+    if os.environ.get(COMPILER) == "apart":
+        numba.config.CACHE_DIR = str(cache_folder() / PIECES)  # type: ignore[attr-defined]
+        flags |= NO_WRAPPERS
     try:
         # numpy's error model: 1/0 gives inf, no branch per division.
         compiled: Any = numba.njit(error_model="numpy", fastmath=fast, cache=True, **flags)(
@@ -112,31 +123,61 @@ def _load_or_compile_apart(dispatcher: Any) -> None:
 
 
 def _compile_apart(module: str, name: str, signature: Any) -> bool:
-    """Compile a function for a signature into the cache, in a process of its own; whether it did."""
+    """Compile a function for a signature into the cache, in a process that does nothing else; whether it did."""
     try:
         task = pickle.dumps((module, name, signature))
     except (pickle.PicklingError, TypeError, AttributeError):
         return False
-    command = [sys.executable, "-c", "from vibropipe.jit import compile_task; compile_task()"]
+    # One without work for a while has ended, at worst just now.
+    for _ in range(2):
+        answer = _ask(_compiler(), task)
+        if answer:
+            return answer == DONE
+    return False
+
+
+def _compiler() -> subprocess.Popen[bytes]:
+    """The process that compiles for this one (`vibropipe.apart`), started when first needed."""
+    running = _compilers.get(os.getpid())  # a fork has none
+    if running is not None and running.poll() is None:
+        return running
+    command = [sys.executable, "-c", "from vibropipe.apart import serve; serve()"]
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = os.environ | {COMPILER: "apart", "PYTHONPATH": path}
     environment["VIBROPIPE_CACHE_DIR"] = str(cache_folder().parents[1])
     # In a group of its own: a Ctrl-C is for this process, which then ends the other.
-    done = subprocess.run(
+    started = subprocess.Popen(
         command,
-        input=task,
         env=environment,
-        stdout=subprocess.DEVNULL,
-        check=False,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         process_group=0,
     )
-    return done.returncode == 0
+    _compilers[os.getpid()] = started
+    atexit.register(_dismiss, started)
+    return started
 
 
-def compile_task() -> None:
-    """Compile what standard input tells, as the process of `_compile_apart`."""
-    module, name, signature = pickle.load(sys.stdin.buffer)
-    getattr(importlib.import_module(module), name).compile(signature)
+def _ask(compiler: subprocess.Popen[bytes], task: bytes) -> bytes:
+    """What a compiler answers to a task; nothing if it is no more."""
+    assert compiler.stdin is not None
+    assert compiler.stdout is not None
+    try:
+        compiler.stdin.write(task)
+        compiler.stdin.flush()
+        return compiler.stdout.read(1)
+    except BrokenPipeError:
+        return b""
+    except BaseException:
+        with suppress(ProcessLookupError):
+            os.killpg(compiler.pid, signal.SIGKILL)
+        raise
+
+
+def _dismiss(compiler: subprocess.Popen[bytes]) -> None:
+    """No task will come: it ends."""
+    with suppress(OSError):
+        compiler.communicate()
 
 
 def jit(function: F) -> F:

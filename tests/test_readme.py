@@ -87,7 +87,9 @@ def test_its_commands_name_what_exists() -> None:
         words = shlex.split(command)
         assert (ROOT / words[words.index("-c") + 1]).is_file()
     assert make.rstrip().endswith("snakemake --cores 2")
-    assert test.rstrip().endswith("pytest")
+    *_, last_check = (ROOT / ".ci/run").read_text(encoding="utf-8").split("\nstep ")
+    assert test.rstrip().endswith(f"&& {last_check.rstrip()}")
+    assert last_check.startswith("pytest ")
     for name in re.findall(
         r"`((?:vibropipe|tests|workflow|config|results|kernels|physics|study|batch)/[\w./]*)`",
         README,

@@ -14,6 +14,7 @@ import pytest
 from judging import parameters_of, reference
 
 import vibropipe as vp
+from vibropipe.physics.effects import NAMES
 from vibropipe.status import Status
 
 # high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
@@ -56,11 +57,24 @@ def status_at_the_bound() -> int:
     return int(ds.status)
 
 
+# striking both supports but for the first, which keeps off by itself
+LEFT_OUT = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7), {"f": [0.02, 1.0, 2.0]}
+
+
+def rows_with_a_support_left_out() -> list[list[int]]:
+    """Status and regime of rows marched without support 1, which is only watched (kernels that no other test
+    asks for: compiled they would be the dearest of all)."""
+    effects = [name for name in NAMES if name != "support_1"]
+    ds = vp.sweep(*LEFT_OUT, outputs=["impacts"], effects=effects)
+    return [ds.status.values.tolist(), ds.regime.values.tolist()]
+
+
 @pytest.fixture(scope="module")
 def uncompiled() -> dict[str, Any]:
     path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
     code = (
         "import json, test_uncompiled as t; found = t.numbers(); "
+        "found['left out'] = t.rows_with_a_support_left_out(); "
         "found['bound'] = t.status_at_the_bound(); print(json.dumps(found))"
     )
     done = subprocess.run(
@@ -78,9 +92,23 @@ def test_a_search_that_reaches_its_bound_is_named(uncompiled: dict[str, Any]) ->
     assert uncompiled["bound"] == Status.ROOT_BOUND
 
 
+def test_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
+    """Two rows of three; what the third does is known by its own bound alone."""
+    status, regime = uncompiled["left out"]
+    assert status == [Status.OK, Status.SUPPORT_REACHED, Status.SUPPORT_REACHED]
+    full = vp.sweep(*LEFT_OUT, outputs=["impacts"])
+    assert regime[0] == int(full.regime[0])
+    assert full.status.values.tolist() == [Status.OK] * 3
+
+
+@pytest.mark.slow
+def test_compiled_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
+    assert rows_with_a_support_left_out() == uncompiled["left out"]
+
+
 def test_plain_python_agrees_with_the_compiled_kernels(uncompiled: dict[str, Any]) -> None:
     compiled = numbers()
-    assert {*compiled, "bound"} == uncompiled.keys()
+    assert {*compiled, "bound", "left out"} == uncompiled.keys()
     assert sum(len(values) for values in compiled.values()) > 2000
     for name, values in compiled.items():
         np.testing.assert_allclose(

@@ -65,17 +65,6 @@ def test_a_motion_that_reaches_a_support_left_out_stops_there() -> None:
     assert np.isnan(float(ds.displacement_end))
 
 
-def test_rows_that_reach_a_support_left_out_say_so() -> None:
-    """Two rows of three strike; the third keeps off by itself, which only its own bound shows."""
-    exciter = vp.Exciter(**{**FORCED, "f": 1.0})
-    over = {"f": [0.02, 1.0, 2.0]}
-    ds = vp.sweep(exciter, over, outputs=["impacts"], effects=ALL_BUT_1)
-    assert ds.status.values.tolist() == [Status.OK, Status.SUPPORT_REACHED, Status.SUPPORT_REACHED]
-    full = vp.sweep(exciter, over, outputs=["impacts"])
-    assert int(ds.regime[0]) == int(full.regime[0])
-    assert int(full.status[1]) == Status.OK
-
-
 def test_what_the_parameters_have_can_not_be_left_out() -> None:
     exciter = vp.Exciter(**FORCED)
     with pytest.raises(vp.ParameterError, match=r"no forcing, but f = 1\.0"):

@@ -9,11 +9,21 @@ from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
-from oracles import Motion, Parameters, Twin, digits
+import pytest
+from oracles import Motion, Twin
+from textbook import Parameters, digits
 
 REFERENCE = Path(__file__).parent / "reference"
 ULP = 2.0**-52
 SMALL = 1e-30  # relative nudge that shows how far roundings of the input move a motion
+# the exact method, and Newmark's with coarse and fine steps
+METHODS: list[dict[str, Any]] = [
+    {},
+    *({"method": "newmark", "steps_per_period": n} for n in (20, 97, 1000)),
+]
+methods = pytest.mark.parametrize(
+    "method", METHODS, ids=lambda m: str(m.get("steps_per_period", "exact"))
+)
 NUDGE = (1.0, -0.9, 0.8, 0.9, -0.7, -1.0, 0.8)  # nu, f, h, support 1, support 2, R1, R2
 
 

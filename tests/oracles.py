@@ -7,8 +7,7 @@ the transient y has y''^2 + y'''^2 never growing (y'' is itself a free damped vi
 the supports |x| <= X, so d|v|/dtau <= -h |v| + X + |f|, so |v| never exceeds
 max(|v now|, (X + |f|)/h), so |x''| never exceeds X + |f| + max(h |v now|, X + |f|).
 
-The arithmetic is an mpmath context: `digits(p)` for many digits (the default), `mpmath.fp` for
-plain doubles.
+The arithmetic is that of `textbook`: many digits by default, or plain doubles.
 """
 
 from __future__ import annotations
@@ -18,29 +17,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import mpmath
+from textbook import Flight, Parameters, digits
 
 MOST_EVENTS = 20_000
 GRAZING_DEPTH = 1e-14  # of the size of the room between the supports
-
-
-class Parameters(NamedTuple):
-    """An exciter as doubles; the supports lie where doubles put l + delta and -(l - delta)."""
-
-    nu: float = 1.0
-    f: float = 0.0
-    h: float = 0.0
-    l: float = 1.0  # noqa: E741 - the name in the equations
-    delta: float = 0.0
-    R1: float = 1.0
-    R2: float = 1.0
-
-    @property
-    def upper(self) -> float:
-        return self.l + self.delta
-
-    @property
-    def lower(self) -> float:
-        return -(self.l - self.delta)
 
 
 class Impact(NamedTuple):
@@ -83,70 +63,9 @@ class Motion:
         return x, v
 
 
-def digits(p: Parameters, wanted: int = 50) -> Any:
-    """A context of `wanted` digits, and as many more as near-resonant amplitudes eat."""
-    context = mpmath.MPContext()
-    context.dps = 800
-    nu, h = context.mpf(p.nu), context.mpf(p.h)
-    denominator = (1 - nu**2) ** 2 + (h * nu) ** 2
-    eaten = 0 if denominator == 0 else max(0, -int(context.log10(denominator)))
-    context.dps = wanted + eaten
-    return context
-
-
 def side_of(support: int) -> int:
     """+1 for support 1, -1 for support 2, 0 for none."""
     return (0, 1, -1)[support]
-
-
-class Flight:
-    """x'' + h x' + x = f sin(nu tau) from (tau0, x0, v0): particular part plus transient."""
-
-    def __init__(self, c: Any, nu: Any, f: Any, h: Any, start: tuple[Any, Any, Any]) -> None:
-        self.c, self.nu, self.f, self.h = c, nu, f, h
-        self.tau0, x0, v0 = start
-        xp, vp = self.particular(self.tau0)
-        self.y0, self.w0 = x0 - xp, v0 - vp
-        square = (1 - nu**2) ** 2 + (h * nu) ** 2
-        self.most_forced = nu**2 * abs(f) / c.sqrt(square) if square else c.inf
-
-    def particular(self, tau: Any) -> tuple[Any, Any]:
-        c, nu, f, h = self.c, self.nu, self.f, self.h
-        sin, cos = c.sin(nu * tau), c.cos(nu * tau)
-        if h == 0 and nu == 1:  # resonance: -(f/2) tau cos(tau)
-            return -f / 2 * tau * cos, -f / 2 * (cos - tau * sin)
-        denominator = (1 - nu**2) ** 2 + (h * nu) ** 2
-        of_sin, of_cos = f * (1 - nu**2) / denominator, -f * h * nu / denominator
-        return of_sin * sin + of_cos * cos, nu * (of_sin * cos - of_cos * sin)
-
-    def transient(self, s: Any) -> tuple[Any, Any]:
-        c, h, y, w = self.c, self.h, self.y0, self.w0
-        if h < 2:
-            rate = c.sqrt(1 - h**2 / 4)
-            decay, cos, sin = c.exp(-h * s / 2), c.cos(rate * s), c.sin(rate * s)
-            b = (w + h / 2 * y) / rate
-            x = decay * (y * cos + b * sin)
-            return x, decay * rate * (b * cos - y * sin) - h / 2 * x
-        if h == 2:
-            decay, b = c.exp(-s), w + y
-            return decay * (y + b * s), decay * (b - y - b * s)
-        fast = -h / 2 - c.sqrt(h**2 / 4 - 1)
-        slow = 1 / fast
-        of_fast = (w - slow * y) / (fast - slow)
-        one, two = of_fast * c.exp(fast * s), (y - of_fast) * c.exp(slow * s)
-        return one + two, fast * one + slow * two
-
-    def __call__(self, tau: Any) -> tuple[Any, Any]:
-        x, v, _ = self.look(tau)
-        return x, v
-
-    def look(self, tau: Any) -> tuple[Any, Any, Any]:
-        """Displacement, velocity, and what |x''| never exceeds from here on."""
-        xp, vp = self.particular(tau)
-        y, w = self.transient(tau - self.tau0)
-        second = -self.h * w - y
-        third = -self.h * second - w
-        return xp + y, vp + w, self.most_forced + self.c.sqrt(second**2 + third**2)
 
 
 class Twin:
@@ -281,7 +200,7 @@ class Twin:
         gap, closing = self.gap(support, x), side_of(support) * v
         if gap <= 0:
             return self.c.mpf(0)
-        root = self.c.sqrt(closing**2 + 2 * most * gap)
+        root = self.c.sqrt(closing * closing + 2 * most * gap)
         return 2 * gap / (closing + root) if closing > 0 else (root - closing) / most
 
     def first_step(self, on: int, tau: Any, v: Any, released: bool) -> Any:

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from oracles import Parameters
+from textbook import Parameters
 
 import vibropipe as vp
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from judging import disagreements, impacts_of, judge
-from oracles import Flight, Parameters, digits
+from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
 

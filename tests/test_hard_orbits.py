@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from judging import Orbit, brute_force_orbit, determinant, linear_amplitude
-from oracles import Parameters, Twin
+from oracles import Twin
+from textbook import Parameters
 
 import vibropipe as vp
 from vibropipe.status import Status

@@ -16,7 +16,8 @@ from judging import (
     reference,
     rests_of,
 )
-from oracles import Parameters, Twin, digits
+from oracles import Twin
+from textbook import Parameters, digits
 
 import vibropipe as vp
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from judging import determinant, parameters_of, reference
-from oracles import Parameters, Twin
+from oracles import Twin
+from textbook import Parameters
 
 import vibropipe as vp
 

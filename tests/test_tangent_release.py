@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from judging import impacts_of
-from oracles import Flight, Parameters, digits
+from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
 

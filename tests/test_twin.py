@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pytest
 from judging import disagreements, judge
-from oracles import Parameters
+from textbook import Parameters
 
 import vibropipe as vp
 

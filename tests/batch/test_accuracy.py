@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from judging import cut_off, parameters_of, reference
-from oracles import Motion, Parameters, Twin, digits
+from oracles import Motion, Twin
+from textbook import Parameters, digits
 
 import vibropipe as vp
 from vibropipe.batch.accuracy import simulate_to_accuracy

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from oracles import Parameters, Twin, digits
+from oracles import Twin
+from textbook import Parameters, digits
 
 import vibropipe as vp
 from vibropipe.analysis.work_precision import orders

@@ -7,8 +7,8 @@ from decimal import Context, Decimal, localcontext
 import numpy as np
 import pytest
 from judging import reference
-from oracles import Parameters, digits
 from oracles import Twin as OtherTwin
+from textbook import Parameters, digits
 
 from vibropipe.batch.twin import PI, Twin, period_of
 from vibropipe.physics.exciter import Exciter

@@ -9,7 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 from judging import parameters_of, reference
-from oracles import Parameters, Twin, digits
+from oracles import Twin
+from textbook import Parameters, digits
 
 import vibropipe as vp
 from vibropipe.batch.row_errors import nudged_rows

@@ -9,6 +9,10 @@ import pytest
 import xarray as xr
 from figures.made import Scene, amplitude_frequency, backbone, hard_cases, motion, sweep
 
+from vibropipe.figures import draw
+from vibropipe.figures.options import Options
+from vibropipe.figures.style import house_style
+
 
 @pytest.fixture(scope="session")
 def made() -> dict[str, tuple[str, xr.Dataset]]:
@@ -30,6 +34,18 @@ def made() -> dict[str, tuple[str, xr.Dataset]]:
         "map": ("sweep", sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True)),
         "bands": ("sweep", sweep(40, f=np.linspace(0.05, 2, 40), delta=[0.0, 0.1])),
     }
+
+
+@pytest.fixture(scope="session")
+def figures(made):
+    """Return every picture, laid out as it will be printed."""
+    drawn = {}
+    for name, (kind, dataset) in made.items():
+        options = Options(beside=made["free_1"][1]) if name == "lines" else Options()
+        with house_style():
+            drawn[name] = draw(kind, dataset, options)
+            drawn[name].draw_without_rendering()
+    return drawn
 
 
 @pytest.fixture

@@ -1,0 +1,90 @@
+"""Pictures of motions: what is drawn where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from figures.seen import words
+
+from vibropipe.figures import draw, save_motion
+from vibropipe.figures.options import Options
+from vibropipe.figures.pieces import curve, jumps
+from vibropipe.figures.style import SUPPORT_COLOURS, house_style
+from vibropipe.vocabulary import quantity
+
+
+def test_an_unforced_motion_has_no_force_panel(figures):
+    assert len(figures["forced"].axes) == 3
+    assert len(figures["conservative"].axes) == 2
+    assert quantity("force").symbol not in words(figures["conservative"])
+
+
+def test_grazing_is_named_and_its_own_mark(figures, made):
+    dataset = made["conservative"][1]
+    assert "grazing" in words(figures["conservative"])
+    assert "grazing" not in words(figures["forced"])
+    upper = figures["conservative"].axes[0]
+    rings = [line for line in upper.lines if line.get_markerfacecolor() == "none"]
+    assert np.array_equal(rings[0].get_xdata(), dataset["grazing_tau"].values)
+
+
+def test_impacts_stand_on_the_support_they_strike(figures, made):
+    dataset = made["forced"][1]
+    panel = figures["forced"].axes[1]
+    for support, colour in SUPPORT_COLOURS.items():
+        marks = [line for line in panel.lines if line.get_markerfacecolor() == colour]
+        at = dataset["impact_support"].values == support
+        assert np.array_equal(marks[0].get_xdata(), dataset["impact_tau"].values[at])
+        assert np.allclose(marks[0].get_ydata(), 0.5 if support == 1 else -0.5)
+
+
+def test_velocity_jumps_are_gaps(made):
+    dataset = made["forced"][1]
+    tau, values = curve(dataset, "velocity")
+    gaps = np.flatnonzero(np.isnan(values))
+    assert gaps.size == dataset.sizes["impact"]
+    assert np.array_equal(values[gaps - 1], dataset["impact_velocity"].values)
+    assert np.array_equal(values[gaps + 1], dataset["impact_velocity_after"].values)
+    assert (np.diff(tau) >= 0).all()
+    pieces = np.split(values, gaps)
+    assert all(np.nanmax(np.abs(np.diff(piece[1:]))) < 0.2 for piece in pieces)
+
+
+def test_a_sample_at_the_impact_does_not_slope_the_jump(made):
+    dataset = made["forced"][1]
+    hit = float(dataset["impact_tau"][3])
+    moved = dataset["tau"].values.copy()
+    moved[np.argmin(np.abs(moved - hit))] = hit
+    _, values = curve(dataset.assign_coords(tau=moved), "velocity")
+    pieces = np.split(values, np.flatnonzero(np.isnan(values)))
+    assert all(np.nanmax(np.abs(np.diff(piece[1:]))) < 0.2 for piece in pieces)
+
+
+def test_jumps_finds_the_steepest_step_near_each_impact():
+    tau = np.arange(10.0)
+    velocity = np.where(tau < 5, 1.0, -1.0)
+    assert np.array_equal(jumps(tau, velocity, np.array([3.7])), [5])
+
+
+def test_periods_shows_the_end_of_a_motion(made):
+    dataset = made["forced"][1]
+    with house_style():
+        figure = draw("motion", dataset, Options(periods=2))
+    low, high = figure.axes[0].get_xlim()
+    assert high == pytest.approx(float(dataset["tau"][-1]))
+    assert high - low == pytest.approx(4 * np.pi)
+
+
+def test_rests_are_shaded_up_to_the_end_if_never_released(made):
+    dataset = made["forced"][1].assign(rest_end=("rest", np.array([np.inf])))
+    with house_style():
+        figure = draw("motion", dataset)
+    assert figure.axes[1].get_xlim()[1] == pytest.approx(float(dataset["tau"][-1]))
+    assert "rest on a support" in words(figure)
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_one_motion_in_any_format(suffix, made, tmp_path):
+    path = tmp_path / f"motion{suffix}"
+    save_motion(made["forced"][1], path)
+    assert path.stat().st_size > 5000

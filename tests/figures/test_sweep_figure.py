@@ -1,0 +1,141 @@
+"""Pictures of sweeps: every row, its regime, and what lies beside it."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from figures.seen import words
+from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import to_rgb
+
+from vibropipe.figures import draw
+from vibropipe.figures.options import Options
+from vibropipe.figures.regime_map import widest_spot
+from vibropipe.figures.strips import cell_edges
+from vibropipe.figures.style import REGIME_STYLES, house_style
+from vibropipe.figures.sweep import isolated, row_kinds
+from vibropipe.figures.words import REGIME_WORDS, regime_name
+from vibropipe.vocabulary import REGIMES
+
+
+@pytest.mark.parametrize("name", ["line", "lines", "columns", "map", "bands"])
+def test_every_regime_present_is_in_the_legend(name, figures, made):
+    codes = np.unique(made[name][1]["regime"].values)
+    for code in codes:
+        assert REGIME_WORDS[regime_name(int(code))] in words(figures[name])
+
+
+@pytest.mark.parametrize("name", ["line", "lines", "columns", "map"])
+def test_every_row_of_a_sweep_is_drawn_once(name, made):
+    masks = np.stack(list(row_kinds(made[name][1]).values()))
+    assert (masks.sum(axis=0) == 1).all()
+
+
+def test_a_row_between_two_others_is_a_point(made):
+    assert np.array_equal(
+        isolated(np.array([True, False, True, True, False, True])),
+        [True, False, False, False, False, True],
+    )
+    dataset = made["line"][1].copy(deep=True)
+    dataset["period_multiple"][:] = 2
+    dataset["period_multiple"][10] = 1
+    with house_style():
+        figure = draw("sweep", dataset)
+    points = [line for line in figure.axes[1].lines if line.get_marker() == "."]
+    heights = np.concatenate([line.get_ydata() for line in points])
+    assert float(dataset["displacement_amplitude"][10, 0]) in heights
+
+
+def test_bars_show_every_row_of_a_sweep(figures, made):
+    dataset = made["lines"][1]
+    bars = figures["lines"].axes[-1]
+    assert len(bars.yaxis.get_ticklabels()) == dataset.sizes["f"]
+    polygons = [c for c in bars.collections if isinstance(c, PolyCollection)]
+    for position in range(dataset.sizes["f"]):
+        lengths = [
+            np.ptp(path.vertices[:, 0])
+            for collection in polygons
+            for path in collection.get_paths()
+            if abs(path.vertices[:, 1].mean() - position) < 0.5
+        ]
+        edges = cell_edges(dataset["nu"].values)
+        assert len(lengths) == 1 + np.count_nonzero(np.diff(dataset["regime"].values[:, position]))
+        covered = max(p.vertices[:, 0].max() for c in polygons for p in c.get_paths())
+        assert covered == pytest.approx(edges[-1])
+
+
+def test_the_curve_beside_is_drawn_under_the_sweep(made):
+    _, dataset = made["line"]
+    free = made["free_1"][1]
+    with house_style():
+        alone = draw("sweep", dataset)
+        beside = draw("sweep", dataset, Options(beside=free))
+    for one, two in zip(alone.axes[:4], beside.axes[:4], strict=True):
+        assert len(two.lines) == len(one.lines) + 1
+        assert np.array_equal(two.lines[0].get_xdata(), free["eigenfrequency"].values)
+        assert two.lines[0].get_zorder() < two.lines[1].get_zorder()
+    assert "conservative exciter" in words(beside)
+
+
+def test_grids_of_constant_factor_get_log_axes(made):
+    nu = np.geomspace(0.01, 10, made["line"][1].sizes["nu"])
+    line = made["line"][1].assign_coords(nu=nu)
+    over = made["map"][1].assign_coords(nu=np.geomspace(0.01, 10, 60))
+    with house_style():
+        assert all(ax.get_xscale() == "log" for ax in draw("sweep", line).axes)
+        chart = draw("sweep", over)
+        chart.draw_without_rendering()
+    assert (chart.axes[0].get_xscale(), chart.axes[0].get_yscale()) == ("log", "linear")
+    edges = cell_edges(nu)
+    assert edges.size == nu.size + 1
+    assert np.allclose(edges[1:-1] ** 2, nu[1:] * nu[:-1])
+
+
+def test_a_descending_grid_is_drawn_ascending(made):
+    dataset = made["line"][1]
+    with house_style():
+        up = draw("sweep", dataset)
+        down = draw("sweep", dataset.isel(nu=slice(None, None, -1)))
+    for one, two in zip(up.axes, down.axes, strict=True):
+        assert one.get_xlim() == two.get_xlim()
+        for line, other in zip(one.lines, two.lines, strict=True):
+            assert np.array_equal(line.get_xdata(), other.get_xdata())
+
+
+def test_a_sweep_of_one_point(made):
+    with house_style():
+        figure = draw("sweep", made["line"][1].isel(nu=[30]))
+        figure.draw_without_rendering()
+    assert "two-sided" in words(figure)
+
+
+def test_marks_of_a_map(figures, made):
+    figure, dataset = figures["map"], made["map"][1]
+    meshes = figure.findobj(QuadMesh)
+    assert len(meshes) >= 3
+    assert all(mesh.get_rasterized() for mesh in meshes if mesh.axes.get_label() != "<colorbar>")
+    dots = figure.axes[0].lines[0]
+    assert dots.get_xdata().size == int((dataset["period_multiple"] > 1).sum())
+    assert dots.get_rasterized()
+    assert "not struck" in words(figure)
+
+
+def test_the_widest_spot_of_a_region():
+    mask = np.zeros((40, 40), dtype=bool)
+    mask[5:30, 10:35] = True
+    row, column = widest_spot(mask)
+    assert abs(row - 17) <= 1
+    assert abs(column - 22) <= 1
+    assert widest_spot(np.eye(40, dtype=bool)) is None
+
+
+def test_regimes_are_told_apart_in_grey():
+    looks = {}
+    for name in REGIMES:
+        style = REGIME_STYLES[name]
+        red, green, blue = to_rgb(style.colour)
+        looks[name] = (0.299 * red + 0.587 * green + 0.114 * blue, style.hatch)
+    for (one, (grey, hatch)), (other, (second, pattern)) in combinations(looks.items(), 2):
+        assert abs(grey - second) > 0.1 or hatch != pattern, (one, other)

@@ -8,7 +8,7 @@ from vibropipe.jit import jit
 from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.newmark_steps import coast_newmark
-from vibropipe.kernels.passage import coast
+from vibropipe.kernels.passage import coast, may_coast
 from vibropipe.kernels.record import is_full
 from vibropipe.kernels.state import FLIGHT, REST, is_before, is_watched
 from vibropipe.status import Status
@@ -40,12 +40,15 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
             state = rest(e, p, grid, state, end_period, end_step, end_theta, log, samples)
             events += 1
         else:
-            if state.order == FLIGHT and state.theta == 0.0 and samples is None:
+            if samples is None:
                 if grid.exact is None:
-                    state = coast_newmark(e, p, grid, state, end_period, end_step, log.counts)
-                else:
+                    if state.order == FLIGHT and state.theta == 0.0:
+                        state = coast_newmark(e, p, grid, state, end_period, end_step, log.counts)
+                elif may_coast(e, state):
                     room = max_events - events
-                    state, struck = coast(e, p, grid, state, end_period, end_step, log, c, room)
+                    state, struck = coast(
+                        e, p, grid, state, end_period, end_step, end_theta, log, c, room
+                    )
                     events += struck
                 if not is_before(
                     state.period, state.step, state.theta, end_period, end_step, end_theta

@@ -200,12 +200,6 @@ def jit_allocating(function: F) -> F:
     return _compile(function)
 
 
-def jit_allocating_inline(function: F) -> F:
-    """The same compiled into its callers: to hand over the arrays of all results costs more than a row in
-    closed form."""
-    return _compile(function, forceinline=True)
-
-
 def jit_parallel(function: F) -> F:
     """Compile a driver whose `prange` runs rows on all threads, without the interpreter's lock."""
     return _compile(function, parallel=True, nogil=True)

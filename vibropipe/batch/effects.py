@@ -14,7 +14,7 @@ import numpy as np
 
 from vibropipe.batch.contest import motion_coordinates
 from vibropipe.batch.contestant import MOST_CONTACTS, March, Motion
-from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, new_rows
+from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, ROWS_PER_CALL, drive, new_room, new_rows
 from vibropipe.batch.run import Task, has_closed_form, run_motion
 from vibropipe.batch.sweep import MAX_PERIODS
 from vibropipe.batch.timing import Timer, quartiles, take_turns
@@ -22,7 +22,7 @@ from vibropipe.jit import jit_allocating
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import IMPACTS, RESTS, Log, new_log
-from vibropipe.kernels.row import march_row, row_parameters, sample_row, solve_row
+from vibropipe.kernels.row import march_row, row_parameters, sample_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_of, names_of
 from vibropipe.physics.flow import ORDER
 from vibropipe.vocabulary import describe
@@ -65,22 +65,11 @@ class Work(NamedTuple):
 
 
 @jit_allocating
-def solve_often(
-    e: Effects, row: np.ndarray, x: float, v: float, log: Log, c: np.ndarray, out: Rows, often: int
-) -> None:
-    """Solve a row so many times, in closed form where it has one."""
-    for _ in range(often):
-        out.impacts[0, :] = 0.0
-        out.rests[0, :] = 0.0
-        solve_row(e, row, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0)
-
-
-@jit_allocating
 def march_rows_often(
     e: Effects, row: np.ndarray, x: float, v: float, log: Log, c: np.ndarray, out: Rows, often: int
 ) -> None:
-    """Solve a row so many times, marched whatever it is."""
-    p = row_parameters(row)
+    """Solve a row (1, 7) so many times, marched whatever it is."""
+    p = row_parameters(row, 0)
     for _ in range(often):
         out.impacts[0, :] = 0.0
         out.rests[0, :] = 0.0
@@ -99,9 +88,10 @@ def sample_often(
     samples: np.ndarray,
     often: int,
 ) -> None:
-    """March a motion so many times with samples, from tau = 0."""
+    """March the motion of a row (1, 7) so many times with samples, from tau = 0."""
+    p = row_parameters(row, 0)
     for _ in range(often):
-        sample_row(e, row, x, v, periods, log, c, samples, 0)
+        sample_row(e, p, x, v, periods, log, c, samples, 0)
 
 
 def own_effects(motion: Motion, row: bool) -> Effects:
@@ -111,15 +101,27 @@ def own_effects(motion: Motion, row: bool) -> Effects:
 
 
 def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
-    """The steady state of a motion: a row of as many periods as its march takes to settle, marched or not."""
-    row = np.array(motion.exciter.parameters())
-    out = new_rows(1, HARMONICS, trial.outputs)
-    place = (motion.x0, motion.v0, new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1), out)
-    march_rows_often(ALL_EFFECTS, row, *place, 1)
+    """The steady state of a motion: a row of as many periods as its march takes to settle, as a sweep solves it
+    or marched whatever it is."""
+    row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
+    starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
+    out = new_rows(ROWS_PER_CALL, HARMONICS, trial.outputs, new_room(ROWS_PER_CALL))
+    work = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1), out
+
+    def march(often: int) -> None:
+        march_rows_often(ALL_EFFECTS, row, motion.x0, motion.v0, *work, often)
+
+    def solve(often: int) -> None:
+        for first in range(0, often, ROWS_PER_CALL):
+            part = slice(min(often - first, ROWS_PER_CALL))
+            out.impacts[part] = 0.0
+            out.rests[part] = 0.0
+            drive(effects, row[part], starts[part], 1, MAX_PERIODS, MAX_PERIODS, out)
+
+    march(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))
-    impacts, rests = out.impacts.sum() / m, out.rests.sum() / m
-    solve = solve_often if closed else march_rows_often
-    return Work(lambda often: solve(effects, row, *place, often), 1, periods, impacts, rests)
+    impacts, rests = out.impacts[0].sum() / m, out.rests[0].sum() / m
+    return Work(solve if closed else march, 1, periods, impacts, rests)
 
 
 def motion_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
@@ -133,7 +135,7 @@ def motion_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) ->
     impacts, rests = (float(march.log.counts[k]) / motion.periods for k in (IMPACTS, RESTS))
     if not sampled:
         return Work(march.repeat, motion.periods, 1, impacts, rests)
-    row, start = np.array(motion.exciter.parameters()), (motion.x0, motion.v0)
+    row, start = np.array([motion.exciter.parameters()]), (motion.x0, motion.v0)
     samples = np.empty((1, 2, SAMPLES * motion.periods))
 
     def repeat(often: int) -> None:

@@ -57,7 +57,8 @@ def solve_linear(p, out, row):
         write_multipliers(first, second, out.multipliers, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
-    write_largest(out.impacts[row], out.impacts[row], out.largest, row)
+    if out.largest.size > 0:
+        out.largest[row, 0], out.largest[row, 1] = math.nan, math.nan
     return 2.0 * x.real, -2.0 * p.nu * x.imag
 
 

@@ -149,7 +149,7 @@ def go_on(e, p, grid, state, at_step, end, log, c, max_events):
 def take_up(e, tasks, left, logs, room, row, i, now) -> bool:
     """Bring the motion of a row, in place i of a block, through the stride that begins at step `now`; whether it
     goes on after that."""
-    p = row_parameters(tasks.parameters[row])
+    p = row_parameters(tasks.parameters, row)
     grid, log = grid_of(tasks, p), log_of(logs, row)
     kept, end, block = left.state[row], tasks.ends[row], room.block
     state = kept_state(kept)
@@ -184,7 +184,7 @@ def start_block(e, tasks, left, room, first) -> int:
         leave(math.inf, room.block, i)
     for i in range(rows):
         row = first + i
-        p = row_parameters(tasks.parameters[row])
+        p = row_parameters(tasks.parameters, row)
         grid = grid_of(tasks, p)
         keep(begin(e, p, grid, 0.0, tasks.starts[row, 0], tasks.starts[row, 1]), left.state[row])
         left.state[row, EVENTS] = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit, jit_allocating, jit_allocating_inline
+from vibropipe.jit import jit, jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.march import march
@@ -46,7 +46,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     impacts, rests = out.impacts[row], out.rests[row]
     window = new_window(p, out.amplitudes, row, impacts, rests)
     settled = settle_motion(e, p, grid, state, log, c, max_periods, patience, window)
-    status, last, largest = settled.status, settled.state, window.largest
+    status, largest = settled.status, window.largest
     if status != MAX_PERIODS:
         clear_window(window)
     if settled.kind == PERIODIC:
@@ -71,37 +71,69 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     out.residual[row] = settled.residual
     write_multipliers(settled.first, settled.second, out.multipliers, row)
     write_largest(largest, impacts, out.largest, row)
-    return section(p, last)
-
-
-@jit
-def row_parameters(row):
-    """(nu, f, h, l, delta, R1, R2) of a row of numbers, by name."""
-    return Parameters(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
-
-
-@jit_allocating_inline
-def solve_row(e, parameters, x, v, max_periods, patience, log, c, out, row):
-    """Solve one row into `out`; returns the (x, v) at its section, to seed a neighbour.
-
-    parameters: (nu, f, h, l, delta, R1, R2); max_periods, patience: as for `settle_motion`.
-    """
-    p = row_parameters(parameters)
-    if never_strikes(p, x, v):
-        x, v = solve_linear(p, out, row)
-    elif e.watched is None and is_free(p, x, v):
-        x, v = solve_free(p, x, v, out, row)
-    else:
-        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row)
+    x, v = section(p, settled.state)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
 
 
+@jit
+def row_parameters(parameters, row):
+    """(nu, f, h, l, delta, R1, R2) of a row of numbers (rows, 7), by name."""
+    return Parameters(
+        parameters[row, 0],
+        parameters[row, 1],
+        parameters[row, 2],
+        parameters[row, 3],
+        parameters[row, 4],
+        parameters[row, 5],
+        parameters[row, 6],
+    )
+
+
 @jit_allocating
-def sample_row(e, parameters, x, v, m, log, c, motion, row) -> None:
+def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
+    """Solve rows from `row` on in closed form, up to the first that has to be marched: (that row, its start).
+
+    A function of its own: amid a march a row in closed form takes four times as long. x, v: the section of the
+    row before, which seeds this one within a chain.
+    """
+    while row < parameters.shape[0]:
+        p = row_parameters(parameters, row)
+        if row % chain_length == 0:
+            x, v = starts[row, 0], starts[row, 1]
+        x = min(max(x, p.delta - p.l), p.l + p.delta)
+        if never_strikes(p, x, v):
+            x, v = solve_linear(p, out, row)
+        elif e.watched is None and is_free(p, x, v):
+            x, v = solve_free(p, x, v, out, row)
+        else:
+            break
+        out.section[row, 0], out.section[row, 1] = x, v
+        row += 1
+    return row, x, v
+
+
+@jit_allocating
+def solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out) -> None:
+    """Solve rows (rows, 7) into `out` in chains of chain_length, each row of a chain seeded by the one before it
+    and the first by starts (rows, 2).
+
+    max_periods, patience: as for `settle_motion`.
+    """
+    row, x, v = 0, 0.0, 0.0
+    while True:
+        row, x, v = solve_closed(e, parameters, starts, chain_length, row, x, v, out)
+        if row == parameters.shape[0]:
+            break
+        p = row_parameters(parameters, row)
+        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row)
+        row += 1
+
+
+@jit_allocating
+def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     """Samples of a closed orbit of multiple m from its section (x, v), at equal fractions of it, into
     motion[row] (2, samples)."""
-    p = row_parameters(parameters)
     grid = exact_grid(e, p)
     samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
     clear(log)

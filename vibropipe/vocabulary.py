@@ -288,6 +288,9 @@ VOCABULARY: dict[str, Quantity] = {
     "work_per_point": Quantity(
         ("points", "threads"), "ms", "time per point of all threads together", r"$w/N$"
     ),
+    "writing_per_point": Quantity(
+        ("points",), "ms", "time per point of writing the results", r"$t_w/N$"
+    ),
     "peak_memory": Quantity((), "MB", "largest memory of a process", r"$M$"),
     "solving_memory": _megabytes("largest memory of a job that solves"),
     "joining_memory": _megabytes("largest memory of the join"),

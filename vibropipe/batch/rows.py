@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import mmap
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from itertools import pairwise
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -14,7 +16,7 @@ import numpy as np
 from vibropipe.jit import jit_nogil
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
-from vibropipe.kernels.row import sample_row, solve_row
+from vibropipe.kernels.row import row_parameters, sample_row, solve_in_order
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.flow import ORDER
 
@@ -27,14 +29,44 @@ REST_ROOM = 512
 ROWS_PER_CALL = 256
 
 
-def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
-    """Empty results of n rows; arrays only for the outputs named."""
+class Room(NamedTuple):
+    """Where the impacts of some rows go, side by side: few rows have many, so that most of it is never touched."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    support: np.ndarray
+
+
+def _pages(rows: int, kind: type) -> np.ndarray:
+    """LOG_ROOM values of each row; only what is written to takes memory.
+
+    numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
+    """
+    if rows == 0:
+        return np.empty((LOG_ROOM, 0), kind)
+    pages = mmap.mmap(-1, rows * LOG_ROOM * np.dtype(kind).itemsize)
+    with suppress(AttributeError, OSError):  # where there are no large pages
+        pages.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(pages, kind).reshape(LOG_ROOM, rows)
+
+
+def new_room(rows: int) -> Room:
+    """Room for LOG_ROOM impacts of each of so many rows."""
+    return Room(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
+
+
+NO_ROOM = new_room(0)
+
+
+def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Rows:
+    """Empty results of n rows; arrays only for the outputs named. room: for the impacts of as many rows, at least,
+    if they are asked for."""
     asked = {name: name in outputs for name in OUTPUTS}
 
     def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray:
         return np.zeros((n if when is None or asked[when] else 0, *shape), kind)
 
-    listed = n if asked["impacts"] else 0
+    listed = room if asked["impacts"] else NO_ROOM
     return Rows(
         regime=np.zeros(n, np.int8),
         frequency=np.zeros(n),
@@ -49,28 +81,13 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...]) -> Rows:
         amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
         multipliers=zeros(2, kind=complex, when="stability"),
         impact_count=zeros(kind=np.int64, when="impacts"),
-        # Rows side by side: few have many impacts, so that most of this room is never touched and takes no
-        # memory; a page touched for the first time costs more than a row.
-        impact_position=room_for(listed, float),
-        impact_velocity=room_for(listed, float),
-        impact_support=room_for(listed, np.int8),
+        impact_position=listed.position,
+        impact_velocity=listed.velocity,
+        impact_support=listed.support,
         largest=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
     )
-
-
-def room_for(rows: int, kind: type) -> np.ndarray:
-    """Room for LOG_ROOM values of each row, zero; only what is written to takes memory.
-
-    numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
-    """
-    if rows == 0:
-        return np.empty((LOG_ROOM, 0), kind)
-    pages = mmap.mmap(-1, rows * LOG_ROOM * np.dtype(kind).itemsize)
-    with suppress(AttributeError, OSError):  # where there are no large pages
-        pages.madvise(mmap.MADV_NOHUGEPAGE)
-    return np.frombuffer(pages, kind).reshape(LOG_ROOM, rows)
 
 
 def cuts(rows: int, chain_length: int) -> list[int]:
@@ -82,7 +99,7 @@ def cuts(rows: int, chain_length: int) -> list[int]:
 
 
 @jit_nogil
-def _drive(
+def drive(
     e: Effects,
     parameters: np.ndarray,
     starts: np.ndarray,
@@ -94,14 +111,7 @@ def _drive(
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
     log, c = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1)
-    x, v = 0.0, 0.0
-    for row in range(parameters.shape[0]):
-        if row % chain_length == 0:
-            x, v = starts[row, 0], starts[row, 1]
-        lower = parameters[row, 4] - parameters[row, 3]
-        upper = parameters[row, 3] + parameters[row, 4]
-        x = min(max(x, lower), upper)
-        x, v = solve_row(e, parameters[row], x, v, max_periods, patience, log, c, out, row)
+    solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
 
 @jit_nogil
@@ -117,7 +127,8 @@ def _sample(
     for row in range(parameters.shape[0]):
         if multiple[row] > 0:
             x, v = section[row, 0], section[row, 1]
-            sample_row(e, parameters[row], x, v, multiple[row], log, c, motion, row)
+            p = row_parameters(parameters, row)
+            sample_row(e, p, x, v, multiple[row], log, c, motion, row)
 
 
 def solve_rows(
@@ -134,12 +145,16 @@ def solve_rows(
     """Results of parameters (rows, 7) from starts (rows, 2), in pieces (`cuts`), by as many threads as numba has;
     bit for bit the same for every number of them. effects: what the kernel has, for all rows alike.
     progress is told the number of rows done after each piece."""
+    own = threading.local()
 
     def solve(first: int, stop: int, seeds: np.ndarray) -> Rows:
-        out = new_rows(stop - first, harmonics, outputs)
+        # Of each thread its own, kept: a page touched for the first time costs more than a row.
+        if not hasattr(own, "room"):
+            own.room = new_room(ROWS_PER_CALL)
+        out = new_rows(stop - first, harmonics, outputs, own.room)
         piece = np.ascontiguousarray(parameters[first:stop])
         chain = max(1, min(chain_length, stop - first))
-        _drive(effects, piece, seeds, chain, max_periods, patience, out)
+        drive(effects, piece, seeds, chain, max_periods, patience, out)
         if "motion" in outputs:
             # Rows in closed form were never marched and have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
@@ -155,9 +170,8 @@ def solve_rows(
             solved.append(solve(first, stop, seeds))
         return solved
 
-    solve(
-        0, 0, np.array(starts[:0])
-    )  # compiled or loaded once, before threads ask for it side by side
+    # Compiled or loaded once, before threads ask for it side by side.
+    solve(0, 0, np.array(starts[:0]))
     work = whole_chains(cuts(len(parameters), chain_length), chain_length)
     pieces: list[Rows] = []
     with ThreadPoolExecutor(numba.get_num_threads()) as threads:

@@ -36,11 +36,13 @@ MB = 1e6
 
 
 class Taken(NamedTuple):
-    """What a process needed: seconds by the clock and of all its threads, and its largest memory in bytes."""
+    """What a process needed: seconds by the clock and of all its threads, its largest memory in bytes, and the
+    seconds that writing its results took, which are counted apart."""
 
     seconds: float
     work: float
     memory: float
+    writing: float = 0.0
 
 
 def grid(points: int) -> dict[str, np.ndarray]:
@@ -67,9 +69,9 @@ def measure_growth(
 ) -> xr.Dataset:
     """Solve, join and query studies of so many points, in files under `folder`.
 
-    Returns `time_per_point` and `work_per_point` over (points, threads), `solving_memory`, `joining_memory`,
-    `query_memory`, `joining_rate` and `copying_rate` over points. Times leave out the start of a process and
-    the loading of its kernels.
+    Returns `time_per_point` and `work_per_point` over (points, threads), `writing_per_point`, `solving_memory`,
+    `joining_memory`, `query_memory`, `joining_rate` and `copying_rate` over points. Times leave out the start of
+    a process and the loading of its kernels.
     """
     import xarray as xr
 
@@ -84,6 +86,7 @@ def measure_growth(
         found = {
             "time_per_point": [1e3 * sum(job.seconds for job in jobs) / count for jobs in solved],
             "work_per_point": [1e3 * sum(job.work for job in jobs) / count for jobs in solved],
+            "writing_per_point": 1e3 * sum(job.writing for job in solved[0]) / count,
             "solving_memory": max(job.memory for jobs in solved for job in jobs) / MB,
             "joining_memory": joined.memory / MB,
             "query_memory": _apart(query, place).memory / MB,
@@ -128,12 +131,15 @@ def solve_rows(place: Path, points: int, start: int, stop: int, threads: int) ->
     write(
         solve_shard(exciter, few, 0, 4), path
     )  # kernels and libraries are loaded before the clock starts
-    taken = []
+    solving, writing = [], []
     for _ in range(ROUNDS if stop - start <= FEW_ROWS else 1):
         begin, worked = time.perf_counter(), time.process_time()
-        write(solve_shard(exciter, grid(points), start, stop), path)
-        taken.append((time.perf_counter() - begin, time.process_time() - worked))
-    return Taken(*min(taken), peak_memory())
+        shard = solve_shard(exciter, grid(points), start, stop)
+        solved = time.perf_counter()
+        solving.append((solved - begin, time.process_time() - worked))
+        write(shard, path)
+        writing.append(time.perf_counter() - solved)
+    return Taken(*min(solving), peak_memory(), min(writing))
 
 
 def join_shards(place: Path, points: int) -> tuple[Taken, int]:

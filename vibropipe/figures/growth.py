@@ -30,7 +30,12 @@ def draw_growth(dataset: xr.Dataset) -> Figure:
         style = {**line_style(place), "marker": LINE_MARKERS[place]}
         middle = np.exp(np.log(values).mean())
         time.fill_between(points, middle * (1 - FLAT), middle * (1 + FLAT), color=NEUTRAL, lw=0)
-        time.plot(points, values, **style, label=f"{threads} thread{'s' if threads > 1 else ''}")
+        time.plot(
+            points, values, **style, label=f"solved by {threads} thread{'s' if threads > 1 else ''}"
+        )
+    place = dataset.sizes["threads"]
+    style = {**line_style(place), "marker": LINE_MARKERS[place]}
+    time.plot(points, dataset["writing_per_point"].values, **style, label="written")
     for place, (name, words) in enumerate(MEMORIES.items()):
         style = {**line_style(place), "marker": LINE_MARKERS[place]}
         memory.plot(points, dataset[name].values, **style, label=words)
@@ -42,8 +47,7 @@ def draw_growth(dataset: xr.Dataset) -> Figure:
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower left")
-    time.set_ylim(
-        dataset["time_per_point"].values.min() / 3, dataset["time_per_point"].values.max() * 2
-    )
-    memory.set(ylim=(20, 1000), ylabel=label("peak_memory"))
+    least, most = dataset["writing_per_point"].values.min(), dataset["time_per_point"].values.max()
+    time.set_ylim(least / 6, most * 2)
+    memory.set(ylim=(10, 1000), ylabel=label("peak_memory"))
     return figure

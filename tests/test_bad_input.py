@@ -60,6 +60,15 @@ def test_a_bad_argument_is_named_with_its_value(name: str, value: Any) -> None:
     assert str(value) in str(error.value)
 
 
+@pytest.mark.parametrize("solver", [{}, {"method": "newmark", "steps_per_period": 10**6}])
+def test_a_march_that_would_take_days_is_refused(solver: dict[str, Any]) -> None:
+    exciter = vp.Exciter(l=0.5, nu=1e4, f=2.0, h=0.1)
+    with pytest.raises(
+        vp.ParameterError, match=r"tau_end = .* steps of the march; allowed are 1e\+11"
+    ):
+        vp.simulate(exciter, tau_end=1e9, v0=2.0, samples_per_period=0, **solver)
+
+
 def test_newmark_without_a_step_says_so() -> None:
     with pytest.raises(ValueError, match="steps_per_period"):
         vp.simulate(vp.Exciter(l=0.5), method="newmark")

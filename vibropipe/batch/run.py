@@ -34,6 +34,8 @@ from vibropipe.status import Status
 
 LOG_ROOM = 1024
 MAX_SAMPLES = 200_000_000
+# Some minutes of marching.
+MAX_STEPS = 10**11
 
 
 class Task(NamedTuple):
@@ -96,6 +98,7 @@ def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
         run = closed(exciter, task, sample_times(turns, task.samples_per_period))
     else:
         grid = exact_grid(e, p) if grid is None else grid
+        _check_steps(task, (turns[1] - turns[0]) * grid.steps)
         samples = _samples(grid, turns, task.samples_per_period)
         state = begin(e, p, grid, turns[0], task.x, task.v)
         run = _march(e, p, grid, state, turns[1], samples, task.max_impacts, task.progress)
@@ -151,6 +154,13 @@ def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float,
     if turns[1] > 2**52:
         raise ParameterError(f"tau_end = {end!r}: allowed are at most 2**52 forcing periods")
     return turns
+
+
+def _check_steps(task: Task, steps: float) -> None:
+    if steps > MAX_STEPS:
+        raise ParameterError(
+            f"tau_end = {task.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_STEPS:g}"
+        )
 
 
 def _check_samples(per_period: Any) -> None:

@@ -2,7 +2,8 @@
 
 What is not certified to be of this kind goes by `kernels.flight`, which can do everything and takes thrice as
 long. Here the step is taken by the one-step map as if the support were not there; the impact adds to its end
-the response to an impulse, so the motion after it needs no polynomial of its own.
+the response to an impulse, so the motion after it needs no polynomial of its own. Without a force no phase ties
+steps to a grid: there the next one begins at the impact.
 """
 
 from __future__ import annotations

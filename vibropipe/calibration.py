@@ -7,8 +7,10 @@ kept beside the compiled kernels, so that a later job can set them against the t
 
 from __future__ import annotations
 
+import multiprocessing
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -32,6 +34,7 @@ from vibropipe.study import (
     Study,
     SweepScene,
     fingerprint,
+    load_study,
     scene_effects,
 )
 from vibropipe.study.grids import ValueGrid
@@ -50,11 +53,26 @@ SEGMENT = 32
 
 def calibrate(study: Study) -> dict[str, Expected]:
     """Expectations by scene; they are kept for the jobs that solve the scenes."""
-    budget = max(LEAST_BUDGET, BUDGET / len(study.scenes))
-    loads: dict[str, float] = {}
-    found = {name: expected(scene, budget, loads) for name, scene in study.scenes.items()}
+    found = expectations(study)
     keep({fingerprint(study, name): value for name, value in found.items()})
     return found
+
+
+def calibrate_all(files: Sequence[Path], processes: int) -> None:
+    """Keep the expectations of all scenes of the studies, found in so many processes."""
+    studies = [load_study(file) for file in files]
+    # Kernels are loaded in each for the first time, as by a job.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(processes, len(studies)), context) as pool:
+        for study, found in zip(studies, pool.map(expectations, studies), strict=True):
+            keep({fingerprint(study, name): value for name, value in found.items()})
+
+
+def expectations(study: Study) -> dict[str, Expected]:
+    """Expectations by scene."""
+    budget = max(LEAST_BUDGET, BUDGET / len(study.scenes))
+    loads: dict[str, float] = {}
+    return {name: expected(scene, budget, loads) for name, scene in study.scenes.items()}
 
 
 def compiled() -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.batch.contestant import Motion
-from vibropipe.batch.effects import SAMPLES, Trial, measure_effects
+from vibropipe.batch.effects import SAMPLES, Trial, measure_effects, own_work
 from vibropipe.batch.motion import simulate
 from vibropipe.batch.sweep import sweep
 from vibropipe.physics.exciter import Exciter
@@ -30,12 +30,9 @@ def motions_of(scene: AccuracyScene | EffectsScene) -> dict[str, Motion]:
     }
 
 
-def solve_effects(
-    scene: EffectsScene, progress: Callable[[int, int], None] | None = None
-) -> xr.Dataset:
-    """Measure the motions of a scene; the times are of this run alone. progress is told the times taken and all."""
-    motions = motions_of(scene)
-    trials = {
+def trials_of(scene: EffectsScene, motions: dict[str, Motion]) -> dict[str, Trial]:
+    """Return what is timed of each motion of a scene."""
+    return {
         name: Trial(
             motions[name],
             timed.of == "row",
@@ -45,7 +42,20 @@ def solve_effects(
         )
         for name, timed in scene.motions.items()
     }
+
+
+def solve_effects(
+    scene: EffectsScene, progress: Callable[[int, int], None] | None = None
+) -> xr.Dataset:
+    """Measure the motions of a scene; the times are of this run alone. progress is told the times taken and all."""
+    motions = motions_of(scene)
+    trials = trials_of(scene, motions)
     return measure_effects(trials, motions[scene.full], Sizes().bytes_of, scene.repeats, progress)
+
+
+def solve_once(scene: EffectsScene, name: str) -> None:
+    """Solve one motion of a scene once, by the kernel of its own effects."""
+    own_work(trials_of(scene, motions_of(scene))[name]).repeat(1)
 
 
 class Sizes:

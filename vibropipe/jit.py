@@ -74,12 +74,16 @@ def cache_folder() -> Path:
     return folder
 
 
-def _compile(function: F, fused: bool = True, **flags: Any) -> F:
+def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags: Any) -> F:
     import numba
 
     # Of fastmath only the fusing of a product and a sum (halves the latency of every polynomial); the full set
     # deletes isnan.
     fast = {"contract"} if fused else False
+
+    # Said of every function: what is not said it would inherit from the caller that is compiled first, and the
+    # same kernel would come out in one way or another.
+    flags["forceinline"] = forceinline
 
     # The cache folder is read when the decorator runs; it is put back for other users of numba.
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]

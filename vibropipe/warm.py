@@ -6,13 +6,14 @@ Each scene is solved in miniature: the same kernels in the same specialisations,
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.physics.effects import NAMES
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
@@ -27,23 +28,52 @@ from vibropipe.study import (
 from vibropipe.study.accuracy import METHODS
 from vibropipe.study.grids import ValueGrid
 
+Task = tuple[Path, str, str | None]
+# Beginnings of works.
+ORDER = (
+    "sweep",
+    "motion of effects",
+    "row of effects",
+    "hard_cases",
+    "effects",
+    "accuracy",
+    "motion",
+    "backbone",
+)
+
 
 def warm(files: Sequence[Path], processes: int) -> None:
     """Compile the kernels of all scenes of the studies into the cache, in so many processes.
 
     Raises StudyError when a study cannot be taken.
     """
-    tasks: dict[str, tuple[Path, str]] = {}
+    tasks: dict[str, Task] = {}
     for file in files:
         for name, scene in load_study(file).scenes.items():
-            tasks.setdefault(work_of(scene), (file, name))
-    # A scene of effects compiles kernels of half a dozen sets of them, so it begins first.
-    longest_first = sorted(tasks, key=lambda work: not work.startswith("effects"))
-    ordered = [tasks[work] for work in longest_first]
+            for work, motion in parts_of(scene):
+                tasks.setdefault(work, (file, name, motion))
+    ordered = [tasks[work] for work in sorted(tasks, key=place_of)]
     # Processes of their own: the compiler holds the interpreter's lock.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(processes, len(tasks)), context) as pool:
         list(pool.map(solve_in_miniature, *zip(*ordered, strict=True)))
+
+
+def parts_of(scene: Scene) -> Iterator[tuple[str, str | None]]:
+    """Yield what is compiled for a scene, as (work, motion): the kernels of some effects alone that one of its
+    motions calls for, then all of it (no motion)."""
+    if isinstance(scene, EffectsScene):
+        for name, timed in scene.motions.items():
+            effects = scene.effects_of(name)
+            if set(effects) != set(NAMES):
+                yield f"{timed.of} of effects {' '.join(effects)}", name
+    yield work_of(scene), None
+
+
+def place_of(work: str) -> int:
+    """Return the place of a work in the order of all: the longest begin first, and those that share pieces do
+    not begin together, or each would make them."""
+    return next(place for place, kind in enumerate(ORDER) if work.startswith(kind))
 
 
 def work_of(scene: Scene) -> str:
@@ -67,11 +97,17 @@ def work_of(scene: Scene) -> str:
     return " ".join([scene.kind, *words])
 
 
-def solve_in_miniature(file: Path, name: str) -> None:
-    """Solve the smallest part of a scene that calls all its kernels."""
+def solve_in_miniature(file: Path, name: str, motion: str | None) -> None:
+    """Solve the smallest part of a scene that calls all its kernels, or those of one of its motions."""
+    scene = load_study(file).scene(name)
+    if motion is not None and isinstance(scene, EffectsScene):
+        from vibropipe.effect_costs import solve_once
+
+        solve_once(scene, motion)
+        return
     from vibropipe.scenes import solve
 
-    solve(miniature(load_study(file).scene(name)))
+    solve(miniature(scene))
 
 
 def miniature(scene: Scene) -> Scene:

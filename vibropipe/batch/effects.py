@@ -130,7 +130,9 @@ def motion_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) ->
     task = Task(0.0, motion.tau_end, motion.x0, motion.v0, SAMPLES * sampled, MOST_CONTACTS)
     if closed and has_closed_form(motion.exciter, task):
         return closed_work(motion, task)
-    march = March(motion, exact_grid(effects, motion.exciter.parameters()), effects)
+    # Of the effects a grid knows the force alone: two kernels of it are enough.
+    grid = exact_grid(ALL_EFFECTS._replace(forcing=effects.forcing), motion.exciter.parameters())
+    march = March(motion, grid, effects)
     march.repeat(1)
     impacts, rests = (float(march.log.counts[k]) / motion.periods for k in (IMPACTS, RESTS))
     if not sampled:
@@ -156,11 +158,17 @@ def closed_work(motion: Motion, task: Task) -> Work:
     return Work(repeat, motion.periods, 1, impacts / motion.periods, 0.0)
 
 
+def own_work(trial: Trial) -> Work:
+    """The work of a trial by the kernel of its motion's own effects."""
+    build = row_work if trial.row else motion_work
+    return build(trial, trial.motion, own_effects(trial.motion, trial.row), True)
+
+
 def works_of(trial: Trial, full: Motion) -> dict[str, Work]:
     """The work of a trial by each of KERNELS."""
     build = row_work if trial.row else motion_work
     return {
-        "own": build(trial, trial.motion, own_effects(trial.motion, trial.row), True),
+        "own": own_work(trial),
         "all": build(trial, trial.motion, ALL_EFFECTS, False),
         "full": build(trial, full, ALL_EFFECTS, False),
     }

@@ -232,14 +232,13 @@ def warm(
     ] = None,
 ) -> None:
     """Compile what the scenes of some studies need, and find out how long they will take."""
-    from vibropipe.calibration import calibrate
+    from vibropipe.calibration import calibrate_all
     from vibropipe.store import whole_file
-    from vibropipe.study import load_study
     from vibropipe.warm import warm as compile_all
 
-    compile_all(files, threads or os.cpu_count() or 1)
-    for file in files:
-        calibrate(load_study(file))
+    processes = threads or os.cpu_count() or 1
+    compile_all(files, processes)
+    calibrate_all(files, processes)
     if stamp is not None:
         with whole_file(stamp):
             pass

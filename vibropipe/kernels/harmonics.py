@@ -7,12 +7,16 @@ all over the orbit's length. Nothing is sampled and nothing aliases.
 
 from __future__ import annotations
 
+import numpy as np
+
 from vibropipe.jit import jit
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
 # Below this modulus of 1 - w^2 + i h w the closed form loses more than three digits: quadrature takes over.
 RESONANT = 1e-3
+# One period, as a numpy integer: numba compiles a plain constant to code of its own, march and all.
+ONE = np.int64(1)
 
 
 @jit

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
-from vibropipe.kernels.harmonics import RESONANT, admittance, turn_factor
+from vibropipe.kernels.harmonics import ONE, RESONANT, admittance, turn_factor
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
 from vibropipe.physics.contact import force_at
@@ -123,7 +123,7 @@ def add_losses(p, log, losses) -> None:
 @jit_allocating
 def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
     """energy (4,) += work of the force, loss by damping, loss at support 1 and at support 2."""
-    along(e, p, x, v, start, stop, end, log, 1, np.zeros(0, np.complex128), energy, c)
+    along(e, p, x, v, start, stop, end, log, ONE, np.zeros(0, np.complex128), energy, c)
     add_losses(p, log, energy[2:])
 
 

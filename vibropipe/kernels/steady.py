@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
+from vibropipe.kernels.harmonics import ONE
 from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import (
     LOG_FULL,
@@ -53,9 +54,8 @@ UNSTABLE = 2.0
 GROWTH, LASTING = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
-# numpy integers: numba compiles a plain constant to code of its own, march and all.
+# A numpy integer: numba compiles a plain constant to code of its own, march and all.
 EVENTS_PER_PERIOD = np.int64(100_000)
-ONE = np.int64(1)
 
 
 class Settled(NamedTuple):
@@ -211,7 +211,7 @@ def follow_growth(e, p, log, start, end, a, b):
     size before. -inf where it is forgotten in a rest, or where the log is not whole."""
     if log.counts[IMPACTS] + 1 >= log.position.size:
         return a, b, -math.inf
-    j11, j12, j21, j22 = derivative(e, p, log, start, end, 1)
+    j11, j12, j21, j22 = derivative(e, p, log, start, end, ONE)
     a, b = j11 * a + j12 * b, j21 * a + j22 * b
     size = math.hypot(a, b)
     if not (size > 0.0 and size < math.inf):

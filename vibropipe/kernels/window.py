@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.jit import jit, jit_allocating
-from vibropipe.kernels.harmonics import RESONANT, add_contacts, admittance, close
+from vibropipe.kernels.harmonics import ONE, RESONANT, add_contacts, admittance, close
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.outputs import count_contacts
 from vibropipe.kernels.quadrature import along
@@ -39,7 +39,7 @@ def _is_resonant(p, amplitudes) -> bool:
         return False
     nearest = 1.0
     for k in range(amplitudes.shape[1]):
-        nearest = min(nearest, abs(admittance(p, k, 1)))
+        nearest = min(nearest, abs(admittance(p, k, ONE)))
     return nearest < RESONANT
 
 
@@ -82,10 +82,10 @@ def add_period(e, p, window, start, end, log, c) -> None:
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
         resting = end.home if end.order == REST else 0
-        add_contacts(p, log, resting, end.rest_start, 1, 1.0, window.amplitudes[window.row])
+        add_contacts(p, log, resting, end.rest_start, ONE, 1.0, window.amplitudes[window.row])
         if window.resonant:
             x, v = section(p, start)
-            along(e, p, x, v, 0.0, 1.0, end, log, 1, window.direct, window.energy, c)
+            along(e, p, x, v, 0.0, 1.0, end, log, ONE, window.direct, window.energy, c)
 
 
 @jit
@@ -103,7 +103,7 @@ def close_window(p, window, end) -> None:
         for k in range(amplitudes.size):
             # The ends of the window do not meet: the boundary terms of the partial integration stay.
             amplitudes[k] -= (dv + complex(p.h, k * p.nu) * dx) * p.nu / TWO_PI
-        close(p, 1, periods, amplitudes)
+        close(p, ONE, periods, amplitudes)
         for k in range(amplitudes.size):
-            if abs(admittance(p, k, 1)) < RESONANT:
+            if abs(admittance(p, k, ONE)) < RESONANT:
                 amplitudes[k] = window.direct[k] / periods

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
 
 import vibropipe as vp
 from vibropipe.physics.effects import NAMES
@@ -93,6 +95,51 @@ def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
         np.testing.assert_array_equal(full[name].values, without[name].values)
     for name in ("impact_tau", "impact_velocity", "displacement_end", "velocity_end"):
         np.testing.assert_allclose(without[name], full[name], rtol=0, atol=2e-13, err_msg=name)
+
+
+@given(
+    h=st.floats(0, 1.5), width=st.floats(0.05, 2), share=st.floats(-0.9, 0.9), R1=st.floats(0.3, 1),
+    R2=st.floats(0.3, 1), x=st.floats(-0.99, 0.99), v=st.floats(-4, 4), tau_end=st.floats(0, 40),
+)  # fmt: skip
+@example(h=0.005, width=0.5, share=0.0, R1=0.99, R2=0.99, x=0.0, v=2.0, tau_end=20.0)
+@example(h=0.0, width=0.5, share=0.0, R1=1.0, R2=1.0, x=0.0, v=4.0, tau_end=40.0)
+@settings(max_examples=150, deadline=None)
+def test_unforced_motions_are_those_of_the_full_kernel(
+    h: float, width: float, share: float, R1: float, R2: float, x: float, v: float, tau_end: float
+) -> None:
+    """Its steps begin anew at each impact, not on a grid of phases: other roundings, the same motion."""
+    exciter = vp.Exciter(l=width, f=0.0, h=h, delta=share * width, R1=R1, R2=R2)
+    asked = {"tau_end": tau_end, "x0": (share + x) * width, "v0": v, "samples_per_period": 0}
+    full = vp.simulate(exciter, **asked)
+    without = vp.simulate(exciter, effects=CASES["forcing and rest"][2], **asked)
+    # Impacts that graze amplify rounding; no other does by more than the ratio of speeds.
+    speeds = np.abs(full.impact_velocity.values)
+    assume(speeds.size == 0 or speeds.min() > 1e-3)
+    np.testing.assert_array_equal(full.impact_support.values, without.impact_support.values)
+    for name in ("impact_tau", "impact_velocity", "displacement_end", "velocity_end"):
+        np.testing.assert_allclose(without[name], full[name], rtol=0, atol=1e-10, err_msg=name)
+
+
+@given(
+    nu=st.floats(0.3, 4), f=st.floats(-3, 3), h=st.floats(0.3, 1), gap=st.floats(-0.5, 1),
+    R=st.floats(0.2, 0.9), x=st.floats(0.01, 1), v=st.floats(-2, 2), side=st.sampled_from([1, 2]),
+)  # fmt: skip
+@example(nu=1.0, f=1.0, h=0.6, gap=0.5, R=0.7, x=0.5, v=0.0, side=2)
+@settings(max_examples=150, deadline=None)
+def test_motions_off_one_support_are_those_of_the_full_kernel(
+    nu: float, f: float, h: float, gap: float, R: float, x: float, v: float, side: int
+) -> None:
+    """Two steps at once change no impact; the other support stands out of reach."""
+    away = -1.0 if side == 1 else 1.0
+    exciter = vp.Exciter(l=100.0, nu=nu, f=f, h=h, delta=away * (100.0 - gap), R1=R, R2=R)
+    start = {"x0": away * (x - gap), "v0": v, "samples_per_period": 0}
+    full = vp.simulate(exciter, tau_end=25.0, **start)
+    without = vp.simulate(exciter, tau_end=25.0, effects=CASES[f"support {3 - side}"][2], **start)
+    speeds = np.abs(full.impact_velocity.values)
+    assume(speeds.size == 0 or speeds.min() > 1e-2)
+    np.testing.assert_array_equal(full.impact_support.values, without.impact_support.values)
+    for name in ("impact_tau", "impact_velocity", "displacement_end", "velocity_end"):
+        np.testing.assert_allclose(without[name], full[name], rtol=0, atol=1e-9, err_msg=name)
 
 
 SINE = """

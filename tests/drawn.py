@@ -138,4 +138,12 @@ PINNED = [
     Case(vp.Exciter(l=1e-7, R1=0, R2=0), 2e-7, -1e-7, -1.0, {}),
     # a rebound of 1e-5 of the speed scale
     Case(vp.Exciter(l=0.5, R1=0, R2=0.0625), 8.0, -0.5, 0.0, coarse(8)),
+    # hundreds of hops that lose next to nothing: where its states were recorded it was another motion than before
+    Case(
+        vp.Exciter(l=1.0, nu=10.0, f=1.0, h=1.0, delta=1.984375, R1=0.0, R2=0.999),
+        6.011753194417436,
+        0.984375,
+        0.0,
+        coarse(66),
+    ),
 ]

@@ -74,16 +74,30 @@ class Run(NamedTuple):
 
 def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
     """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
-    run = _run(exciter, task, grid)
     if not task.energy:
-        return run
+        return _run(exciter, task, grid)
+    turns = turns_of(exciter, task.tau_start, task.tau_end)
+    if grid is not None and grid.exact is None:
+        return _run_newmark_with_work(exciter, task, grid, turns)
+    run = _run(exciter, task, grid)
     if not math.isfinite(run.end[0]):
         return run._replace(work=np.full(4, math.nan))
-    turns = turns_of(exciter, task.tau_start, task.tau_end)
-    if grid is None or grid.exact is not None:
-        start = task.x, task.v
-        return run._replace(work=work_of_flights(exciter, task.effects, start, turns, run.contacts))
+    start = task.x, task.v
+    return run._replace(work=work_of_flights(exciter, task.effects, start, turns, run.contacts))
+
+
+def _run_newmark_with_work(
+    exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float]
+) -> Run:
+    """A motion by Newmark's method, with its works from the state at every step."""
     steps = _run(exciter, task._replace(samples_per_period=grid.steps), grid)
+    if task.samples_per_period > 0:
+        run = _run(exciter, task, grid)
+    else:
+        # Recorded or not a motion rounds differently, and one with many impacts shows it: so it is the one recorded.
+        run = steps._replace(displacement=np.empty(0), velocity=np.empty(0))
+    if not math.isfinite(run.end[0]):
+        return run._replace(work=np.full(4, math.nan))
     at = np.append(turns[0] + sample_times(turns, grid.steps), turns[1])
     states = (np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1]))
     return run._replace(work=work_of_steps(exciter, at, *states, run.contacts))

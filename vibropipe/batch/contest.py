@@ -125,7 +125,8 @@ def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> d
         outcome, errors = judge.errors(shown)
         found[entry] = (outcome, errors, [count / motion.periods for count in shown.work])
         if outcome != Outcome.DID_NOT_END:
-            timers[entry] = Timer(entered.repeat, motion.periods)
+            # Peers show and repeat by the same code, a second of it where they are slow.
+            timers[entry] = Timer(entered.repeat, motion.periods, is_warm=method not in OWN)
     take_turns(timers.values(), repeats)
     never = [math.nan] * len(TIMES)
     return {

@@ -18,7 +18,7 @@ from vibropipe.vocabulary import Outcome
 
 # Seconds of the twin that judges: for a motion, for each of its impacts.
 JUDGED, JUDGED_IMPACT = 5e-3, 7e-4
-# Runs of a method beside its rounds: with and without samples, and to warm.
+# Runs of an own method beside its rounds: with and without samples, and to warm. A peer is run with samples only.
 RUNS = 3
 # What a peer's run is worth in seconds of the one sampled, in work: (seconds, work), or None if it is not there.
 Sampled = tuple[float, float] | None
@@ -115,4 +115,4 @@ def peer_seconds(sampled: Sampled, periods: int, rests: bool, repeats: int) -> f
     seconds, work = sampled
     if rests or work >= MOST_WORK:
         return seconds / work * MOST_WORK * periods  # stopped, and not timed
-    return RUNS * seconds * periods + spent_on(seconds * periods, repeats)
+    return seconds * periods + spent_on(seconds * periods, repeats)

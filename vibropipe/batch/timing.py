@@ -16,7 +16,8 @@ class Timer:
     """Times of one thing, a round at a time, in nanoseconds per unit.
 
     repeat: does it so many times in one go; units: how many (forcing periods, rows) there are in one run;
-    `clock` tells seconds, of which no round begins once `most` are spent.
+    `clock` tells seconds, of which no round begins once `most` are spent; is_warm: whether it has been run
+    already, so that its first time counts.
     """
 
     def __init__(
@@ -25,9 +26,11 @@ class Timer:
         units: float,
         clock: Callable[[], float] = time.thread_time,
         most: float = SECONDS,
+        is_warm: bool = False,
     ) -> None:
         self.repeat, self.units, self.times = repeat, units, list[float]()
         self.often, self.spent, self.clock, self.most = 1, 0.0, clock, most
+        self.is_warm = is_warm
 
     def round(self) -> None:
         """Take one more time, unless all that may be spent has been."""
@@ -56,10 +59,11 @@ def quartiles(values: Collection[float]) -> list[float]:
 def take_turns(
     timers: Collection[Timer], rounds: int, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """So many rounds of all timers, after a run of each that compiles and warms and is not counted.
+    """So many rounds of all timers, after a run of each not warm yet that compiles and warms and is not counted.
     progress is told the times taken and all of them."""
     for timer in timers:
-        timer.repeat(1)
+        if not timer.is_warm:
+            timer.repeat(1)
     taken = 0
     for _ in range(rounds):
         for timer in timers:

@@ -129,16 +129,27 @@ def fingerprint(wildcards):
     return fingerprint_of(STUDIES[wildcards.study], wildcards.scene)
 
 
-def scenes_regex(sharded, folder=""):
-    """Return the names of the scenes that are (or are not) cut, each behind its study's folder."""
+def takes_times(plan):
+    """Return whether a scene measures times."""
+    return plan.kind in ("accuracy", "effects")
+
+
+def worth(plan):
+    """Return how many threads a scene is worth for its work: one per four seconds of a sweep."""
+    return max(1, round(plan.seconds / 4)) if plan.kind == "sweep" else 1
+
+
+def is_wide(plan):
+    """Return whether a scene wants more than one core."""
+    return takes_times(plan) or worth(plan) > 1
+
+
+def scenes_regex(chosen, folder=""):
+    """Return the names of the scenes whose plans are chosen, each behind its study's folder."""
     found = [
         f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
         for study, plans in PLANS.items()
-        if (
-            names := [
-                name for name, plan in plans.items() if (plan.shards > 1) == sharded
-            ]
-        )
+        if (names := [name for name, plan in plans.items() if chosen(plan)])
     ]
     return "|".join(found) or "(?!)"
 
@@ -162,11 +173,9 @@ def cut(wildcards):
 
 
 def threads_of(wildcards):
-    """Return how many threads a scene is worth: one per four seconds of a sweep, all where times are measured."""
+    """Return how many threads a scene gets: all where times are measured, which is done alone."""
     plan = PLANS[wildcards.study][wildcards.scene]
-    if plan.kind in ("accuracy", "effects"):
-        return workflow.cores  # what measures times runs alone
-    return max(1, round(plan.seconds / 4)) if plan.kind == "sweep" else 1
+    return workflow.cores if takes_times(plan) else worth(plan)
 
 
 def datasets(name):

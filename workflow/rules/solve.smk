@@ -32,7 +32,7 @@ rule solve:
     benchmark:
         "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(sharded=False),
+        scene=scenes_regex(lambda plan: plan.shards == 1 and not is_wide(plan)),
     threads: threads_of
     resources:
         mem_mb=1000,
@@ -48,6 +48,14 @@ rule solve:
         " --output {output.data:q} > {log} 2>&1"
 
 
+# What wants several cores begins first: later it would wait for them until all others are done, and its figures
+# would come last, alone.
+use rule solve as solve_wide with:
+    wildcard_constraints:
+        scene=scenes_regex(lambda plan: plan.shards == 1 and is_wide(plan)),
+    priority: 20
+
+
 # A part of a sweep that is too long for one job; kept until the join has used it.
 rule solve_shard:
     input:
@@ -60,7 +68,7 @@ rule solve_shard:
     benchmark:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(sharded=True, folder="shards/"),
+        scene=scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
     # the longest work of a study begins first, so that no core waits for it in the end
     priority: 10
     threads: 1

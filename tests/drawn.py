@@ -146,4 +146,12 @@ PINNED = [
         0.0,
         coarse(66),
     ),
+    # beyond both supports within a step: the one met first was sought no further than the other
+    Case(
+        vp.Exciter(l=0.5, nu=1.0, f=-100.0, h=0.0, delta=0.0, R1=0.0, R2=0.0),
+        0.5642764926868786,
+        0.4375,
+        1.0,
+        {},
+    ),
 ]

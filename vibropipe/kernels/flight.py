@@ -91,9 +91,9 @@ def first_contact(e, grid, state, load, near, far, c, y, span, counts):
         theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
     if not to_far:
         return theta, kind, True
-    reach = theta if kind != NONE else span
+    # Both over the same span: the way to a root goes by it, and mirrored motions shall agree to the last bit.
     # numba compiles a literal zero to code of its own: the order of flight is the same number.
-    other, other_kind = first_root(c, p - p, -1.0, far, load, reach, counts)
+    other, other_kind = first_root(c, p - p, -1.0, far, load, span, counts)
     if other_kind != NONE and (kind == NONE or other < theta):
         return other, other_kind, False
     return theta, kind, True

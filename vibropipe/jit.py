@@ -194,8 +194,10 @@ def jit(function: F) -> F:
 
 
 def jit_inline(function: F) -> F:
-    """Compile a scalar kernel into its callers: pieces of one hot loop, which the compiler would rather call,
-    handing over the whole grid each time (an impact takes a quarter longer so)."""
+    """Compile a scalar kernel into its callers: pieces of one hot loop, and what is done once in a forcing period.
+
+    The compiler would rather call them, and to hand over a whole grid or log takes as long as some steps.
+    """
     return _compile(function, _nrt=False, forceinline=True)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.grid import evaluate
 from vibropipe.kernels.record import SHORT_FLIGHTS, log_grazing, log_impact, log_rest, record
 from vibropipe.kernels.roots import GRAZING
@@ -32,7 +32,7 @@ def side_of(home, at_near):
     return home if at_near else 3 - home
 
 
-@jit
+@jit_inline
 def impact(e, p, grid, state, at_near, approach, theta, log):
     """State after an impact with speed `approach` at `theta` of the state's step, by eq. (6)."""
     side = side_of(state.home, at_near)
@@ -43,7 +43,7 @@ def impact(e, p, grid, state, at_near, approach, theta, log):
     return State(state.period, state.step, theta, side, 0.0, w, WITH_SPEED, 0.0)
 
 
-@jit
+@jit_inline
 def contact(e, p, grid, state, kind, at_near, c, theta, log):
     """State after an impact or a graze at `theta` past the state."""
     at = state.theta + theta
@@ -58,7 +58,7 @@ def contact(e, p, grid, state, kind, at_near, c, theta, log):
     return impact(e, p, grid, state, at_near, approach, at, log)
 
 
-@jit
+@jit_inline
 def strike_first(e, p, grid, state, end_period, end_step, end_theta, log):
     """(state, impacts made) after the impact of a motion that starts on a support moving in, if it does."""
     if state.order != STRIKES:
@@ -67,7 +67,7 @@ def strike_first(e, p, grid, state, end_period, end_step, end_theta, log):
     return settle(e, p, grid, after, end_period, end_step, end_theta, log), 1
 
 
-@jit
+@jit_inline
 def settle(e, p, grid, state, end_period, end_step, end_theta, log):
     """Decide how a mass that has just met its support goes on: fly, or complete its chatter and rest."""
     turn = (state.step + state.theta) / grid.steps
@@ -112,7 +112,7 @@ def rest(e, p, grid, state, end_period, end_step, end_theta, log, samples):
     return State(period, step, theta, state.home, 0.0, 0.0, release_order(rate), 0.0)
 
 
-@jit
+@jit_inline
 def meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log):
     """The state after the impact that falls on the end of a march, if one does; else the state."""
     if state.order != FLIGHT:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
@@ -33,7 +33,7 @@ FREE_SECANTS, MAX_SECANTS = 12, 150
 SHORTEST_FLIGHT = 1e-4
 
 
-@jit
+@jit_inline
 def fill(e, p, grid, state, sigma, load, limit, c):
     """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
     s, s_rate = 0.0, 0.0
@@ -59,7 +59,7 @@ def fill(e, p, grid, state, sigma, load, limit, c):
         c[3] = 0.0 if state.order == WITH_CURVATURE else c[3]
 
 
-@jit
+@jit_inline
 def first_contact(e, grid, state, load, near, far, c, y, span, counts):
     """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
     to_near, to_far = looked_at(e, state.home)
@@ -167,7 +167,7 @@ def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, th
     return theta
 
 
-@jit
+@jit_inline
 def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
     """(state, status) from a state in flight to its next contact, or to the end of its step."""
     sigma, load, near, far = frame(p, state.home)

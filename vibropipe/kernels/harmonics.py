@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
@@ -47,7 +47,7 @@ def rest_force(p, support, k, m, start, end):
     return x * _integral(cycles, start, end) + complex(0.0, 0.5 * p.f) * (up - down)
 
 
-@jit
+@jit_inline
 def add_contacts(p, log, resting, rest_start, m, until, out) -> None:
     """Add to out[k] the support forces of a log, k = 0 .. len(out) - 1 multiples of nu/m.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.march import OK, march
 from vibropipe.kernels.record import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.kernels.state import FLIGHT, REST, State, restitution_of
@@ -17,7 +17,7 @@ from vibropipe.status import Status
 LOG_FULL = int(Status.LOG_FULL)
 
 
-@jit
+@jit_inline
 def clear(log) -> None:
     """Empty a log; the counts of work go on."""
     log.counts[IMPACTS] = 0
@@ -87,7 +87,7 @@ def flow(e, p, t):
     return free_flow(p.h, t)
 
 
-@jit
+@jit_inline
 def derivative(e, p, log, start, end, m):
     """Derivative (j11, j12, j21, j22) of the return map over m periods along a marched orbit.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import add_contacts, close
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.quadrature import add_energy, mend_resonance
@@ -48,7 +48,7 @@ class Rows(NamedTuple):
     motion: np.ndarray
 
 
-@jit
+@jit_inline
 def count_contacts(log, end, impacts, rests, largest) -> None:
     """Add a log's impacts and rests on each support, and keep the largest impact velocities."""
     for i in range(min(log.counts[IMPACTS], log.position.size)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.grid import evaluate
 
 NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3
@@ -126,7 +126,7 @@ def _bend(c, sign, span) -> float:
     return bend
 
 
-@jit
+@jit_inline
 def only_root(grid, c, sign, offset, first, last, span, room) -> float:
     """Root of a gap with surely no more than one on [0, span], from `first` > 0 to `last` <= 0; -1 if not sure.
 
@@ -153,7 +153,7 @@ def only_root(grid, c, sign, offset, first, last, span, room) -> float:
     return -1.0
 
 
-@jit
+@jit_inline
 def hop_root(grid, c, far, last, span) -> float:
     """End of a hop: of a gap that leaves 0 with speed and is bent back all the way to `last` <= 0 at `span`,
     short of the support at `far`; -1 if it is not surely of this kind.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import ONE
 from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import (
@@ -74,7 +74,7 @@ class Settled(NamedTuple):
     second: complex
 
 
-@jit
+@jit_inline
 def size_of(p, state, log):
     """Size of a marched motion: largest of |x|, |v| at its section and at its impacts."""
     x, v = section(p, state)
@@ -205,7 +205,7 @@ def kind_of(p, log, sizes, k):
     return APERIODIC
 
 
-@jit
+@jit_inline
 def follow_growth(e, p, log, start, end, a, b):
     """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
     size before. -inf where it is forgotten in a rest, or where the log is not whole."""

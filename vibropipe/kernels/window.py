@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.jit import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import ONE, RESONANT, add_contacts, admittance, close
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.outputs import count_contacts
@@ -75,7 +75,7 @@ def open_window(p, window, state) -> None:
     window.begun[0], window.begun[1] = section(p, state)
 
 
-@jit
+@jit_inline
 def add_period(e, p, window, start, end, log, c) -> None:
     """Add a marched forcing period, its contacts in the log."""
     window.begun[2] += 1.0

@@ -219,6 +219,23 @@ def test_a_study_is_opened_lazily(study):
         np.testing.assert_array_equal(multiplier[3:5].values, expected)
 
 
+def test_a_study_with_words_is_opened_as_it_was_written(tmp_path):
+    words = ["free, no force", "pushed for ever"]
+    dataset = describe(
+        xr.Dataset(
+            {"asked": ("case", words), "measured": (("case", "solver"), np.eye(2))},
+            {"case": ["one", "two"], "solver": ["exact", "newmark"]},
+        )
+    )
+    store.write(dataset, tmp_path / "hard.nc")
+    with store.open_study(tmp_path) as tree:
+        opened = tree["hard"].to_dataset()
+        assert opened["measured"].chunks is not None
+        assert list(opened.data_vars) == ["asked", "measured"]
+        assert list(opened["asked"].values) == words
+        xr.testing.assert_equal(opened.load(), dataset)
+
+
 def test_a_slice_reads_a_slice(tmp_path):
     # a fault in one chunk stops who reads it, and nobody else
     values = np.random.default_rng(0).normal(size=400_000)

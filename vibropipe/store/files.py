@@ -102,12 +102,21 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
     import dask
     import xarray as xr
 
+    open_it = partial(xr.open_dataset, path, engine="netcdf4")
     try:
         with dask.config.set({"array.chunk-size": DASK_BYTES}), _chunk_cache(CACHE_BYTES):
-            dataset = xr.open_dataset(path, engine="netcdf4", chunks=chunks)
+            dataset = open_it(chunks=None)
+            variables = dict(dataset.data_vars)
+            text = [str(name) for name, values in variables.items() if values.dtype.kind == "O"]
+            if chunks is not None:
+                # dask cannot tell how much text is; it is little, and read at once
+                words = dataset[text].load()
+                dataset.close()
+                dataset = open_it(chunks=chunks, drop_variables=text)
+                variables = {name: {**words, **dataset}[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path} cannot be read: {error}") from error
-    joined = _join_parts(dataset)
+    joined = _join_parts(xr.Dataset(variables, dataset.coords, dataset.attrs))
     joined.set_close(dataset.close)
     return joined
 

@@ -168,13 +168,14 @@ def solve_shard(
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
 
     def solved(parameters: np.ndarray) -> Variables:
-        chains, limits = (parameters[order], starts[order], chain), (MAX_PERIODS, int(patience))
+        ordered = parameters[order]
+        chains, limits = (ordered, starts[order], chain), (MAX_PERIODS, int(patience))
         pieces = deque(solve_rows(*chains, *limits, harmonics, asked, progress, e))
         parts, done = [], 0
         while pieces:  # each is let go as it is labelled: the results are never in memory twice
             piece = pieces.popleft()
             n = len(piece.regime)
-            parts.append(label_rows(piece, parameters[order][done : done + n, 0]))
+            parts.append(label_rows(piece, ordered[done : done + n, 0]))
             done += n
         return take_rows(concatenate(parts), np.argsort(order))
 

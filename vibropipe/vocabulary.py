@@ -359,5 +359,5 @@ def describe(dataset: Described) -> Described:
             # truth values lie on disk as int8
             dtype = variable.dtype if variable.dtype.kind in "iu" else np.int8
             attrs["flag_values"] = attrs["flag_values"].astype(dtype)
-        dataset[name].attrs.update(attrs)
+        variable.attrs.update(attrs)
     return dataset

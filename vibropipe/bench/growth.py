@@ -31,7 +31,7 @@ PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
 SPAN = {"nu": (0.3, 3.0), "f": (0.05, 2.0)}
 # What the plan of a study gives to one job at most.
 ROWS_PER_SHARD = 50_000
-ROUNDS, FEW_ROWS = 5, 10_000
+ROUNDS, FEW_ROWS = 20, 10_000
 MB = 1e6
 
 

@@ -18,9 +18,9 @@ from vibropipe.study import Scene, SweepScene, scene_effects
 # cluster, where a job costs ten seconds, set the variable to some minutes.
 SHARD_SECONDS = 20.0
 SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
-# The results of a shard take so much memory, and twice as much while they are put together, beside some 250 MB
-# of the libraries, the kernels and the rows at work: less than 500 MB in all.
-SHARD_BYTES = 96e6
+# The results of a shard take so much memory, and three times as much while they are put together, beside some
+# 250 MB of the libraries, the kernels and the rows at work: less than 500 MB in all.
+SHARD_BYTES = 72e6
 MAX_SHARDS = 1000
 
 ROW_BYTES = 80

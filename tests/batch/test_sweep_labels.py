@@ -52,7 +52,8 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     rows = np.zeros((points, 7))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
-    pieces = solve_rows(rows, np.zeros((points, 2)), 1, MAX_PERIODS, PATIENCE, 0, ())
+    limits = MAX_PERIODS, PATIENCE
+    pieces = solve_rows(rows, np.zeros((points, 2)), 1, *limits, 0, (), lambda solved, _: solved)
     regimes = np.concatenate([piece.regime for piece in pieces])
     multiples = np.concatenate([piece.period_multiple for piece in pieces])
     assert len(np.unique(regimes)) > 3

@@ -12,10 +12,11 @@ from vibropipe.kernels.outputs import Rows
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
-def label_rows(rows: Rows, nu: np.ndarray) -> Variables:
-    """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results."""
+def label_rows(rows: Rows, parameters: np.ndarray) -> Variables:
+    """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results of parameters
+    (rows, 7)."""
     # A motion without an orbit is measured at multiples of the forcing frequency.
-    base = np.where(rows.period_multiple > 0, rows.frequency, nu)
+    base = np.where(rows.period_multiple > 0, rows.frequency, parameters[:, 0])
     variables: Variables = {
         "regime": (("row",), rows.regime),
         "status": (("row",), rows.status),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numba
 import numpy as np
@@ -27,6 +27,8 @@ REST_ROOM = 512
 # Rows per call of the driver: few enough that threads end together, and for a word of progress and Ctrl-C, many
 # enough that calls cost nothing.
 ROWS_PER_CALL = 256
+
+Labelled = TypeVar("Labelled")
 
 
 class Room(NamedTuple):
@@ -139,12 +141,14 @@ def solve_rows(
     patience: int,
     harmonics: int,
     outputs: tuple[str, ...],
+    label: Callable[[Rows, np.ndarray], Labelled],
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
-) -> list[Rows]:
+) -> list[Labelled]:
     """Results of parameters (rows, 7) from starts (rows, 2), in pieces (`cuts`), by as many threads as numba has;
     bit for bit the same for every number of them. effects: what the kernel has, for all rows alike.
-    progress is told the number of rows done after each piece."""
+    label: makes of the results and the parameters of a piece what is kept of it, as soon as it is solved: results as
+    they come are never all in memory. progress is told the number of rows done after each piece."""
     own = threading.local()
 
     def solve(first: int, stop: int, seeds: np.ndarray) -> Rows:
@@ -161,19 +165,22 @@ def solve_rows(
             _sample(effects, piece, out.section, marched, out.motion)
         return _compact(out)
 
-    def solve_chains(ends: Sequence[int]) -> list[Rows]:
-        solved: list[Rows] = []
+    def solve_chains(ends: Sequence[int]) -> list[Labelled]:
+        labelled: list[Labelled] = []
+        last = None
         for first, stop in pairwise(ends):
             seeds = np.array(starts[first:stop])
-            if solved:  # a chain goes on
-                seeds[0] = solved[-1].section[-1]
-            solved.append(solve(first, stop, seeds))
-        return solved
+            if last is not None:  # a chain goes on
+                seeds[0] = last
+            solved = solve(first, stop, seeds)
+            last = solved.section[-1].copy()
+            labelled.append(label(solved, parameters[first:stop]))
+        return labelled
 
     # Compiled or loaded once, before threads ask for it side by side.
     solve(0, 0, np.array(starts[:0]))
     work = whole_chains(cuts(len(parameters), chain_length), chain_length)
-    pieces: list[Rows] = []
+    pieces: list[Labelled] = []
     with ThreadPoolExecutor(numba.get_num_threads()) as threads:
         for ends, solved in zip(work, threads.map(solve_chains, work), strict=True):
             pieces += solved

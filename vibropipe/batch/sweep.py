@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -168,15 +167,8 @@ def solve_shard(
     order = _chain_order(row_stop - row_start, chain, follow, arrays)
 
     def solved(parameters: np.ndarray) -> Variables:
-        ordered = parameters[order]
-        chains, limits = (ordered, starts[order], chain), (MAX_PERIODS, int(patience))
-        pieces = deque(solve_rows(*chains, *limits, harmonics, asked, progress, e))
-        parts, done = [], 0
-        while pieces:  # each is let go as it is labelled: the results are never in memory twice
-            piece = pieces.popleft()
-            n = len(piece.regime)
-            parts.append(label_rows(piece, ordered[done : done + n, 0]))
-            done += n
+        chains, limits = (parameters[order], starts[order], chain), (MAX_PERIODS, int(patience))
+        parts = solve_rows(*chains, *limits, harmonics, asked, label_rows, progress, e)
         return take_rows(concatenate(parts), np.argsort(order))
 
     variables = solved(parameters)

@@ -113,7 +113,8 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
                 words = dataset[text].load()
                 dataset.close()
                 dataset = open_it(chunks=chunks, drop_variables=text)
-                variables = {name: {**words, **dataset}[name] for name in variables}
+                both = {**words, **dataset}
+                variables = {name: both[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path} cannot be read: {error}") from error
     joined = _join_parts(xr.Dataset(variables, dataset.coords, dataset.attrs))

@@ -94,8 +94,11 @@ def newmark() -> Item:
 
 
 def has_avx512() -> bool:
-    """Whether eight numbers fit a vector register of this processor, and not four or two."""
-    return bool(llvm.get_host_cpu_features().get("avx512f"))
+    """Whether eight numbers fit a vector register of the processor that is compiled for, and not four or two."""
+    features = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
+    if features is None:  # not told by NUMBA_CPU_FEATURES: those of this one
+        features = llvm.get_host_cpu_features().flatten()
+    return "+avx512f" in features.split(",")
 
 
 def rows_near() -> np.ndarray:

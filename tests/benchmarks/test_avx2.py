@@ -1,0 +1,85 @@
+"""Newmark in lanes where the vector registers hold four numbers: compiled for a processor with AVX2 alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import pytest
+
+FEATURES = dict(llvm.get_host_cpu_features())
+WIDER = {name for name in FEATURES if "avx512" in name or name.startswith("avx10")}
+TESTS = Path(__file__).parents[1]
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not FEATURES.get("avx2"), reason="no AVX2"),
+]
+
+MEASURE = """
+import json
+import numba
+import numpy as np
+from vibropipe.batch.motions import _drive
+from vibropipe.bench import measure
+from vibropipe.bench.items import newmark
+from vibropipe.kernels.newmark_steps import SIZE, STRIDE, stride
+
+item = newmark()
+measure([item], 7)
+compiled_for = [key[1] for key in _drive._cache._cache_file._load_index()]
+alone = numba.jit(**stride.targetoptions)(stride.py_func)
+alone(np.zeros(SIZE), np.zeros(2 * STRIDE), STRIDE)
+(code,) = alone.inspect_asm().values()
+(target,) = item.targets
+print(json.dumps([item.ratios(target)[0], target.times, compiled_for, code]))
+"""
+
+
+@pytest.fixture(scope="module")
+def without_avx512(tmp_path_factory):
+    """Environment in which numba compiles, in a cache of its own, for AVX2 and nothing wider."""
+    kept = ["-" + name for name in WIDER] + [
+        ("+" if there else "-") + name for name, there in FEATURES.items() if name not in WIDER
+    ]
+    return os.environ | {
+        "NUMBA_CPU_NAME": "haswell",
+        "NUMBA_CPU_FEATURES": ",".join(sorted(kept)),
+        "VIBROPIPE_CACHE_DIR": str(tmp_path_factory.mktemp("avx2")),
+    }
+
+
+def run(environment: dict[str, str], *arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_lanes_are_as_many_times_cheaper_as_asked(without_avx512):
+    ratio, asked, compiled_for, code = json.loads(run(without_avx512, "-c", MEASURE))
+    # What was timed came from the cache, by another process: of one processor, and that without wide registers.
+    ((_triple, processor, features),) = compiled_for
+    assert (processor, features) == ("haswell", without_avx512["NUMBA_CPU_FEATURES"])
+    assert "%ymm" in code
+    assert "%zmm" not in code
+    assert asked == 3
+    print(f"in lanes against the textbook loop: {ratio:.1f} times cheaper")
+    assert ratio >= asked
+
+
+def test_lanes_are_the_scalar_path_to_the_last_bit(without_avx512):
+    run(
+        without_avx512,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        str(TESTS / "kernels" / "test_lanes.py"),
+    )

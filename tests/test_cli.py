@@ -256,13 +256,13 @@ def test_interrupt_ends_with_130_and_leaves_nothing_behind(study):
     study.write_text(STUDY.replace("f: [0.2, 1], nu: [0.9, 1, 1.1]", grids))
     output = study.parent / "out" / "response.nc"
     code = (
-        "import sys, vibropipe.scenes as scenes\n"
+        "import vibropipe.scenes.sweep as scenes\n"
         "from vibropipe.cli import main\n"
-        "solve = scenes.solve_shard\n"
+        "solve = scenes.solve_blocks\n"
         "def announced(*given, **named):\n"
         "    print('solving', flush=True)\n"
         "    return solve(*given, **named)\n"
-        "scenes.solve_shard = announced\n"
+        "scenes.solve_blocks = announced\n"
         f"main(['solve', {str(study)!r}, '--scene', 'response', '--output', {str(output)!r}])\n"
     )
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}

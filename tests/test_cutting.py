@@ -1,4 +1,4 @@
-"""How sweeps are cut: shards are short enough and small enough, and no job that solves one holds much."""
+"""How sweeps are cut: shards are short enough, blocks small enough, and no job that solves one holds much."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 from vibropipe import cutting
 from vibropipe.batch import rows
-from vibropipe.scenes import solve_part
+from vibropipe.scenes.sweep import solve_part
 from vibropipe.study import parse_study
 
 SLOW = {"nu": [0.01, 0.05, 300], "f": [0.5, 2, 300]}
@@ -54,7 +54,7 @@ def test_kernels_and_plan_agree_on_the_room_of_a_row():
 
 @pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])
 @pytest.mark.parametrize(("grid", "keys"), [(SLOW, {}), (QUICK, ALL), (SLOW, ACCURACY)])
-def test_a_shard_holds_no_more_than_it_may_however_long(grid, keys, seconds, monkeypatch):
+def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
     monkeypatch.setenv(cutting.SHARD_VARIABLE, str(seconds))
     scene = sweep_of(grid, 0.7, **keys)
     shards = cutting.shard_count(scene, scene.row_count * 4e-4)
@@ -63,10 +63,9 @@ def test_a_shard_holds_no_more_than_it_may_however_long(grid, keys, seconds, mon
         start, stop = cutting.row_range(scene, shard, shards)
         sizes.append(stop - start)
     assert sum(sizes) == scene.row_count
-    one = cutting.row_memory(scene)
-    assert max(sizes) * one <= cutting.SHARD_BYTES + one
-    if seconds == 1:
-        assert max(sizes) * 4e-4 <= 1 + 4e-4
+    assert cutting.block_rows(scene) * cutting.row_memory(scene) <= cutting.BLOCK_BYTES
+    if shards < cutting.MAX_SHARDS:
+        assert max(sizes) * 4e-4 <= seconds + 4e-4
 
 
 @pytest.mark.parametrize(

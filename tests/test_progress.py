@@ -7,7 +7,7 @@ import pytest
 
 from vibropipe import progress
 from vibropipe.progress import shown, words
-from vibropipe.scenes import UNITS, in_passes, solve_scene
+from vibropipe.scenes import UNITS, solve_scene
 from vibropipe.scenes.motion import added_up
 from vibropipe.study import parse_study
 from vibropipe.study.models import KINDS
@@ -97,14 +97,6 @@ def test_a_terminal_gets_a_bar(clock, monkeypatch):
     assert "1,000 of 4,000 rows, 1,000 rows/s, 3.0 s left" in said
     assert "4,000 rows in 3.0 s, 1,333 rows/s" in said
     assert "━" in said
-
-
-def test_two_passes_over_the_rows_count_as_one():
-    seen = []
-    told = in_passes(lambda *counts: seen.append(counts), 10, 2)
-    for done in (4, 10, 4, 10):
-        told(done)
-    assert seen == [(2, 10), (5, 10), (7, 10), (10, 10)]
 
 
 def test_every_kind_of_scene_has_a_unit():

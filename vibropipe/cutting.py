@@ -1,7 +1,7 @@
-"""How a sweep is cut into shards: by their work and by the memory that their results take.
+"""How a sweep is cut: into shards by their work, and these into blocks by what memory holds.
 
-Cuts depend on the study alone (and on what the environment says of a shard's work), never on the machine, so
-that every machine cuts alike.
+Shards depend on the study alone (and on what the environment says of a shard's work), never on the machine,
+so that every machine cuts alike.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ from vibropipe.study import Scene, SweepScene, scene_effects
 # cluster, where a job costs ten seconds, set the variable to some minutes.
 SHARD_SECONDS = 20.0
 SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
-# The results of a shard take so much memory, and three times as much while they are put together, beside some
-# 250 MB of the libraries, the kernels and the rows at work: less than 500 MB in all.
-SHARD_BYTES = 72e6
 MAX_SHARDS = 1000
+# Rows of a sweep are in memory in blocks of so many, or of fewer where they may take more than so many bytes.
+BLOCK_ROWS, BLOCK_BYTES = 4096, 12e6
 
 ROW_BYTES = 80
 IMPACT_BYTES = 21
@@ -45,12 +44,15 @@ def chain_length(scene: SweepScene) -> int:
 
 
 def shard_count(scene: SweepScene, seconds: float) -> int:
-    """Return into how many shards a sweep of so much work is cut: so many that none is longer, or takes
-    more memory, than a shard may. Cuts fall between chains."""
-    by_work = math.ceil(seconds / shard_seconds())
-    by_memory = math.ceil(scene.row_count * row_memory(scene) / SHARD_BYTES)
-    wanted = min(max(by_work, by_memory, 1), MAX_SHARDS)
+    """Return into how many shards a sweep of so much work is cut: so many that none is longer than a shard
+    may be. Cuts fall between chains."""
+    wanted = min(max(math.ceil(seconds / shard_seconds()), 1), MAX_SHARDS)
     return min(wanted, scene.row_count // chain_length(scene))
+
+
+def block_rows(scene: SweepScene) -> int:
+    """Return how many rows of a sweep are solved before they are written."""
+    return max(1, min(BLOCK_ROWS, int(BLOCK_BYTES / row_memory(scene))))
 
 
 def row_memory(scene: SweepScene) -> float:

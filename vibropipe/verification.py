@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from vibropipe.cutting import chain_length
-from vibropipe.scenes import solve, solve_part
+from vibropipe.scenes import solve
+from vibropipe.scenes.sweep import solve_part
 from vibropipe.store import (
     Difference,
     StoreError,

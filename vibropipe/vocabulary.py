@@ -288,8 +288,8 @@ VOCABULARY: dict[str, Quantity] = {
     "work_per_point": Quantity(
         ("points", "threads"), "ms", "time per point of all threads together", r"$w/N$"
     ),
-    "writing_per_point": Quantity(
-        ("points",), "ms", "time per point of writing the results", r"$t_w/N$"
+    "storing_per_point": Quantity(
+        ("points", "threads"), "ms", "time per point with the results stored", r"$t_s/N$"
     ),
     "peak_memory": Quantity((), "MB", "largest memory of a process", r"$M$"),
     "solving_memory": _megabytes("largest memory of a job that solves"),

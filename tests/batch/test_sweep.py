@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from typing import Any
 
 import numba
@@ -12,7 +13,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.batch import rows
-from vibropipe.batch.sweep import PATIENCE, assemble, count_rows, solve_shard
+from vibropipe.batch.sweep import PATIENCE, assemble, count_rows, solve_blocks, solve_shard
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}
@@ -88,6 +89,51 @@ def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: A
     expected = vp.sweep(EXCITER, OVER, follow=follow)
     monkeypatch.setattr(rows, "ROWS_PER_CALL", 4)
     xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
+
+
+@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
+@pytest.mark.parametrize("accuracy", [None, 1e-9])
+def test_blocks_are_the_sweep_cut_between_chains(
+    follow: Any, accuracy: Any, monkeypatch: Any
+) -> None:
+    monkeypatch.setattr(rows, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(rows, "LEAST_ROWS_PER_CALL", 2)
+    count, chain = count_rows(OVER, follow)
+    asked = {"follow": follow, "accuracy": accuracy}
+    blocks = list(solve_blocks(EXCITER, OVER, 0, count, 8, **asked))
+    ends = [0, *(block.attrs["row_stop"] for block in blocks)]
+    assert [block.attrs["row_start"] for block in blocks] == ends[:-1]
+    sizes = np.diff(ends)
+    assert sizes.sum() == count
+    assert len(blocks) > 1
+    assert set(sizes % chain) == {0}
+    assert set(sizes[:-1]) == {8 if chain == 1 else -8 // chain * -chain}
+    whole = vp.sweep(EXCITER, OVER, **asked)
+    xr.testing.assert_identical(assemble(blocks, EXCITER, OVER, follow), whole)
+
+
+def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
+    """... and nothing any more once no block is wanted."""
+    monkeypatch.setattr(rows, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(rows, "LEAST_ROWS_PER_CALL", 2)
+    seen = []
+
+    def watched(*given: Any) -> Any:
+        seen.append(len(given[1]))
+        return drive(*given)
+
+    drive = rows.drive
+    monkeypatch.setattr(rows, "drive", watched)
+    over = {"nu": np.linspace(1, 3, 200)}
+    blocks = solve_blocks(EXCITER, over, 0, 200, 8)
+    assert next(blocks).sizes["row"] == 8
+    time.sleep(0.2)
+    ahead = max(numba.get_num_threads() + 1, 4) * 2
+    assert 8 <= sum(seen) <= 8 + ahead
+    blocks.close()
+    solved = sum(seen)
+    time.sleep(0.05)
+    assert sum(seen) == solved <= 8 + ahead
 
 
 @pytest.mark.parametrize(

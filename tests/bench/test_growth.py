@@ -12,20 +12,13 @@ from vibropipe.figures.style import house_style
 
 @pytest.mark.parametrize("points", [1, 7, 1000, 10_000, 1_000_000])
 def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
-    over = growth.grid(points)
+    over = growth.sweep_of(points).over_arrays()
     assert math.prod(values.size for values in over.values()) == points
     for name, (low, high) in growth.SPAN.items():
         step = (high - low) / over[name].size
         np.testing.assert_allclose(np.diff(over[name]), step)
         assert over[name][0] == pytest.approx(low + step / 2)
         assert over[name][-1] == pytest.approx(high - step / 2)
-
-
-@pytest.mark.parametrize("points", [1, 50_000, 50_001, 1_000_000])
-def test_shards_are_no_longer_than_a_job(points):
-    sizes = np.diff(growth.cuts(points))
-    assert sizes.sum() == points
-    assert 0 < sizes.min() <= sizes.max() <= growth.ROWS_PER_SHARD
 
 
 @pytest.mark.parametrize("words", [["many"], ["1e3", "-1"], ["inf"], ["1e99"], ["nan"]])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import mmap
 import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import NamedTuple, TypeVar
 
 import numba
@@ -18,6 +19,7 @@ from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
 from vibropipe.kernels.row import row_parameters, sample_row, solve_in_order
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
@@ -25,8 +27,9 @@ PHASES = 256
 LOG_ROOM = 8192
 REST_ROOM = 512
 # Rows per call of the driver: few enough that threads end together, and for a word of progress and Ctrl-C, many
-# enough that calls cost nothing.
-ROWS_PER_CALL = 256
+# enough that calls cost nothing. Of few rows fewer, that there are so many pieces.
+ROWS_PER_CALL, LEAST_ROWS_PER_CALL = 256, 32
+PIECES = 32
 
 Labelled = TypeVar("Labelled")
 
@@ -95,7 +98,8 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Ro
 def cuts(rows: int, chain_length: int) -> list[int]:
     """Ends of the pieces that rows are solved in: of as many whole chains as one call takes, or of parts of
     chains longer than that."""
-    step = max(1, ROWS_PER_CALL // chain_length) * chain_length
+    most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, rows // PIECES))
+    step = max(1, most // chain_length) * chain_length
     within = range(0, chain_length, ROWS_PER_CALL)
     return [*(first + part for first in range(0, rows, step) for part in within), rows]
 
@@ -134,59 +138,72 @@ def _sample(
 
 
 def solve_rows(
-    parameters: np.ndarray,
-    starts: np.ndarray,
+    rows: int,
+    parameters: Callable[[int, int], Sequence[np.ndarray]],
+    start: tuple[float, float],
     chain_length: int,
     max_periods: int,
     patience: int,
     harmonics: int,
     outputs: tuple[str, ...],
-    label: Callable[[Rows, np.ndarray], Labelled],
+    label: Callable[[Sequence[np.ndarray], Sequence[Rows]], Labelled],
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
-) -> list[Labelled]:
-    """Results of parameters (rows, 7) from starts (rows, 2), in pieces (`cuts`), by as many threads as numba has;
-    bit for bit the same for every number of them. effects: what the kernel has, for all rows alike.
-    label: makes of the results and the parameters of a piece what is kept of it, as soon as it is solved: results as
-    they come are never all in memory. progress is told the number of rows done after each piece."""
+    ahead: int | None = None,
+) -> Generator[tuple[int, list[Labelled]]]:
+    """Results of rows, piece after piece (`cuts`), by as many threads as numba has; bit for bit the same for every
+    number of them.
+
+    parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
+    the first row of each chain. effects: what the kernel has, for all rows alike.
+    label(parameters, solutions): makes of a piece what is kept of it, as soon as it is solved.
+    Yields (stop, what was made of the pieces since the last), in order, at ends of chains. About `ahead` rows are
+    solved before they are taken (all, if left out). progress is told the rows done after each piece."""
     own = threading.local()
 
-    def solve(first: int, stop: int, seeds: np.ndarray) -> Rows:
+    def solve(values: np.ndarray, seeds: np.ndarray) -> Rows:
         # Of each thread its own, kept: a page touched for the first time costs more than a row.
         if not hasattr(own, "room"):
             own.room = new_room(ROWS_PER_CALL)
-        out = new_rows(stop - first, harmonics, outputs, own.room)
-        piece = np.ascontiguousarray(parameters[first:stop])
-        chain = max(1, min(chain_length, stop - first))
-        drive(effects, piece, seeds, chain, max_periods, patience, out)
+        out = new_rows(len(values), harmonics, outputs, own.room)
+        chain = max(1, min(chain_length, len(values)))
+        drive(effects, values, seeds, chain, max_periods, patience, out)
         if "motion" in outputs:
             # Rows in closed form were never marched and have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
-            _sample(effects, piece, out.section, marched, out.motion)
+            _sample(effects, values, out.section, marched, out.motion)
         return _compact(out)
 
     def solve_chains(ends: Sequence[int]) -> list[Labelled]:
         labelled: list[Labelled] = []
-        last = None
+        solved: list[Rows] = []
         for first, stop in pairwise(ends):
-            seeds = np.array(starts[first:stop])
-            if last is not None:  # a chain goes on
-                seeds[0] = last
-            solved = solve(first, stop, seeds)
-            last = solved.section[-1].copy()
-            labelled.append(label(solved, parameters[first:stop]))
+            pieces = parameters(first, stop)
+            seeds = [np.tile(start, (stop - first, 1)) for _ in pieces]
+            for seed, before in zip(seeds, solved, strict=False):  # a chain goes on
+                seed[0] = before.section[-1]
+            solved = [solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)]
+            labelled.append(label(pieces, solved))
         return labelled
 
     # Compiled or loaded once, before threads ask for it side by side.
-    solve(0, 0, np.array(starts[:0]))
-    work = whole_chains(cuts(len(parameters), chain_length), chain_length)
-    pieces: list[Labelled] = []
-    with ThreadPoolExecutor(numba.get_num_threads()) as threads:
-        for ends, solved in zip(work, threads.map(solve_chains, work), strict=True):
-            pieces += solved
+    solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
+    work = whole_chains(cuts(rows, chain_length), chain_length)
+    count = numba.get_num_threads()
+    rows_of_work = max(ROWS_PER_CALL, chain_length)
+    most = len(work) if ahead is None else max(count + 1, ahead // rows_of_work)
+    left, waiting = iter(work), deque[Future[list[Labelled]]]()
+    threads = ThreadPoolExecutor(count)
+    try:
+        for ends in work:
+            for more in islice(left, most - len(waiting)):
+                waiting.append(threads.submit(solve_chains, more))
+            made = waiting.popleft().result()
             if progress is not None:
                 progress(ends[-1])
-    return pieces
+            yield ends[-1], made
+    finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
+        threads.shutdown(cancel_futures=True)
 
 
 def whole_chains(ends: Sequence[int], chain_length: int) -> list[list[int]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibropipe.batch.sweep import MAX_PERIODS, assemble, solve_shard
 from vibropipe.physics.exciter import Exciter
@@ -41,6 +41,7 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    asked = (x0, v0, harmonics, None, OUTPUTS, None, accuracy, effects, patience)
-    shard = solve_shard(exciter, over, 0, 1, *asked)
+    asked: dict[str, Any] = {"x0": x0, "v0": v0, "harmonics": harmonics, "outputs": OUTPUTS}
+    asked |= {"accuracy": accuracy, "effects": effects, "patience": patience}
+    shard = solve_shard(exciter, over, 0, 1, **asked)
     return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")

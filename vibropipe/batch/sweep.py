@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from vibropipe.batch.cluster import gathered, solve_on
 from vibropipe.batch.label import Variables, concatenate, coordinates, label_rows, take_rows
 from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
+from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.window import WINDOW
 from vibropipe.physics.effects import asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
@@ -127,10 +129,22 @@ def row_order(over: Mapping[str, np.ndarray], follow: Follow) -> list[str]:
 
 
 def solve_shard(
+    exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **asked: Any
+) -> xr.Dataset:
+    """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`), asked as of `sweep`.
+
+    Cuts must fall on ends of chains (`count_rows`); results do not depend on where they fall.
+    """
+    (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **asked)
+    return shard
+
+
+def solve_blocks(
     exciter: Exciter,
     over: Mapping[str, Any],
     row_start: int,
     row_stop: int,
+    block_rows: int,
     x0: float = 0.0,
     v0: float = 0.0,
     harmonics: int = 3,
@@ -140,11 +154,10 @@ def solve_shard(
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
-) -> xr.Dataset:
-    """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`).
-
-    Cuts must fall on ends of chains (`count_rows`); results do not depend on where they fall.
-    """
+) -> Generator[xr.Dataset]:
+    """Rows of a sweep, as `solve_shard` returns them, in blocks of at least block_rows (whole pieces of whole
+    chains), one after the other: a block is made when it is asked for, and little is solved ahead of it. All
+    blocks but the last are of one size."""
     import xarray as xr
 
     arrays = check_over(over)
@@ -158,27 +171,54 @@ def solve_shard(
     if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
         raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
     _check_patience(patience)
-    parameters = _parameters(exciter, arrays, follow, np.arange(row_start, row_stop))
-    starts = _starts(exciter, arrays, parameters, x0, v0)
+    wanted = None if accuracy is None else check_accuracy(accuracy)
+    _check_corners(exciter, arrays, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
     grid = {**exciter.parameters()._asdict(), **arrays}
     e = asked_effects(effects, grid, float(x0), float(v0), followed=follow is not None)
-    # A chain followed downwards is solved from its upper end; its rows are put back in order afterwards.
-    order = _chain_order(row_stop - row_start, chain, follow, arrays)
+    # Places in a chain in the order in which they are solved: one followed downwards from its upper end.
+    along = np.arange(1) if follow is None else _along(arrays[follow[0]], follow[1])
 
-    def solved(parameters: np.ndarray) -> Variables:
-        chains, limits = (parameters[order], starts[order], chain), (MAX_PERIODS, int(patience))
-        parts = solve_rows(*chains, *limits, harmonics, asked, label_rows, progress, e)
-        return take_rows(concatenate(parts), np.argsort(order))
+    def parameters(first: int, stop: int) -> list[np.ndarray]:
+        solved = np.arange(row_start + first, row_start + stop)
+        mine = _parameters(exciter, arrays, follow, solved - solved % chain + along[solved % chain])
+        return [mine] if wanted is None else [mine, nudged_rows(mine)]
 
-    variables = solved(parameters)
-    attrs: dict[str, Any] = {"row_start": row_start, "row_stop": row_stop}
-    attrs["effects"] = ", ".join(names_of(e))
-    if accuracy is not None:
-        asked_for = check_accuracy(accuracy)
-        error = row_errors(parameters, variables, solved(nudged_rows(parameters)))
-        variables = told(variables, error, asked_for)
-    return describe(xr.Dataset(variables, coordinates(variables, harmonics), attrs))
+    def label(parameters: Sequence[np.ndarray], solved: Sequence[Rows]) -> Variables:
+        found, *again = map(label_rows, solved, parameters)
+        if wanted is None:
+            return found
+        return told(found, row_errors(parameters[0], found, *again), wanted)
+
+    pieces = solve_rows(
+        row_stop - row_start,
+        parameters,
+        (float(x0), float(v0)),
+        chain,
+        MAX_PERIODS,
+        int(patience),
+        harmonics,
+        asked,
+        label,
+        progress,
+        e,
+        ahead=block_rows,
+    )
+    attrs = {"effects": ", ".join(names_of(e))}
+    back = np.argsort(along)
+    with closing(pieces):
+        parts: list[Variables] = []
+        begin = row_start
+        for done, made in pieces:
+            parts += made
+            stop = row_start + done
+            if stop - begin >= block_rows or stop == row_stop:
+                in_order = np.arange(0, stop - begin, chain)[:, None] + back
+                variables = take_rows(concatenate(parts), in_order.ravel())
+                place = {"row_start": begin, "row_stop": stop}
+                coords = coordinates(variables, harmonics)
+                yield describe(xr.Dataset(variables, coords, place | attrs))
+                parts, begin = [], stop
 
 
 def _check_patience(patience: int) -> None:
@@ -206,32 +246,18 @@ def _parameters(
     return parameters
 
 
-def _starts(
-    exciter: Exciter,
-    over: Mapping[str, np.ndarray],
-    parameters: np.ndarray,
-    x0: float,
-    v0: float,
-) -> np.ndarray:
-    """The start (rows, 2), after checking it and the corners of the grid by the exciter's own rules."""
+def _check_corners(exciter: Exciter, over: Mapping[str, np.ndarray], x0: float, v0: float) -> None:
+    """Check the start and the corners of the grid by the exciter's own rules."""
     base = exciter.parameters()._asdict()
     for corner in itertools.product(*({float(a.min()), float(a.max())} for a in over.values())):
         row = Exciter(**{**base, **dict(zip(over, corner, strict=True))})
         row.check_start(x0, v0)
-    return np.tile(np.array([float(x0), float(v0)]), (len(parameters), 1))
 
 
-def _chain_order(
-    rows: int, chain: int, follow: Follow, over: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    order = np.arange(rows)
-    if follow is None:
-        return order
-    along = np.argsort(over[follow[0]])
-    if follow[1] == "down":
-        along = along[::-1]
-    starts = np.arange(0, rows, chain)
-    return (starts[:, None] + along[None, :]).ravel()
+def _along(values: np.ndarray, direction: str) -> np.ndarray:
+    """The places of the values of a followed parameter, in the order in which they are solved."""
+    order = np.argsort(values)
+    return order if direction == "up" else order[::-1]
 
 
 def assemble(

@@ -1,13 +1,12 @@
 """How time and memory grow with the number of points of a study: `python -m vibropipe.bench.growth`.
 
-The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved in shards, joined and
-queried at 1e3 to 1e6 points, as a workflow does it: each shard, the join and the query in a process of its
+The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved, joined and queried at 1e3 to
+1e6 points, as a workflow does it: cut as its plan says; each shard, the join and the query in a process of its
 own, whose largest memory is read in the end. Writes `results/growth/growth.nc`, `.svg`, `.pdf` and `.png`.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import multiprocessing
 import os
@@ -24,41 +23,42 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibropipe.study import SweepScene
+
 MOST_POINTS = 10**8
 POINTS = (1_000, 10_000, 100_000, 1_000_000)
 THREADS = (1, 2)
 PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
 SPAN = {"nu": (0.3, 3.0), "f": (0.05, 2.0)}
-# What the plan of a study gives to one job at most.
-ROWS_PER_SHARD = 50_000
+SCENE = "map"
 ROUNDS, FEW_ROWS = 20, 10_000
 MB = 1e6
 
 
 class Taken(NamedTuple):
     """What a process needed: seconds by the clock and of all its threads, its largest memory in bytes, and the
-    seconds that writing its results took, which are counted apart."""
+    seconds by the clock of doing it again with the results stored."""
 
     seconds: float
     work: float
     memory: float
-    writing: float = 0.0
+    storing: float = 0.0
 
 
-def grid(points: int) -> dict[str, np.ndarray]:
-    """The swept values of so many points, in the middles of equal cells: every number of points then
-    samples the same mixture of motions."""
+def sweep_of(points: int) -> SweepScene:
+    """The sweep over so many points, in the middles of equal cells: every number of points then samples the
+    same mixture of motions."""
+    from vibropipe.cutting import as_sweep
+    from vibropipe.study import parse_study
+
     fewer = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
-    return {
-        name: low + (np.arange(count) + 0.5) / count * (high - low)
+    over = {
+        name: (low + (np.arange(count) + 0.5) / count * (high - low)).tolist()
         for (name, (low, high)), count in zip(SPAN.items(), (fewer, points // fewer), strict=True)
     }
-
-
-def cuts(points: int) -> list[int]:
-    """Ends of the shards of so many points."""
-    shards = math.ceil(points / ROWS_PER_SHARD)
-    return [shard * points // shards for shard in range(shards + 1)]
+    scenes = {SCENE: {"kind": "sweep", "over": over}}
+    study = {"title": f"{points} points", "exciter": PARAMETERS, "scenes": scenes}
+    return as_sweep(parse_study(study).scene(SCENE))
 
 
 def measure_growth(
@@ -69,7 +69,7 @@ def measure_growth(
 ) -> xr.Dataset:
     """Solve, join and query studies of so many points, in files under `folder`.
 
-    Returns `time_per_point` and `work_per_point` over (points, threads), `writing_per_point`, `solving_memory`,
+    Returns `time_per_point`, `work_per_point` and `storing_per_point` over (points, threads), `solving_memory`,
     `joining_memory`, `query_memory`, `joining_rate` and `copying_rate` over points. Times leave out the start of
     a process and the loading of its kernels.
     """
@@ -86,7 +86,9 @@ def measure_growth(
         found = {
             "time_per_point": [1e3 * sum(job.seconds for job in jobs) / count for jobs in solved],
             "work_per_point": [1e3 * sum(job.work for job in jobs) / count for jobs in solved],
-            "writing_per_point": 1e3 * sum(job.writing for job in solved[0]) / count,
+            "storing_per_point": [
+                1e3 * sum(job.storing for job in jobs) / count for jobs in solved
+            ],
             "solving_memory": max(job.memory for jobs in solved for job in jobs) / MB,
             "joining_memory": joined.memory / MB,
             "query_memory": _apart(query, place).memory / MB,
@@ -98,10 +100,10 @@ def measure_growth(
         if say is not None:
             say(f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in found.items()))
         shutil.rmtree(place)
-    dims = {"time_per_point": ("points", "threads"), "work_per_point": ("points", "threads")}
+    dims = ("points", "threads")
     return describe(
         xr.Dataset(
-            {name: (dims.get(name, ("points",)), values) for name, values in table.items()},
+            {name: (dims[: np.ndim(values)], values) for name, values in table.items()},
             {"points": np.asarray(points), "threads": np.asarray(threads)},
         )
     )
@@ -109,37 +111,47 @@ def measure_growth(
 
 def _solve_all(place: Path, points: int, threads: Sequence[int]) -> list[list[Taken]]:
     """What each shard took, for each number of threads; all in turn, under the same conditions."""
+    from vibropipe.plan import plan_scene
+
     taken: list[list[Taken]] = [[] for _ in threads]
-    ends = cuts(points)
-    for start, stop in itertools.pairwise(ends):
+    shards = plan_scene(sweep_of(points)).shards
+    for shard in range(1, shards + 1):
         for count, jobs in zip(threads, taken, strict=True):
-            jobs.append(_apart(solve_rows, place, points, start, stop, count))
+            jobs.append(_apart(solve_shard, place, points, shard, shards, count))
     return taken
 
 
-def solve_rows(place: Path, points: int, start: int, stop: int, threads: int) -> Taken:
-    """Solve one shard into its file; a short one some times, of which the shortest counts."""
+def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int) -> Taken:
+    """Solve one shard of some, and again into its file; a short one some times, of which the shortest counts.
+
+    A study of one shard is stored on its grid by the job that solves it.
+    """
     import numba
 
-    from vibropipe.batch.sweep import solve_shard
-    from vibropipe.physics.exciter import Exciter
-    from vibropipe.store import write
+    from vibropipe.cutting import block_rows, row_range
+    from vibropipe.scenes.sweep import store_sweep, sweep_blocks
 
-    exciter, path = Exciter(**PARAMETERS), place / "shards" / f"{start:08d}.nc"
     numba.set_num_threads(threads)
-    few = {"nu": np.array([1.0, 1.1]), "f": np.array([0.5, 1.0])}
-    write(
-        solve_shard(exciter, few, 0, 4), path
-    )  # kernels and libraries are loaded before the clock starts
-    solving, writing = [], []
+    scene, path = sweep_of(points), place / "shards" / f"{shard:04d}.nc"
+    start, stop = row_range(scene, shard, shards)
+    # kernels and libraries are loaded before the clock starts
+    store_sweep(sweep_of(4), path, {}, (1, 1))
+    solving, storing = [], []
     for _ in range(ROUNDS if stop - start <= FEW_ROWS else 1):
         begin, worked = time.perf_counter(), time.process_time()
-        shard = solve_shard(exciter, grid(points), start, stop)
+        for _block in sweep_blocks(scene, start, stop, block_rows(scene)):
+            pass
         solved = time.perf_counter()
         solving.append((solved - begin, time.process_time() - worked))
-        write(shard, path)
-        writing.append(time.perf_counter() - solved)
-    return Taken(*min(solving), peak_memory(), min(writing))
+        if shards == 1:
+            store_sweep(scene, place / "whole.nc", {})
+        else:
+            store_sweep(scene, path, {}, (shard, shards))
+        storing.append(time.perf_counter() - solved)
+    memory = peak_memory()
+    if shards == 1:
+        store_sweep(scene, path, {}, (1, 1))
+    return Taken(*min(solving), memory, min(storing))
 
 
 def join_shards(place: Path, points: int) -> tuple[Taken, int]:
@@ -148,9 +160,9 @@ def join_shards(place: Path, points: int) -> tuple[Taken, int]:
 
     from vibropipe.store import join
 
-    target = place / "joined" / "map.nc"
+    target = place / "joined" / f"{SCENE}.nc"
     begin, worked = time.perf_counter(), time.process_time()
-    join(sorted((place / "shards").iterdir()), target, grid(points))
+    join(sorted((place / "shards").iterdir()), target, sweep_of(points).over_arrays())
     took = Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
     return took, target.stat().st_size
 
@@ -159,7 +171,7 @@ def copy_file(place: Path) -> Taken:
     """Copy the joined file, to the disk: what writing so many bytes takes at least."""
     copy = place / "copy"
     begin, worked = time.perf_counter(), time.process_time()
-    with (place / "joined" / "map.nc").open("rb") as source, copy.open("wb") as target:
+    with (place / "joined" / f"{SCENE}.nc").open("rb") as source, copy.open("wb") as target:
         shutil.copyfileobj(source, target, 1 << 20)
         target.flush()
         os.fsync(target.fileno())
@@ -172,7 +184,7 @@ def query(place: Path) -> Taken:
 
     begin, worked = time.perf_counter(), time.process_time()
     with open_study(place / "joined") as tree:
-        rows = tree["map"]
+        rows = tree[SCENE]
         rows["displacement_amplitude"].sel(f=1.0, method="nearest").sel(harmonic=1).max().compute()
         symmetric = (rows["period_multiple"] == 1) & (rows["impacts_per_orbit"] == 1).all("support")
         rows["impact_velocity_max"].max("support").where(

@@ -35,7 +35,8 @@ def draw_growth(dataset: xr.Dataset) -> Figure:
         )
     place = dataset.sizes["threads"]
     style = {**line_style(place), "marker": LINE_MARKERS[place]}
-    time.plot(points, dataset["writing_per_point"].values, **style, label="written")
+    stored = dataset["storing_per_point"].isel(threads=-1).values
+    time.plot(points, stored, **style, label=f"by {threads}, and stored")
     for place, (name, words) in enumerate(MEMORIES.items()):
         style = {**line_style(place), "marker": LINE_MARKERS[place]}
         memory.plot(points, dataset[name].values, **style, label=words)
@@ -47,7 +48,7 @@ def draw_growth(dataset: xr.Dataset) -> Figure:
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower left")
-    least, most = dataset["writing_per_point"].values.min(), dataset["time_per_point"].values.max()
-    time.set_ylim(least / 6, most * 2)
+    values = dataset["time_per_point"].values
+    time.set_ylim(values.min() / 6, values.max() * 3)
     memory.set(ylim=(10, 1000), ylabel=label("peak_memory"))
     return figure

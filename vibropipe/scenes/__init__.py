@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from vibropipe.batch.sweep import assemble, solve_shard
 from vibropipe.cutting import as_sweep, check_cut, row_range
 from vibropipe.effect_costs import motions_of, solve_effects
 from vibropipe.expectation import recall
 from vibropipe.progress import Progress
 from vibropipe.scenes.backbone import solve_backbone
-from vibropipe.scenes.motion import exciter_of, solve_motion
+from vibropipe.scenes.motion import solve_motion
+from vibropipe.scenes.sweep import solve_sweep, store_sweep
 from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
 from vibropipe.study import (
     AccuracyScene,
@@ -30,7 +30,6 @@ from vibropipe.study import (
     fingerprint,
     scene_effects,
 )
-from vibropipe.vocabulary import describe
 
 # What is raced beside the methods of this program.
 PEERS = ("scipy", "heyoka")
@@ -59,7 +58,12 @@ def solve_to_file(
     `progress` is told how much is done, in units of the scene's kind (`UNITS`), and of how much.
     """
     begin = time.perf_counter()
-    write(solve_scene(study, name, shard, progress), path)
+    scene = study.scene(name)
+    if isinstance(scene, SweepScene):
+        check_cut(scene, shard)
+        store_sweep(scene, path, origin(study, scene), shard, progress)
+    else:
+        write(solve_scene(study, name, shard, progress), path)
     taken = time.perf_counter() - begin
     write_sidecar(path, taken, threads, **expectation(study, name, shard, threads))
 
@@ -169,57 +173,6 @@ def chosen(dataset: xr.Dataset) -> dict[str, Any]:
     method, steps = str(dataset.attrs["method"]), dataset.attrs.get("steps_per_period")
     method += f", {steps} steps per forcing period" if steps is not None else ""
     return {"method": method, "accuracy_reached": float(dataset.attrs["accuracy_reached"])}
-
-
-def solve_sweep(
-    scene: SweepScene, shard: tuple[int, int] | None = None, progress: Progress | None = None
-) -> xr.Dataset:
-    """Solve all rows of a sweep on its grid, or the rows of one shard over `row`."""
-    if shard is not None:
-        return solve_part(scene, *row_range(scene, *shard), progress)
-    whole = solve_part(scene, 0, scene.row_count, progress)
-    return assemble([whole], exciter_of(scene), scene.over_arrays(), scene.follow_pair())
-
-
-def solve_part(
-    scene: SweepScene, start: int, stop: int, progress: Progress | None = None
-) -> xr.Dataset:
-    """Solve the rows [start, stop) of a sweep, over `row`; cuts fall between chains."""
-    over, exciter = scene.over_arrays(), exciter_of(scene)
-    accuracy = scene.solver.arguments().get("accuracy")
-    # for an accuracy every row is solved twice
-    passes = 1 if accuracy is None else 2
-    solved = solve_shard(
-        exciter,
-        over,
-        start,
-        stop,
-        x0=scene.start.x0,
-        v0=scene.start.v0,
-        harmonics=scene.harmonics,
-        follow=scene.follow_pair(),
-        outputs=tuple(scene.outputs),
-        progress=None if progress is None else in_passes(progress, stop - start, passes),
-        accuracy=accuracy,
-        effects=scene_effects(scene),
-        patience=scene.patience,
-    )
-    fixed = {
-        name: value for name, value in exciter.parameters()._asdict().items() if name not in over
-    }
-    return describe(solved.assign_coords(fixed))
-
-
-def in_passes(progress: Progress, rows: int, passes: int) -> Callable[[int], None]:
-    """Return what to tell the rows done of one pass after the other over the same rows."""
-    finished = 0
-
-    def told(done: int) -> None:
-        nonlocal finished
-        progress((finished * rows + done) // passes, rows)
-        finished += done == rows
-
-    return told
 
 
 def solve_cases(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:

@@ -16,6 +16,7 @@ from vibropipe.store.files import attributes_of, open_study, read, scene_files, 
 from vibropipe.store.joining import join
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
+from vibropipe.store.streaming import write_grid, write_rows
 
 __all__ = [
     "Difference",
@@ -36,5 +37,7 @@ __all__ = [
     "summary",
     "whole_file",
     "write",
+    "write_grid",
+    "write_rows",
     "write_sidecar",
 ]

@@ -32,7 +32,8 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SEAL_START = b"\nvibropipe sha256 "
 SEAL_LENGTH = len(SEAL_START) + 64 + 1
 TEMPORARY_ENDING = ".part"
-TEMPORARY_NAME = r"\.(?P<name>.+)\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
+SCRATCH = ".rows"
+TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
 
 READ_AT_ONCE = 1 << 20
 FULL_BELOW = 2_000_000
@@ -53,21 +54,39 @@ class NotWrittenError(StoreError):
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; when the block ends well, it becomes ``path``.
 
-    Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes the
-    temporary file and leaves what was at ``path``. Raises NotWrittenError, with what to do, when
+    Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes them and the
+    temporary file, and leaves what was at ``path``. Raises NotWrittenError, with what to do, when
     the disk is full or the folder cannot be written.
     """
     path = Path(path)
-    temporary = _temporary(path)
+    with _file_beside(path) as temporary:
+        yield temporary
+        _flush(temporary)
+        os.replace(temporary, path)
+        _flush(path.parent)
+
+
+@contextmanager
+def scratch_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield the path of another file beside ``path`` for what goes into it; it is gone when the block ends.
+
+    Folders are made and errors told as by :func:`whole_file`.
+    """
+    with _file_beside(Path(path), SCRATCH) as scratch:
+        yield scratch
+
+
+@contextmanager
+def _file_beside(path: Path, kind: str = "") -> Iterator[Path]:
+    temporary = _temporary(path, kind)
+    made: list[Path] = []
     try:
+        made += [folder for folder in path.parents if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
         for found in _leftovers(path.parent, [path.name], foreign=False):
             found.unlink(missing_ok=True)
         temporary.touch()
         yield temporary
-        _flush(temporary)
-        os.replace(temporary, path)
-        _flush(path.parent)
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError when HDF5 fails
@@ -75,6 +94,9 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+            # a folder made for a file that did not come about is not left behind either; others are not empty
+            for folder in made:
+                folder.rmdir()
 
 
 def seal(path: Path) -> None:
@@ -146,8 +168,8 @@ def _host() -> str:
     return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
 
 
-def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
+def _temporary(path: Path, kind: str = "") -> Path:
+    return path.with_name(f".{path.name}{kind}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
 
 
 def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> list[Path]:

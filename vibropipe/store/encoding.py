@@ -37,7 +37,8 @@ PART_OF = "part_of"
 class Stored:
     """One variable as it lies on disk: every type is one of netCDF's, every attribute storable.
 
-    ``values`` is None where they are streamed in later. ``chunks`` is None for the usual ones.
+    ``values`` is None where they are streamed in later; ``grows`` says that the length of its first
+    dimension is not known before. ``chunks`` is None for the usual ones.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Stored:
     attrs: dict[str, Any] = field(default_factory=dict)
     values: np.ndarray | None = None
     chunks: tuple[int, ...] | None = None
+    grows: bool = False
 
 
 def encode(dataset: xr.Dataset) -> tuple[list[Stored], dict[str, Any]]:
@@ -180,9 +182,9 @@ def create(
     variables = list(variables)
     file.setncatts(dict(attrs))
     for item in variables:
-        for dim, size in zip(item.dims, item.shape, strict=True):
+        for axis, (dim, size) in enumerate(zip(item.dims, item.shape, strict=True)):
             if dim not in file.dimensions:
-                file.createDimension(dim, size)
+                file.createDimension(dim, None if item.grows and axis == 0 else size)
         created[item.name] = _create(file, item)
     for item in variables:
         if item.values is not None and 0 not in item.shape:

@@ -1,8 +1,8 @@
 """Shards of a sweep streamed into one file over the grid of the swept parameters.
 
 The file does not depend on how the sweep was cut, byte for byte: values are written in blocks of
-the grid that know nothing of the shards, each chunk once, in one order. In memory are one shard
-and one block, however many rows there are.
+the grid that know nothing of the shards, each chunk once, in one order. In memory is one block,
+however many rows there are.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from vibropipe.vocabulary import attributes
 
 __all__ = ["join"]
 
-BLOCK_BYTES = 32 << 20
+BLOCK_BYTES = 8 << 20
 BLOCK_ROWS = 1 << 16
 
 
@@ -80,7 +80,7 @@ def _write(shards: list[Shard], path: Path, grid: Grid, attrs: dict[str, Any]) -
             values = rows.take(block.start, block.stop)
             for name in gridded:
                 created[name][block.where] = grid.place(block, values[name])
-            samples.put(block, values)
+            samples.put(block.start, block.stop, values)
         samples.finish()
 
 
@@ -113,8 +113,11 @@ def _layout(shards: Sequence[Shard], grid: Grid) -> tuple[int, list[Stored]]:
     first = shards[0]
     totals = {dim: sum(shard.sizes[dim] for shard in shards) for dim in first.samples}
     gridded = [name for name in first.gridded if name not in grid.dims]
-    row_bytes = {name: _bytes_per_row(first, first.variables[name]) for name in gridded}
-    block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, sum(row_bytes.values()))))
+    row_bytes = sum(_bytes_per_row(first, first.variables[name]) for name in gridded)
+    for name in first.ragged:
+        variable = first.variables[name]
+        row_bytes += _bytes_per_row(first, variable) * totals[variable.dims[0]] // grid.rows
+    block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, row_bytes)))
     swept = [
         Stored(name, (name,), values.shape, values.dtype, storable(attributes(name)), values)
         for name, values in grid.values.items()
@@ -168,11 +171,11 @@ def _coordinates(first: Shard, joined: Sequence[Stored]) -> dict[str, tuple[str,
     return {item.name: item.dims for item in joined if item.name in named}
 
 
-def _check_grid(grid: Grid, shard: Shard, values: Mapping[str, np.ndarray]) -> None:
-    """Raise unless the swept parameters a shard holds are those of its rows in the grid."""
+def _check_grid(grid: Grid, shard: Shard, start: int, values: Mapping[str, np.ndarray]) -> None:
+    """Raise unless the swept parameters of rows of a shard, from ``start`` on, are those of the grid."""
     for name in grid.dims:
         if name in values:
-            expected = grid.coordinate(name, shard.start, shard.stop)
+            expected = grid.coordinate(name, start, start + len(values[name]))
             if not np.array_equal(values[name], expected):
                 raise StoreError(
                     f"{shard.path} was solved for other values of {name} than its rows "

@@ -18,7 +18,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.store.grid import Block, Grid
+from vibropipe.store.grid import Grid
 
 if TYPE_CHECKING:
     import netCDF4
@@ -40,8 +40,8 @@ class InOrder:
         self._written = dict.fromkeys(created, 0)
         self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in created}
 
-    def put(self, block: Block, values: Mapping[str, np.ndarray]) -> None:
-        """Take the samples of a block of rows; blocks come in order."""
+    def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
+        """Take the samples of the rows [start, stop), which come in order."""
         for name, variable in self._created.items():
             waiting = np.concatenate([*self._waiting[name], values[name]])
             whole = len(waiting) - len(waiting) % int(variable.chunking()[0])
@@ -76,10 +76,10 @@ class Turned:
     ) -> None:
         self._created, self._counts, self._scratch = created, counts, scratch
 
-    def put(self, block: Block, values: Mapping[str, np.ndarray]) -> None:
-        """Take the samples of a block of rows."""
+    def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
+        """Take the samples of the rows [start, stop)."""
         where = {
-            dim: places.of_rows(block.start, block.stop, values[count])
+            dim: places.of_rows(start, stop, values[count])
             for dim, (count, places) in self._counts.items()
         }
         for name, variable in self._created.items():

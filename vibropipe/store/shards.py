@@ -201,17 +201,18 @@ def _check_alike(first: Shard, other: Shard) -> None:
 
 
 class Rows:
-    """The rows of all shards, taken in order; one shard and the rows asked for are in memory.
+    """The rows of all shards, taken in order; in memory are those asked for.
 
-    ``check(shard, values)`` is called once with the values of each shard by name.
+    ``check(shard, start, values)`` is called with the values by name of the rows from ``start`` on.
     """
 
-    def __init__(self, shards: Iterable[Shard], check: Callable[[Shard, Values], None]) -> None:
+    def __init__(
+        self, shards: Iterable[Shard], check: Callable[[Shard, int, Values], None]
+    ) -> None:
         self._left = iter(shards)
         self._check = check
-        self._loaded: Values = {}
+        self._shard: Shard | None = None
         self._bounds: Values = {}
-        self._start = self._stop = 0
 
     def take(self, start: int, stop: int) -> Values:
         """Return the rows [start, stop) of every variable over ``row`` or a sample dimension.
@@ -220,30 +221,35 @@ class Rows:
         """
         parts: dict[str, list[np.ndarray]] = {}
         while start < stop:
-            if start >= self._stop:
-                self._load(next(self._left))
-            end = min(stop, self._stop)
-            for name, values in self._loaded.items():
-                first, last = start - self._start, end - self._start
-                if name in self._bounds:
-                    first, last = self._bounds[name][[first, last]]
-                parts.setdefault(name, []).append(values[first:last])
+            if self._shard is None or start >= self._shard.stop:
+                self._shard = next(self._left)
+                self._bounds = _bounds(self._shard)
+            end = min(stop, self._shard.stop)
+            for name, values in self._read(self._shard, start, end).items():
+                parts.setdefault(name, []).append(values)
             start = end
         return {
             name: pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
             for name, pieces in parts.items()
         }
 
-    def _load(self, shard: Shard) -> None:
-        self._loaded = {}  # the shard before goes first: two are never in memory
-        wanted = [*shard.gridded, *shard.ragged]
+    def _read(self, shard: Shard, start: int, stop: int) -> Values:
+        places = {ROW: (start - shard.start, stop - shard.start)}
+        places |= {dim: tuple(ends[list(places[ROW])]) for dim, ends in self._bounds.items()}
+        values = {}
         with opened(shard.path) as file:
-            values = {name: np.asarray(file.variables[name][...]) for name in wanted}
-        self._check(shard, values)
-        bounds = {
-            dim: np.concatenate([[0], np.cumsum(values[count], dtype=np.int64)])
-            for dim, count in shard.samples.items()
-        }
-        self._loaded = values
-        self._bounds = {name: bounds[shard.variables[name].dims[0]] for name in shard.ragged}
-        self._start, self._stop = shard.start, shard.stop
+            for name in [*shard.gridded, *shard.ragged]:
+                first, last = places[shard.variables[name].dims[0]]
+                values[name] = np.asarray(file.variables[name][first:last])
+        self._check(shard, start, values)
+        return values
+
+
+def _bounds(shard: Shard) -> Values:
+    """Return where the samples of each row begin, and the last end, for each sample dimension."""
+    with opened(shard.path) as file:
+        counts = {dim: file.variables[name][...] for dim, name in shard.samples.items()}
+    return {
+        dim: np.concatenate([[0], np.cumsum(count, dtype=np.int64)])
+        for dim, count in counts.items()
+    }

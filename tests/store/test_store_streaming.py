@@ -1,0 +1,140 @@
+"""Rows written as they come: the file is that of rows written at once, and a failure leaves nothing."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from store_datasets import rows_of_sweep, shard, write_shards
+
+from vibropipe import store
+from vibropipe.store import encoding, streaming
+
+ROWS = 60
+DIMS = {"nu": np.linspace(0.3, 3, 10), "f": np.linspace(0.1, 2, 6)}
+VALUES = rows_of_sweep(ROWS, phases=16)
+
+
+def blocks(size: int, start: int = 0, stop: int = ROWS, values: dict = VALUES) -> list[xr.Dataset]:
+    ends = [*range(start, stop, size), stop]
+    return [shard(values, first, last) for first, last in pairwise(ends)]
+
+
+def write_rows(given: Iterable[xr.Dataset], path: Path) -> None:
+    store.write_rows(given, path, ROWS)
+
+
+def write_grid(given: Iterable[xr.Dataset], path: Path) -> None:
+    store.write_grid(given, path, DIMS)
+
+
+@pytest.fixture(params=[encoding.CHUNK_BYTES, 64], ids=["usual chunks", "tiny chunks"])
+def chunks(request, monkeypatch):
+    monkeypatch.setattr(encoding, "CHUNK_BYTES", request.param)
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", request.param)
+    monkeypatch.setattr(streaming, "SAMPLE_CHUNK_BYTES", max(8, request.param // 8))
+
+
+@pytest.mark.parametrize("size", [1, 7, 20, ROWS])
+@pytest.mark.parametrize("start", [0, 20])
+def test_blocks_of_any_size_give_the_rows_written_at_once(tmp_path, chunks, start, size):
+    store.write_rows(blocks(size, start), tmp_path / "a.nc", ROWS - start)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+    store.write(shard(VALUES, start, ROWS), tmp_path / "b.nc")
+    xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
+
+
+@pytest.mark.parametrize("follow", [None, "nu"])
+@pytest.mark.parametrize("size", [6, 25, ROWS])
+def test_a_grid_is_that_of_joined_shards_byte_for_byte(tmp_path, chunks, follow, size):
+    store.join(write_shards(tmp_path, VALUES, [20, 50]), tmp_path / "joined.nc", DIMS, follow)
+    before = set(tmp_path.iterdir())
+    store.write_grid(blocks(size), tmp_path / "grid.nc", DIMS, follow)
+    assert set(tmp_path.iterdir()) - before == {tmp_path / "grid.nc"}
+    assert (tmp_path / "grid.nc").read_bytes() == (tmp_path / "joined.nc").read_bytes()
+
+
+def test_rows_written_as_they_come_are_a_shard_to_the_join(tmp_path, chunks):
+    store.write_rows(blocks(7, 0, 30), tmp_path / "1.nc", 30)
+    store.write_rows(blocks(9, 30), tmp_path / "2.nc", 30)
+    store.join([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "a.nc", DIMS)
+    store.write_grid(blocks(ROWS), tmp_path / "b.nc", DIMS)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_rows_without_impacts_are_written(tmp_path):
+    quiet = {name: values for name, values in VALUES.items() if not name.startswith("impact_")}
+    quiet["row_size"] = np.zeros(ROWS, np.int32)
+    quiet["impact_velocity"] = np.empty(0)
+    store.write_rows(blocks(25, values=quiet), tmp_path / "a.nc", ROWS)
+    store.write(shard(quiet, 0, ROWS), tmp_path / "b.nc")
+    xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
+
+
+def test_a_block_is_written_before_the_next_one_is_asked_for(tmp_path):
+    rows, sizes = rows_of_sweep(ROWS, phases=4096), []
+
+    def watched():
+        for block in blocks(20, values=rows):
+            sizes.append(sum(path.stat().st_size for path in tmp_path.iterdir()))
+            yield block
+
+    store.write_rows(watched(), tmp_path / "a.nc", ROWS)
+    block = 20 * 4096 * 8
+    assert sizes[0] < block < sizes[1]
+    assert sizes[2] > 2 * block
+
+
+@pytest.mark.parametrize("write", [write_rows, write_grid])
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (blocks(20)[:2], "40 rows came, 60 were expected"),
+        ([*blocks(20), *blocks(20)], "block of row 0: row 60 is next"),
+        (blocks(20)[::2], "block of row 40: row 20 is next"),
+        ([], "0 rows came"),
+    ],
+    ids=["too few", "too many", "a gap", "none"],
+)
+def test_rows_that_do_not_follow_each_other_leave_what_was_there(tmp_path, write, given, told):
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"old")
+    with pytest.raises(ValueError, match=told):
+        write(given, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("write", [write_rows, write_grid])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_an_error_between_blocks_leaves_nothing(tmp_path, write, error):
+    def broken():
+        yield blocks(20)[0]
+        raise error
+
+    for path in (tmp_path / "a.nc", tmp_path / "new" / "newer" / "a.nc"):
+        with pytest.raises(error):
+            write(broken(), path)
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_the_scratch_of_a_killed_writer_is_removed_by_the_next_one(tmp_path):
+    path = tmp_path / "a.nc"
+    code = (
+        "import os, signal\n"
+        "from vibropipe.store.atomic import scratch_file\n"
+        f"with scratch_file({str(path)!r}) as scratch:\n"
+        "    scratch.write_bytes(b'half')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert len(os.listdir(tmp_path)) == 1
+    store.write_rows(blocks(20), path, ROWS)
+    assert list(tmp_path.iterdir()) == [path]

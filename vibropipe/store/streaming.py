@@ -1,0 +1,104 @@
+"""Rows of a sweep written while they are solved: in memory is one block of them, however many there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibropipe.store.atomic import scratch_file, seal, whole_file
+from vibropipe.store.encoding import CHUNK_BYTES, Stored, chunk_shape, create, encode
+from vibropipe.store.joining import join
+from vibropipe.store.ragged import InOrder
+from vibropipe.store.shards import OWN, ROW
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["write_grid", "write_rows"]
+
+SAMPLE_CHUNK_BYTES = CHUNK_BYTES // 8
+"""Of samples, whose number is not known when their file is laid out: the last chunk is never full."""
+
+
+def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: int) -> None:
+    """Write ``blocks`` of a sweep, ``rows`` rows in all, to the shard ``path``.
+
+    Blocks run over ``row``, follow each other (``row_start``, ``row_stop``) and have the same variables;
+    all but the last have one size. Each is written before the next one is asked for. Raises
+    NotWrittenError as :func:`write`, ValueError where rows are missing; ``path`` is then as it was.
+    """
+    with whole_file(path) as temporary:
+        _stream(blocks, temporary, rows)
+
+
+def write_grid(
+    blocks: Iterable[xr.Dataset],
+    path: str | PathLike[str],
+    dims: Mapping[str, np.ndarray],
+    follow_dim: str | None = None,
+) -> None:
+    """Write ``blocks`` of all rows of a sweep as :func:`write_rows` takes them, joined over ``dims``.
+
+    The file is that of :func:`join`, byte for byte; the rows lie in a scratch file meanwhile.
+    """
+    rows = int(np.prod([len(values) for values in dims.values()]))
+    with scratch_file(path) as scratch:
+        _stream(blocks, scratch, rows)
+        join([scratch], path, dims, follow_dim)
+
+
+def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
+    """Write blocks to a new file, and its seal."""
+    import netCDF4
+
+    written, first = 0, 0
+    with netCDF4.Dataset(path, "w") as file:
+        created: dict[str, netCDF4.Variable] = {}
+        for block in blocks:
+            stored, attrs = encode(block)
+            if not created:
+                first = int(attrs[OWN[0]])
+                attrs |= dict(zip(OWN, (first, first + rows), strict=True))
+                laid_out = _layout(stored, rows)
+                created = create(file, laid_out, attrs)
+                over_rows = [item.name for item in laid_out if item.dims[:1] == (ROW,)]
+                samples = InOrder(
+                    {item.name: created[item.name] for item in laid_out if item.grows}
+                )
+            if int(block.attrs[OWN[0]]) != first + written:
+                raise ValueError(
+                    f"block of row {block.attrs[OWN[0]]}: row {first + written} is next"
+                )
+            values = {item.name: item.values for item in stored if item.values is not None}
+            start, written = written, written + block.sizes[ROW]
+            for name in over_rows:
+                created[name][start:written] = values[name]
+            samples.put(start, written, values)
+        if written != rows:
+            raise ValueError(f"{written} rows came, {rows} were expected")
+        samples.finish()
+    seal(path)
+
+
+def _layout(stored: Iterable[Stored], rows: int) -> list[Stored]:
+    """Return the variables of the first block as they lie in a file of so many rows.
+
+    A chunk holds rows of one block; the dimension of samples grows with them.
+    """
+    stored = list(stored)
+    growing = {item.attrs.get("sample_dimension") for item in stored}
+    laid_out = []
+    for item in stored:
+        if item.dims[:1] == (ROW,):
+            chunks = chunk_shape(item.shape, CHUNK_BYTES // item.dtype.itemsize)
+            item = replace(item, shape=(rows, *item.shape[1:]), values=None, chunks=chunks)
+        elif growing & set(item.dims):
+            most = SAMPLE_CHUNK_BYTES // item.dtype.itemsize
+            item = replace(item, values=None, grows=True, chunks=(most, *item.shape[1:]))
+        laid_out.append(item)
+    return laid_out

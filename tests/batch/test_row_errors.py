@@ -78,7 +78,7 @@ def test_a_sweep_to_an_accuracy_is_cut_and_joined_like_any_other() -> None:
     over = {"f": [0.2, 1.0], "nu": [0.8, 1.0, 1.2]}
     whole = vp.sweep(exciter, over, accuracy=1e-8)
     parts = [solve_shard(exciter, over, *cut, accuracy=1e-8) for cut in ((0, 2), (2, 6))]
-    assert whole.identical(assemble(parts, exciter, over))
+    assert whole.identical(assemble(parts, over))
     assert whole.error.dims == ("f", "nu")
     assert (whole.error < 1e-12).all()
     assert not vp.sweep(exciter, over).variables.keys() & {"error"}

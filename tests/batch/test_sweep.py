@@ -79,7 +79,7 @@ def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
     chains = count // chain
     ends = [k * chains // cuts * chain for k in range(cuts + 1)]
     shards = [solve_shard(EXCITER, OVER, a, b, follow=follow) for a, b in itertools.pairwise(ends)]
-    joined = assemble(shards[::-1], EXCITER, OVER, follow)
+    joined = assemble(shards[::-1], OVER, follow)
     xr.testing.assert_identical(joined, vp.sweep(EXCITER, OVER, follow=follow))
 
 
@@ -109,7 +109,7 @@ def test_blocks_are_the_sweep_cut_between_chains(
     assert set(sizes % chain) == {0}
     assert set(sizes[:-1]) == {8 if chain == 1 else -8 // chain * -chain}
     whole = vp.sweep(EXCITER, OVER, **asked)
-    xr.testing.assert_identical(assemble(blocks, EXCITER, OVER, follow), whole)
+    xr.testing.assert_identical(assemble(blocks, OVER, follow), whole)
 
 
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:

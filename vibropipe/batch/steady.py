@@ -44,4 +44,4 @@ def steady_state(
     asked: dict[str, Any] = {"x0": x0, "v0": v0, "harmonics": harmonics, "outputs": OUTPUTS}
     asked |= {"accuracy": accuracy, "effects": effects, "patience": patience}
     shard = solve_shard(exciter, over, 0, 1, **asked)
-    return assemble([shard], exciter, over).isel(nu=0).drop_vars("row_size")
+    return assemble([shard], over).isel(nu=0).drop_vars("row_size")

@@ -76,7 +76,7 @@ def sweep(
     asked["patience"] = patience
     solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, arrays, **asked)
     shards = [solve(0, rows)] if client is None else solve_on(client, solve, rows, chain)
-    return assemble(shards, exciter, arrays, follow)
+    return assemble(shards, arrays, follow)
 
 
 def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -205,6 +205,9 @@ def solve_blocks(
         ahead=block_rows,
     )
     attrs = {"effects": ", ".join(names_of(e))}
+    fixed = {
+        name: value for name, value in exciter.parameters()._asdict().items() if name not in arrays
+    }
     back = np.argsort(along)
     with closing(pieces):
         parts: list[Variables] = []
@@ -216,7 +219,7 @@ def solve_blocks(
                 in_order = np.arange(0, stop - begin, chain)[:, None] + back
                 variables = take_rows(concatenate(parts), in_order.ravel())
                 place = {"row_start": begin, "row_stop": stop}
-                coords = coordinates(variables, harmonics)
+                coords = fixed | coordinates(variables, harmonics)
                 yield describe(xr.Dataset(variables, coords, place | attrs))
                 parts, begin = [], stop
 
@@ -261,7 +264,7 @@ def _along(values: np.ndarray, direction: str) -> np.ndarray:
 
 
 def assemble(
-    shards: Sequence[xr.Dataset], exciter: Exciter, over: Mapping[str, Any], follow: Follow = None
+    shards: Sequence[xr.Dataset], over: Mapping[str, Any], follow: Follow = None
 ) -> xr.Dataset:
     """Join shards, in the order of their rows, into the dataset of the whole sweep, in memory."""
     import xarray as xr
@@ -284,12 +287,7 @@ def assemble(
         else (dims, values)
         for name, (dims, values) in flat.items()
     }
-    coords: dict[str, Any] = {
-        name: ((), value)
-        for name, value in exciter.parameters()._asdict().items()
-        if name not in arrays
-    }
-    coords |= {name: (name, values) for name, values in arrays.items()}
+    coords: dict[str, Any] = {name: (name, values) for name, values in arrays.items()}
     coords |= {str(name): ordered[0][name] for name in ordered[0].coords}
     joined = describe(xr.Dataset(variables, coords, {"effects": ordered[0].attrs["effects"]}))
     if "row_size" in joined:

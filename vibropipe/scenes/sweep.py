@@ -15,7 +15,6 @@ from vibropipe.progress import Progress
 from vibropipe.scenes.motion import exciter_of
 from vibropipe.store import write_grid, write_rows
 from vibropipe.study import SweepScene, scene_effects
-from vibropipe.vocabulary import describe
 
 Shard = tuple[int, int] | None
 
@@ -48,7 +47,7 @@ def solve_sweep(
     rows = solve_part(scene, *_rows_of(scene, shard), progress)
     if shard is not None:
         return rows
-    return assemble([rows], exciter_of(scene), scene.over_arrays(), scene.follow_pair())
+    return assemble([rows], scene.over_arrays(), scene.follow_pair())
 
 
 def solve_part(
@@ -67,19 +66,15 @@ def sweep_blocks(
     scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None = None
 ) -> Generator[xr.Dataset]:
     """Solve the rows [start, stop) of a sweep in blocks over `row` of at least `size` rows."""
-    over, exciter = scene.over_arrays(), exciter_of(scene)
     told: Callable[[int], None] | None = None
     if progress is not None:
 
         def told(done: int) -> None:
             progress(done, stop - start)
 
-    fixed = {
-        name: value for name, value in exciter.parameters()._asdict().items() if name not in over
-    }
-    solved = solve_blocks(
-        exciter,
-        over,
+    return solve_blocks(
+        exciter_of(scene),
+        scene.over_arrays(),
         start,
         stop,
         size,
@@ -93,6 +88,3 @@ def sweep_blocks(
         effects=scene_effects(scene),
         patience=scene.patience,
     )
-    with closing(solved):
-        for block in solved:
-            yield describe(block.assign_coords(fixed))

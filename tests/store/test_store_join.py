@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from store_datasets import expected_grid, motion, rows_of_sweep, shard, write_shards
 
 from vibropipe import store
-from vibropipe.store import StoreError
+from vibropipe.store import StoreError, joining
 from vibropipe.store.grid import Grid
 
 DIMS = {"nu": np.linspace(0.3, 3, 7), "f": np.array([0.5, 1.0, 2.0]), "delta": np.array([0, 0.1])}
@@ -89,6 +89,18 @@ def test_a_large_grid_is_cut_anywhere_with_the_blocks_of_the_default_run(tmp_pat
     np.testing.assert_array_equal(dataset["regime"].values, values["regime"][places])
     np.testing.assert_array_equal(dataset["row_size"].values, values["row_size"][places])
     assert dataset["impact_velocity"].size == values["row_size"].sum()
+
+
+def test_a_join_tells_how_far_it_has_come(tmp_path, monkeypatch):
+    monkeypatch.setattr(joining, "BLOCK_ROWS", 7)
+    rows, seen = 60, []
+    dims = {"nu": np.arange(10.0), "f": np.arange(6.0)}
+    paths = write_shards(tmp_path, rows_of_sweep(rows), [20])
+    store.join(paths, tmp_path / "a.nc", dims, progress=lambda *counts: seen.append(counts))
+    done = [count for count, _ in seen]
+    assert len(done) > 5
+    assert done == sorted(set(done))
+    assert seen[-1] == (rows, rows)
 
 
 def test_the_order_of_the_shards_does_not_matter(tmp_path):

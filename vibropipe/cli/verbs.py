@@ -157,9 +157,11 @@ def join(
     study = load_study(file)
     as_sweep(study.scene(scene))
 
+    from vibropipe.progress import shown
     from vibropipe.scenes import join_to_file
 
-    join_to_file(study, scene, shards, output)
+    with shown(f"{scene}, joined", "rows") as progress:
+        join_to_file(study, scene, shards, output, progress)
 
 
 @app.command()

@@ -82,9 +82,16 @@ def expectation(
     return {"expected_seconds": known.seconds(threads, share)}
 
 
-def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) -> None:
+def join_to_file(
+    study: Study,
+    name: str,
+    shards: Sequence[Path],
+    path: Path,
+    progress: Progress | None = None,
+) -> None:
     """Join all shards of a sweep, in any order; the sidecar tells the time of all jobs together.
 
+    `progress` is told how many rows are joined, and of how many.
     Raises StudyError when there is no such scene, PlanError when it is no sweep, StoreError when
     the shards are not those of this scene.
     """
@@ -93,7 +100,8 @@ def join_to_file(study: Study, name: str, shards: Sequence[Path], path: Path) ->
     followed = scene.follow_pair()
     # code, versions and machine are those that solved the shards, not those that join them
     words = {key: value for key, value in origin(study, scene).items() if key not in OF_THE_SOLVER}
-    join(shards, path, scene.over_arrays(), followed[0] if followed else None, words)
+    dim = followed[0] if followed else None
+    join(shards, path, scene.over_arrays(), dim, words, progress)
     taken = [read_sidecar(shard) for shard in shards]
     seconds = sum(float(record.get("seconds", 0)) for record in taken)
     threads = max(int(record.get("threads", 1)) for record in taken)

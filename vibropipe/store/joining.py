@@ -8,7 +8,7 @@ however many rows there are.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -44,25 +44,32 @@ def join(
     dims: Mapping[str, np.ndarray],
     follow_dim: str | None = None,
     attrs: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Join the shards of a sweep into the file ``path``.
 
     Shards run over ``row`` in C order over ``dims`` (swept parameter -> its values), the followed
     one moved last; the joined variables run over ``dims`` in their own order, ragged ones in C
     order of that grid. Attributes are those of the shards (a list where they differ), then
-    ``attrs``. Raises StoreError, naming files and rows, when a shard is damaged or of another
-    sweep, when rows are missing or held twice, or when ``path`` cannot be written; ``path`` is
-    then as it was.
+    ``attrs``. ``progress`` is told (rows joined, rows in all) again and again. Raises StoreError,
+    naming files and rows, when a shard is damaged or of another sweep, when rows are missing or
+    held twice, or when ``path`` cannot be written; ``path`` is then as it was.
     """
     path = Path(path)
     grid = Grid({name: np.asarray(values) for name, values in dims.items()}, follow_dim)
     shards = inspect([Path(shard) for shard in shard_paths], grid)
     with whole_file(path) as temporary:
-        _write(shards, temporary, grid, _common(shards) | storable(attrs or {}))
+        _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)
         seal(temporary)
 
 
-def _write(shards: list[Shard], path: Path, grid: Grid, attrs: dict[str, Any]) -> None:
+def _write(
+    shards: list[Shard],
+    path: Path,
+    grid: Grid,
+    attrs: dict[str, Any],
+    progress: Callable[[int, int], None] | None,
+) -> None:
     import netCDF4
 
     first = shards[0]
@@ -81,6 +88,8 @@ def _write(shards: list[Shard], path: Path, grid: Grid, attrs: dict[str, Any]) -
             for name in gridded:
                 created[name][block.where] = grid.place(block, values[name])
             samples.put(block.start, block.stop, values)
+            if progress is not None:
+                progress(block.stop, grid.rows)
         samples.finish()
 
 

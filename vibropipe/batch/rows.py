@@ -26,10 +26,9 @@ OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 LOG_ROOM = 8192
 REST_ROOM = 512
-# Rows per call of the driver: few enough that threads end together, and for a word of progress and Ctrl-C, many
-# enough that calls cost nothing. Of few rows fewer, that there are so many pieces.
-ROWS_PER_CALL, LEAST_ROWS_PER_CALL = 256, 32
-PIECES = 32
+# Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
+# Towards the end a share of what is left, and ever fewer, so that threads end together.
+ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 32, 4
 
 Labelled = TypeVar("Labelled")
 
@@ -97,11 +96,14 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Ro
 
 def cuts(rows: int, chain_length: int) -> list[int]:
     """Ends of the pieces that rows are solved in: of as many whole chains as one call takes, or of parts of
-    chains longer than that."""
-    most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, rows // PIECES))
-    step = max(1, most // chain_length) * chain_length
-    within = range(0, chain_length, ROWS_PER_CALL)
-    return [*(first + part for first in range(0, rows, step) for part in within), rows]
+    chains longer than that. The same for any number of threads."""
+    ends = [0]
+    while ends[-1] < rows:
+        first = ends[-1]
+        most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, (rows - first) // SHARE))
+        stop = min(rows, first + max(1, most // chain_length) * chain_length)
+        ends += [*range(first + ROWS_PER_CALL, stop, ROWS_PER_CALL), stop]
+    return ends
 
 
 @jit_nogil

@@ -156,8 +156,7 @@ def solve_blocks(
     patience: int = PATIENCE,
 ) -> Generator[xr.Dataset]:
     """Rows of a sweep, as `solve_shard` returns them, in blocks of at least block_rows (whole pieces of whole
-    chains), one after the other: a block is made when it is asked for, and little is solved ahead of it. All
-    blocks but the last are of one size."""
+    chains), one after the other: a block is made when it is asked for, and little is solved ahead of it."""
     import xarray as xr
 
     arrays = check_over(over)

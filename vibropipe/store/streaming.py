@@ -28,9 +28,9 @@ SAMPLE_CHUNK_BYTES = CHUNK_BYTES // 8
 def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: int) -> None:
     """Write ``blocks`` of a sweep, ``rows`` rows in all, to the shard ``path``.
 
-    Blocks run over ``row``, follow each other (``row_start``, ``row_stop``) and have the same variables;
-    all but the last have one size. Each is written before the next one is asked for. Raises
-    NotWrittenError as :func:`write`, ValueError where rows are missing; ``path`` is then as it was.
+    Blocks run over ``row``, follow each other (``row_start``, ``row_stop``) and have the same variables.
+    Each is written before the next one is asked for. Raises NotWrittenError as :func:`write`,
+    ValueError where rows are missing; ``path`` is then as it was.
     """
     with whole_file(path) as temporary:
         _stream(blocks, temporary, rows)

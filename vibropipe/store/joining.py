@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -82,7 +82,7 @@ def _write(
         created = create(file, variables, attrs)
         ragged = {name: created[name] for name in first.ragged}
         samples = InOrder(ragged) if made is None else Turned(ragged, *made)
-        rows = Rows(shards, partial(_check_grid, grid))
+        rows = files.enter_context(closing(Rows(shards, partial(_check_grid, grid))))
         for block in grid.blocks(block_rows):
             values = rows.take(block.start, block.stop)
             for name in gridded:

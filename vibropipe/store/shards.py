@@ -8,7 +8,7 @@ themselves, and those that are the same in every shard.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -76,23 +76,29 @@ Values = dict[str, np.ndarray]
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a netCDF4 file for reading raw values; StoreError if it cannot be read."""
-    import netCDF4
-
+def reading(path: Path) -> Iterator[None]:
+    """Turn what netCDF4 raises while a file is read into a StoreError that names it."""
     try:
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_maskandscale(False)
-            file.set_auto_chartostring(False)
-            for variable in file.variables.values():
-                if variable.dimensions:
-                    # read once and whole: a cache would hold all of it a second time
-                    variable.set_var_chunk_cache(size=NO_CACHE)
-            yield file
+        yield
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:
         raise StoreError(f"{path} cannot be read: {error}") from error
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[netCDF4.Dataset]:
+    """Open a netCDF4 file for reading raw values; StoreError if it cannot be read."""
+    import netCDF4
+
+    with reading(path), netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        file.set_auto_chartostring(False)
+        for variable in file.variables.values():
+            if variable.dimensions:
+                # read once and whole: a cache would hold all of it a second time
+                variable.set_var_chunk_cache(size=NO_CACHE)
+        yield file
 
 
 def inspect(paths: Sequence[Path], grid: Grid) -> list[Shard]:
@@ -213,6 +219,11 @@ class Rows:
         self._check = check
         self._shard: Shard | None = None
         self._bounds: Values = {}
+        self._open = ExitStack()
+
+    def close(self) -> None:
+        """Close the shard that was read last."""
+        self._open.close()
 
     def take(self, start: int, stop: int) -> Values:
         """Return the rows [start, stop) of every variable over ``row`` or a sample dimension.
@@ -221,35 +232,37 @@ class Rows:
         """
         parts: dict[str, list[np.ndarray]] = {}
         while start < stop:
-            if self._shard is None or start >= self._shard.stop:
-                self._shard = next(self._left)
-                self._bounds = _bounds(self._shard)
-            end = min(stop, self._shard.stop)
-            for name, values in self._read(self._shard, start, end).items():
-                parts.setdefault(name, []).append(values)
+            shard = self._shard_of(start)
+            end = min(stop, shard.stop)
+            with reading(shard.path):
+                values = self._read(shard, start, end)
+            self._check(shard, start, values)
+            for name, part in values.items():
+                parts.setdefault(name, []).append(part)
             start = end
         return {
             name: pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
             for name, pieces in parts.items()
         }
 
+    def _shard_of(self, row: int) -> Shard:
+        """Return the shard of a row; a new one is opened, and where the samples of its rows begin is found."""
+        if self._shard is not None and row < self._shard.stop:
+            return self._shard
+        self.close()
+        shard = self._shard = next(self._left)
+        self._file = self._open.enter_context(opened(shard.path))
+        self._bounds = {
+            dim: np.concatenate([[0], np.cumsum(self._file.variables[name][...], dtype=np.int64)])
+            for dim, name in shard.samples.items()
+        }
+        return shard
+
     def _read(self, shard: Shard, start: int, stop: int) -> Values:
         places = {ROW: (start - shard.start, stop - shard.start)}
         places |= {dim: tuple(ends[list(places[ROW])]) for dim, ends in self._bounds.items()}
         values = {}
-        with opened(shard.path) as file:
-            for name in [*shard.gridded, *shard.ragged]:
-                first, last = places[shard.variables[name].dims[0]]
-                values[name] = np.asarray(file.variables[name][first:last])
-        self._check(shard, start, values)
+        for name in [*shard.gridded, *shard.ragged]:
+            first, last = places[shard.variables[name].dims[0]]
+            values[name] = np.asarray(self._file.variables[name][first:last])
         return values
-
-
-def _bounds(shard: Shard) -> Values:
-    """Return where the samples of each row begin, and the last end, for each sample dimension."""
-    with opened(shard.path) as file:
-        counts = {dim: file.variables[name][...] for dim, name in shard.samples.items()}
-    return {
-        dim: np.concatenate([[0], np.cumsum(count, dtype=np.int64)])
-        for dim, count in counts.items()
-    }

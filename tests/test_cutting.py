@@ -8,6 +8,7 @@ import pytest
 
 from vibropipe import cutting
 from vibropipe.batch import rows
+from vibropipe.plan import SECONDS_PER_ROW
 from vibropipe.scenes.sweep import solve_part
 from vibropipe.study import parse_study
 
@@ -57,7 +58,7 @@ def test_kernels_and_plan_agree_on_the_room_of_a_row():
 def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
     monkeypatch.setenv(cutting.SHARD_VARIABLE, str(seconds))
     scene = sweep_of(grid, 0.7, **keys)
-    shards = cutting.shard_count(scene, scene.row_count * 4e-4)
+    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
     sizes = []
     for shard in range(1, shards + 1):
         start, stop = cutting.row_range(scene, shard, shards)
@@ -65,7 +66,7 @@ def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, sec
     assert sum(sizes) == scene.row_count
     assert cutting.block_rows(scene) * cutting.row_memory(scene) <= cutting.BLOCK_BYTES
     if shards < cutting.MAX_SHARDS:
-        assert max(sizes) * 4e-4 <= seconds + 4e-4
+        assert max(sizes) * SECONDS_PER_ROW <= seconds + SECONDS_PER_ROW
 
 
 @pytest.mark.parametrize(
@@ -100,7 +101,7 @@ def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, mo
     study = tmp_path / "t.yaml"
     study.write_text(json.dumps(study_of(grid, R, **keys)))
     scene = sweep_of(grid, R, **keys)
-    shards = cutting.shard_count(scene, scene.row_count * 4e-4)
+    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
     command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert float(done.stdout) < 500e6

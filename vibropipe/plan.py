@@ -31,7 +31,7 @@ from vibropipe.study import (
 )
 from vibropipe.study.accuracy import PEERS
 
-SECONDS_PER_ROW = 4e-4
+SECONDS_PER_ROW = 4e-5
 SECONDS_PER_POINT = 20e-6
 SECONDS_PER_STEP = 10e-9
 SECONDS_PER_PERIOD = 1e-6

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from sharded import SHARDS, STUDY, said_until
 
-OFTEN = {"VIBROPIPE_SHARD_SECONDS": "0.1"}
+OFTEN = {"VIBROPIPE_SHARD_SECONDS": "0.01"}
 TARGET = "results/tiny/response.nc"
 MOMENTS = 20
 

@@ -4,11 +4,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
-from vibropipe.study import load_study
-from vibropipe.warm import miniature, work_of
+from vibropipe import warm, warmed
+from vibropipe.study import fingerprint, load_study
+from vibropipe.warm import miniature, not_calibrated, work_of
+from vibropipe.warmed import note
 
 CONFIG = Path(__file__).parents[1] / "config"
 STUDY = """\
@@ -52,6 +55,59 @@ def test_a_miniature_is_the_same_work_and_little_of_it(study):
         assert small.row_count <= 100
         assert small.kind != "motion" or small.tau_span()[1] < 20
         assert small.resolved_exciter() == scene.resolved_exciter()
+
+
+class Pool:
+    """Solves nothing, and keeps what it was asked for."""
+
+    asked: ClassVar[list[str]] = []
+
+    def __init__(self, processes, context):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def map(self, function, files, names, motions):
+        self.asked += names
+        return []
+
+
+def test_only_what_was_not_compiled_before_is_compiled(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(warm, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(warmed, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(Pool, "asked", [])
+    file = Path(study.source)
+
+    def compiled() -> set[str]:
+        Pool.asked.clear()
+        warm.warm([file], 2)
+        return set(Pool.asked)
+
+    assert len(compiled()) == len({work_of(scene) for scene in study.scenes.values()})
+    assert compiled() == set()
+    file.write_text(
+        STUDY + "  both: {kind: sweep, over: {f: [1, 2]}, outputs: [energy, impacts]}\n"
+    )
+    assert compiled() == {"both"}
+    monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
+    assert len(compiled()) > 1
+
+
+def test_a_study_is_calibrated_until_all_its_scenes_are(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(warmed, "cache_folder", lambda: tmp_path)
+    file = Path(study.source)
+    first, *others = [fingerprint(study, name) for name in study.scenes]
+    assert not_calibrated([file]) == [file]
+    note(others)
+    assert not_calibrated([file]) == [file]
+    note([first])
+    assert not_calibrated([file]) == []
+    file.write_text(STUDY.replace("1e6", "1e5"))
+    assert not_calibrated([file]) == [file]
 
 
 @pytest.mark.slow

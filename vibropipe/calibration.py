@@ -39,6 +39,7 @@ from vibropipe.study import (
 )
 from vibropipe.study.grids import ValueGrid
 from vibropipe.warm import miniature, work_of
+from vibropipe.warmed import note
 
 # Seconds of one core that the samples of a whole study may take, and those of one scene at least.
 BUDGET, LEAST_BUDGET = 1.0, 0.05
@@ -65,7 +66,9 @@ def calibrate_all(files: Sequence[Path], processes: int) -> None:
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(processes, len(studies)), context) as pool:
         for study, found in zip(studies, pool.map(expectations, studies), strict=True):
-            keep({fingerprint(study, name): value for name, value in found.items()})
+            kept = {fingerprint(study, name): value for name, value in found.items()}
+            keep(kept)
+            note(kept)
 
 
 def expectations(study: Study) -> dict[str, Expected]:

@@ -22,11 +22,13 @@ from vibropipe.study import (
     MotionScene,
     Scene,
     SweepScene,
+    fingerprint,
     load_study,
     scene_effects,
 )
 from vibropipe.study.accuracy import METHODS
 from vibropipe.study.grids import ValueGrid
+from vibropipe.warmed import done_before, note
 
 Task = tuple[Path, str, str | None]
 # Beginnings of works.
@@ -43,7 +45,8 @@ ORDER = (
 
 
 def warm(files: Sequence[Path], processes: int) -> None:
-    """Compile the kernels of all scenes of the studies into the cache, in so many processes.
+    """Compile the kernels of all scenes of the studies into the cache, in so many processes, but for what
+    was compiled before.
 
     Raises StudyError when a study cannot be taken.
     """
@@ -52,11 +55,26 @@ def warm(files: Sequence[Path], processes: int) -> None:
         for name, scene in load_study(file).scenes.items():
             for work, motion in parts_of(scene):
                 tasks.setdefault(work, (file, name, motion))
-    ordered = [tasks[work] for work in sorted(tasks, key=place_of)]
+    before = done_before()
+    ordered = [tasks[work] for work in sorted(tasks, key=place_of) if work not in before]
+    if not ordered:
+        return
     # Processes of their own: the compiler holds the interpreter's lock.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(processes, len(tasks)), context) as pool:
+    with ProcessPoolExecutor(min(processes, len(ordered)), context) as pool:
         list(pool.map(solve_in_miniature, *zip(*ordered, strict=True)))
+    note(tasks)
+
+
+def not_calibrated(files: Sequence[Path]) -> list[Path]:
+    """Return the studies with a scene of which no warming has found out how long it takes here."""
+    before = done_before()
+    studies = {file: load_study(file) for file in files}
+    return [
+        file
+        for file, study in studies.items()
+        if not before.issuperset(fingerprint(study, name) for name in study.scenes)
+    ]
 
 
 def parts_of(scene: Scene) -> Iterator[tuple[str, str | None]]:

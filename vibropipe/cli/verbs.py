@@ -234,13 +234,17 @@ def warm(
     ] = None,
 ) -> None:
     """Compile what the scenes of some studies need, and find out how long they will take."""
-    from vibropipe.calibration import calibrate_all
     from vibropipe.store import whole_file
+    from vibropipe.warm import not_calibrated
     from vibropipe.warm import warm as compile_all
 
     processes = threads or os.cpu_count() or 1
     compile_all(files, processes)
-    calibrate_all(files, processes)
+    new = not_calibrated(files)
+    if new:
+        from vibropipe.calibration import calibrate_all
+
+        calibrate_all(new, processes)
     if stamp is not None:
         with whole_file(stamp):
             pass

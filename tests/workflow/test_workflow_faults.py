@@ -143,6 +143,9 @@ def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
 def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_gone_on_from(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)
     said = said_until("Finished jobid", process)
+    os.killpg(
+        process.pid, signal.SIGSTOP
+    )  # its shards are short: it would be done before the second is refused
     second = unsolved.snakemake("--notemp", TARGET, code=1, **OFTEN)
     assert "cannot be locked" in second
     assert "--unlock" in second

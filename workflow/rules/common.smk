@@ -144,12 +144,19 @@ def is_wide(plan):
     return takes_times(plan) or worth(plan) > 1
 
 
+def is_early(study, plan):
+    """Return whether a scene that is one core's work should not come last: it is long, or its study is the one
+    with the most figures, which are drawn by one core when all its scenes are there."""
+    most = max(PLANS, key=lambda name: len(PLANS[name]))
+    return plan.seconds > 4 or study == most
+
+
 def scenes_regex(chosen, folder=""):
-    """Return the names of the scenes whose plans are chosen, each behind its study's folder."""
+    """Return the names of the scenes that are chosen by study and plan, each behind its study's folder."""
     found = [
         f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
         for study, plans in PLANS.items()
-        if (names := [name for name, plan in plans.items() if chosen(plan)])
+        if (names := [name for name, plan in plans.items() if chosen(study, plan)])
     ]
     return "|".join(found) or "(?!)"
 

@@ -11,7 +11,7 @@ rule join:
     benchmark:
         "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(lambda plan: plan.shards > 1),
+        scene=scenes_regex(lambda study, plan: plan.shards > 1),
     threads: 1
     resources:
         mem_mb=2000,

@@ -13,6 +13,8 @@ for name in STUDIES:
             f"logs/{name}/figures.log",
         benchmark:
             f"benchmarks/{name}/figures.tsv"
+        # the more figures, the longer it takes
+        priority: min(len(STUDIES[name].scenes), 15)
         threads: 1
         resources:
             mem_mb=2000,

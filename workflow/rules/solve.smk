@@ -32,7 +32,10 @@ rule solve:
     benchmark:
         "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(lambda plan: plan.shards == 1 and not is_wide(plan)),
+        scene=scenes_regex(
+            lambda study, plan: plan.shards == 1
+            and not (is_wide(plan) or is_early(study, plan))
+        ),
     threads: threads_of
     resources:
         mem_mb=1000,
@@ -52,8 +55,19 @@ rule solve:
 # would come last, alone.
 use rule solve as solve_wide with:
     wildcard_constraints:
-        scene=scenes_regex(lambda plan: plan.shards == 1 and is_wide(plan)),
+        scene=scenes_regex(lambda study, plan: plan.shards == 1 and is_wide(plan)),
     priority: 20
+
+
+# What would keep one core at work when there is nothing left for the others.
+use rule solve as solve_early with:
+    wildcard_constraints:
+        scene=scenes_regex(
+            lambda study, plan: plan.shards == 1
+            and not is_wide(plan)
+            and is_early(study, plan)
+        ),
+    priority: 15
 
 
 # A part of a sweep that is too long for one job; kept until the join has used it.
@@ -68,7 +82,7 @@ rule solve_shard:
     benchmark:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
+        scene=scenes_regex(lambda study, plan: plan.shards > 1, folder="shards/"),
     # the longest work of a study begins first, so that no core waits for it in the end
     priority: 10
     threads: 1

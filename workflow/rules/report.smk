@@ -13,7 +13,7 @@ for name in STUDIES:
             f"logs/{name}/figures.log",
         benchmark:
             f"benchmarks/{name}/figures.tsv"
-        # the more figures, the longer it takes
+        # the more figures, the longer it takes and the sooner it begins
         priority: min(len(STUDIES[name].scenes), 15)
         threads: 1
         resources:

@@ -36,6 +36,8 @@ rule solve:
             lambda study, plan: plan.shards == 1
             and not (is_wide(plan) or is_early(study, plan))
         ),
+    # before anything is drawn, but for the longest figures
+    priority: 5
     threads: threads_of
     resources:
         mem_mb=1000,

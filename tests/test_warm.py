@@ -4,13 +4,12 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import ClassVar
 
 import pytest
 
-from vibropipe import warm, warmed
+from vibropipe import warmed
 from vibropipe.study import fingerprint, load_study
-from vibropipe.warm import miniature, not_calibrated, work_of
+from vibropipe.warm import miniature, not_calibrated, not_compiled, work_of
 from vibropipe.warmed import note
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -57,44 +56,20 @@ def test_a_miniature_is_the_same_work_and_little_of_it(study):
         assert small.resolved_exciter() == scene.resolved_exciter()
 
 
-class Pool:
-    """Solves nothing, and keeps what it was asked for."""
-
-    asked: ClassVar[list[str]] = []
-
-    def __init__(self, processes, context):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-    def map(self, function, files, names, motions):
-        self.asked += names
-        return []
-
-
 def test_only_what_was_not_compiled_before_is_compiled(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(warm, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(warmed, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(Pool, "asked", [])
     file = Path(study.source)
-
-    def compiled() -> set[str]:
-        Pool.asked.clear()
-        warm.warm([file], 2)
-        return set(Pool.asked)
-
-    assert len(compiled()) == len({work_of(scene) for scene in study.scenes.values()})
-    assert compiled() == set()
+    works = not_compiled([file])
+    assert set(works) == {work_of(scene) for scene in study.scenes.values()}
+    note(works)
+    assert not_compiled([file]) == {}
     file.write_text(
         STUDY + "  both: {kind: sweep, over: {f: [1, 2]}, outputs: [energy, impacts]}\n"
     )
-    assert compiled() == {"both"}
+    ((_, scene, _),) = not_compiled([file]).values()
+    assert scene == "both"
     monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
-    assert len(compiled()) > 1
+    assert set(not_compiled([file])) > set(works)
 
 
 def test_a_study_is_calibrated_until_all_its_scenes_are(study, tmp_path, monkeypatch):

@@ -38,7 +38,13 @@ from vibropipe.study import (
     scene_effects,
 )
 from vibropipe.study.grids import ValueGrid
-from vibropipe.warm import miniature, work_of
+from vibropipe.warm import (
+    miniature,
+    not_calibrated,
+    not_compiled,
+    solve_in_miniature,
+    work_of,
+)
 from vibropipe.warmed import note
 
 # Seconds of one core that the samples of a whole study may take, and those of one scene at least.
@@ -59,13 +65,23 @@ def calibrate(study: Study) -> dict[str, Expected]:
     return found
 
 
-def calibrate_all(files: Sequence[Path], processes: int) -> None:
-    """Keep the expectations of all scenes of the studies, found in so many processes."""
-    studies = [load_study(file) for file in files]
-    # Kernels are loaded in each for the first time, as by a job.
+def warm(files: Sequence[Path], processes: int) -> None:
+    """Compile what the scenes of the studies need and keep their expectations, in so many processes; what has
+    been done before is left out.
+
+    Raises StudyError when a study cannot be taken.
+    """
+    works = not_compiled(files)
+    studies = [load_study(file) for file in not_calibrated(files)]
+    # Processes of their own: the compiler holds the interpreter's lock.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(processes, len(studies)), context) as pool:
-        for study, found in zip(studies, pool.map(expectations, studies), strict=True):
+    with ProcessPoolExecutor(processes, context) as pool:
+        compiled = pool.map(solve_in_miniature, *zip(*works.values(), strict=True))
+        # Where nothing is left to compile this begins, while another process compiles its last.
+        calibrated = pool.map(expectations, studies)
+        list(compiled)
+        note(works)
+        for study, found in zip(studies, calibrated, strict=True):
             kept = {fingerprint(study, name): value for name, value in found.items()}
             keep(kept)
             note(kept)

@@ -5,9 +5,7 @@ Each scene is solved in miniature: the same kernels in the same specialisations,
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +26,7 @@ from vibropipe.study import (
 )
 from vibropipe.study.accuracy import METHODS
 from vibropipe.study.grids import ValueGrid
-from vibropipe.warmed import done_before, note
+from vibropipe.warmed import done_before
 
 Task = tuple[Path, str, str | None]
 # Beginnings of works.
@@ -44,9 +42,8 @@ ORDER = (
 )
 
 
-def warm(files: Sequence[Path], processes: int) -> None:
-    """Compile the kernels of all scenes of the studies into the cache, in so many processes, but for what
-    was compiled before.
+def not_compiled(files: Sequence[Path]) -> dict[str, Task]:
+    """Return what the scenes of the studies need and nothing has compiled here before: tasks by work, in order.
 
     Raises StudyError when a study cannot be taken.
     """
@@ -56,18 +53,11 @@ def warm(files: Sequence[Path], processes: int) -> None:
             for work, motion in parts_of(scene):
                 tasks.setdefault(work, (file, name, motion))
     before = done_before()
-    ordered = [tasks[work] for work in sorted(tasks, key=place_of) if work not in before]
-    if not ordered:
-        return
-    # Processes of their own: the compiler holds the interpreter's lock.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(processes, len(ordered)), context) as pool:
-        list(pool.map(solve_in_miniature, *zip(*ordered, strict=True)))
-    note(tasks)
+    return {work: tasks[work] for work in sorted(tasks, key=place_of) if work not in before}
 
 
 def not_calibrated(files: Sequence[Path]) -> list[Path]:
-    """Return the studies with a scene of which no warming has found out how long it takes here."""
+    """Return the studies with a scene of which nothing has found out before how long it takes here."""
     before = done_before()
     studies = {file: load_study(file) for file in files}
     return [

@@ -235,16 +235,12 @@ def warm(
 ) -> None:
     """Compile what the scenes of some studies need, and find out how long they will take."""
     from vibropipe.store import whole_file
-    from vibropipe.warm import not_calibrated
-    from vibropipe.warm import warm as compile_all
+    from vibropipe.warm import not_calibrated, not_compiled
 
-    processes = threads or os.cpu_count() or 1
-    compile_all(files, processes)
-    new = not_calibrated(files)
-    if new:
-        from vibropipe.calibration import calibrate_all
+    if not_compiled(files) or not_calibrated(files):
+        from vibropipe.calibration import warm as warm_up
 
-        calibrate_all(new, processes)
+        warm_up(files, threads or os.cpu_count() or 1)
     if stamp is not None:
         with whole_file(stamp):
             pass

@@ -36,6 +36,11 @@ MAX_MULTIPLE = 32
 # Share of the motion's size within which the section counts as nearly repeating.
 NEARLY = 1e-4
 CLOSED = 1e-13
+# An orbit of more than so many periods has nearly repeated once before, within so many times that share: a chaotic
+# motion comes back by chance after many periods, and seldom twice.
+SURE_MULTIPLE, BEFORE = 2, 30.0
+# Place of the section at period 0 among those kept; before it lie places that nothing is near to.
+ZERO = 2 * MAX_MULTIPLE
 # Share within which a closed orbit must repeat to be that of a divisor of its multiple.
 SAME = 1e-9
 MAX_NEWTON = 12
@@ -147,12 +152,26 @@ def with_least_multiple(e, p, grid, orbit, log, c):
 
 
 @jit
-def _may_repeat(xs, vs, x, v, size) -> bool:
-    """Whether the section nearly repeats any of those kept: one look at all, which the vector units do."""
+def _may_repeat(xs, vs, k, size) -> bool:
+    """Whether the section at period k nearly repeats any of the last: one look at all, which the vector units do."""
+    now = ZERO + k
+    x, v, last_xs, last_vs = (
+        xs[now],
+        vs[now],
+        xs[now - MAX_MULTIPLE : now],
+        vs[now - MAX_MULTIPLE : now],
+    )
     near = 0
     for i in range(MAX_MULTIPLE):
-        near += abs(xs[i] - x) + abs(vs[i] - v) <= NEARLY * size
+        near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= NEARLY * size
     return near > 0
+
+
+@jit
+def _apart(xs, vs, k, m):
+    """How far the section at period k is from that m periods before."""
+    now = ZERO + k
+    return abs(xs[now - m] - xs[now]) + abs(vs[now - m] - vs[now])
 
 
 @jit
@@ -161,15 +180,16 @@ def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
     with and that can be closed."""
     none = complex(math.nan, 0.0)
     orbit = Settled(APERIODIC, OK, 0, state, state, math.inf, 0, none, none)
-    x, v = section(p, state)
     tried = 0
     for m in range(1, min(k, MAX_MULTIPLE) + 1):
-        then = (k - m) % MAX_MULTIPLE
-        if abs(xs[then] - x) + abs(vs[then] - v) <= NEARLY * size:
-            tried += m
-            found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
-            if found:
-                return tried, True, with_least_multiple(e, p, grid, orbit, log, c)
+        if not _apart(xs, vs, k, m) <= NEARLY * size:
+            continue
+        if m > SURE_MULTIPLE and not _apart(xs, vs, k - m, m) <= BEFORE * NEARLY * size:
+            continue
+        tried += m
+        found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
+        if found:
+            return tried, True, with_least_multiple(e, p, grid, orbit, log, c)
     return tried, False, orbit
 
 
@@ -183,20 +203,21 @@ def loses_speed(p, log) -> bool:
 
 
 @jit
-def kind_of(p, log, sizes, k):
-    """Kind of a motion without an orbit from the sizes of its section at the periods 1 to k and its last contacts.
+def kind_of(p, log, xs, vs, k):
+    """Kind of a motion without an orbit from its section at the periods 1 to k and its last contacts.
 
     By quarters: unbounded, or (damping bounds every motion, and so do impacts that lose speed) drifting, is what
     grows from the second to the last, and as fast as before.
     """
     early, middle, late = 0.0, 0.0, 0.0
     for i in range(1, k + 1):
+        size = abs(xs[ZERO + i]) + abs(vs[ZERO + i])
         if 4 * i > k and 2 * i <= k:
-            early = max(early, sizes[i])
+            early = max(early, size)
         if 2 * i > k and 4 * i <= 3 * k:
-            middle = max(middle, sizes[i])
+            middle = max(middle, size)
         if 4 * i > 3 * k:
-            late = max(late, sizes[i])
+            late = max(late, size)
     if late > GROWTH * early:
         if p.h > 0.0 or loses_speed(p, log):
             return DRIFTING
@@ -226,12 +247,12 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
 
     window: a `Window`, of what a motion without an orbit shows in its last periods, or None.
     """
-    xs, vs = np.full(MAX_MULTIPLE, math.inf), np.full(MAX_MULTIPLE, math.inf)
-    sizes = np.empty(max_periods + 1)
+    xs, vs = np.empty(ZERO + max_periods + 1), np.empty(ZERO + max_periods + 1)
+    xs[:ZERO] = vs[:ZERO] = math.inf
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
-    xs[0], vs[0] = section(p, state)
-    largest = abs(xs[0]) + abs(vs[0])
+    xs[ZERO], vs[ZERO] = section(p, state)
+    largest = abs(xs[ZERO]) + abs(vs[ZERO])
     spent = 0
     a, b, growth = 1.0, 0.0, 0.0
     kind, ending = APERIODIC, min(patience, max_periods)
@@ -242,8 +263,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
         state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
         if status != OK and status != LOG_FULL:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
-        x, v = section(p, state)
-        sizes[k] = abs(x) + abs(v)
+        xs[ZERO + k], vs[ZERO + k] = section(p, state)
         largest = max(largest, size_of(p, state, log))
         if window is not None and k > shown_after:
             if k == shown_after + 1:
@@ -252,7 +272,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
         if k > patience - FOLLOWED and k <= patience:
             a, b, grown = follow_growth(e, p, log, start, state, a, b)
             growth += grown
-        if k > PATIENT_TRIES * spent and _may_repeat(xs, vs, x, v, largest):
+        if k > PATIENT_TRIES * spent and _may_repeat(xs, vs, k, largest):
             tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
             if found:
                 return Settled(
@@ -260,9 +280,8 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
                     orbit.first, orbit.second,
                 )  # fmt: skip
             spent += tried
-        xs[k % MAX_MULTIPLE], vs[k % MAX_MULTIPLE] = x, v
         if k == ending:
-            kind = kind_of(p, log, sizes, k)
+            kind = kind_of(p, log, xs, vs, k)
             if k == max_periods or (growth > CHAOTIC and kind == APERIODIC and p.h > 0.0):
                 break
             ending, shown_after = max_periods, max(k, max_periods - WINDOW)

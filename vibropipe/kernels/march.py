@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit_inline
 from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.newmark_steps import coast_newmark
@@ -18,7 +18,7 @@ NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
 SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
 
 
-@jit
+@jit_inline
 def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events):
     """March from `state` to the end; returns (state, Status).
 

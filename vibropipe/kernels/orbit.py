@@ -41,7 +41,7 @@ def at_period_zero(state):
     )
 
 
-@jit
+@jit_inline
 def periods(e, p, grid, state, m, log, c, max_events):
     """(state, status) after m forcing periods; status LOG_FULL when the log had no room for all contacts.
 

@@ -19,7 +19,7 @@ RESONANT = 1e-3
 ONE = np.int64(1)
 
 
-@jit
+@jit_inline
 def turn_factor(turns):
     """exp(-2 pi i turns)."""
     s, c = sincos_turns(turns)

@@ -169,10 +169,10 @@ def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
     approach = -slope * per_step
     speed = reset(restitution_of(e, p, struck), approach)
     turn = (at + theta) / grid.steps
+    new = side_at(e, p, struck)
     order, _wait = departure(e, p, grid, struck, speed, turn)
     if order != WITH_SPEED:
         return False, side, 0.0, y, w
-    new = side_at(e, p, struck)
     if e.forcing is None:
         # No grid of phases to come back to: the next step begins here.
         y1, w1 = 0.0, speed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from vibropipe.jit import jit
+from vibropipe.jit import jit, jit_inline
 from vibropipe.kernels.grid import locate
 from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
 
@@ -119,17 +119,25 @@ def release_order(push_rate):
     return WITH_RATE if push_rate > 0.0 else WITH_CURVATURE
 
 
-@jit
+@jit_inline
 def departure(e, p, grid, home, w, turn):
     """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
     (the rest of a chatter, completed; 0 when it is at rest already)."""
     if e.rest is None:
         # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
         return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
-    sigma, load, _near, _far = frame(p, home)
+    _sigma, load, _near, _far = frame(p, home)
     most = abs(p.f) + abs(load) + p.h * w
     if w > FASTEST_CHATTER * most and w * w > LOWEST_HOP * p.l * most:
         return WITH_SPEED, 0.0
+    # Not the grid itself: to hand it over takes longer than to tell the plain departure above.
+    return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, most)
+
+
+@jit
+def _slow_departure(e, p, period, home, w, turn, most):
+    """`departure` with a speed that may be part of a chatter, or none; most: the largest push there can be."""
+    sigma, load, _near, _far = frame(p, home)
     s, c = 0.0, 0.0
     if e.forcing is not None:
         s, c = force_at(p, sigma, turn)
@@ -144,7 +152,7 @@ def departure(e, p, grid, home, w, turn):
             # The rates side by side: where they cancel for an instant, the next order counts.
             wait = chatter_duration(w, push, abs(rate) + w, restitution, h, p.nu)
             if wait < NEVER:
-                return REST, wait / (grid.steps * grid.dt)
+                return REST, wait / period
             if restitution >= 1.0 and h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
                 return REST, 0.0
         return WITH_SPEED, 0.0

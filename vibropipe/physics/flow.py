@@ -118,7 +118,8 @@ def exact_basis(h: float, nu: float, dt: float):
 @jit
 def combine(basis, c, y, w, load, s, s_rate) -> None:
     """Fill c[0..ORDER] with the motion from (y, w) under load and force (s, s_rate)."""
-    for n in range(ORDER + 1):
+    # A loop of a length that the compiler knows it unrolls, and does not vectorise.
+    for n in range(basis.shape[1]):
         c[n] = (y * basis[0, n] + w * basis[1, n]) + (
             load * basis[2, n] + (s * basis[3, n] + s_rate * basis[4, n])
         )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vibropipe.kernels.grid import Grid, exact_grid
 from vibropipe.kernels.passage import crosses_once, refine
 from vibropipe.kernels.roots import hop_root, only_root
-from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.effects import ALL_EFFECTS, NAMES, of_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine, motion
 from vibropipe.physics.forcing import TWO_PI
@@ -112,7 +112,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
     (found,) = closings(gap, 1.0)
     if w > 0:
         assert np.polyval(gap[::-1], np.linspace(0, found, 1001)).max() < room
-    theta, slope = refine(c, 1.0, -near, *ends)
+    theta, slope = refine(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
     if theta <= 1.0:
         assert theta == pytest.approx(found, abs=1e-4)
         assert abs(np.polyval(gap[::-1], theta)) < 1e-15
@@ -125,3 +125,20 @@ def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: flo
     combine(GRID.basis, c, y, w, load, 0.0, 0.0)
     y1, w1 = motion(c, 1.0, GRID.dt)
     assert crosses_once(GRID, y, w, load, y, y1, w * GRID.dt, w1 * GRID.dt, 1.0)
+
+
+@given(y=st.floats(0.01, 0.2), w=st.floats(-3, -0.5), load=SOME)
+@example(y=0.1, w=-1.0, load=0.0)
+def test_without_a_force_the_equation_refines_like_the_polynomial(
+    y: float, w: float, load: float
+) -> None:
+    c = np.empty(ORDER + 1)
+    combine(GRID.basis, c, y, w, load, 0.0, 0.0)
+    y1, w1 = motion(c, 1.0, GRID.dt)
+    ends = y, y1, w * GRID.dt, w1 * GRID.dt
+    if not crosses_once(GRID, y, w, load, *ends, 1.0):
+        return
+    asked = FORCED, GRID, c, load, 1.0, 0.0, *ends
+    theta, slope = refine(ALL_EFFECTS, *asked)
+    unforced = of_names([name for name in NAMES if name != "forcing"])
+    assert refine(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)

@@ -76,7 +76,7 @@ def crosses_once(grid, y, w, load, first, last, slope0, slope1, room) -> bool:
 
 
 @jit_inline
-def refine(c, sign, offset, first, last, slope0, slope1):
+def refine(e, p, grid, c, load, sign, offset, first, last, slope0, slope1):
     """(theta, slope there) of the one root of a gap; theta = 2 if it was not found to rounding.
 
     By Halley's method, two evaluations as a rule, from the cubic through both ends of the inverse of the gap;
@@ -93,6 +93,11 @@ def refine(c, sign, offset, first, last, slope0, slope1):
         theta = 2.0 * first / (math.sqrt(max(slope0 * slope0 - bend, 0.0)) - slope0)
     for _ in range(MAX_REFINEMENTS):
         value, slope, curvature = motion_with_curvature(c, theta)
+        if e.forcing is None:
+            # By eq. (5), which without a force takes less than the polynomial.
+            curvature = grid.dt * (grid.dt * (load - value))
+            if e.damping is not None:
+                curvature -= p.h * grid.dt * slope
         value, slope, curvature = offset + sign * value, sign * slope, sign * curvature
         # One division: the chain of an impact is as long as its divisions.
         inverse = 1.0 / slope
@@ -162,7 +167,7 @@ def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
         combine(grid.basis, c, y, w, side.load, s, s_rate)
     else:
         combine_unforced(grid.basis, c, y, w, side.load)
-    theta, slope = refine(c, sign, offset, first, last, slope0, slope1)
+    theta, slope = refine(e, p, grid, c, side.load, sign, offset, first, last, slope0, slope1)
     if not theta < LATEST:
         return False, side, 0.0, y, w
     per_step = 1.0 / grid.dt

@@ -128,7 +128,7 @@ def combine(basis, c, y, w, load, s, s_rate) -> None:
 @jit
 def combine_unforced(basis, c, y, w, load) -> None:
     """The same without forcing."""
-    for n in range(ORDER + 1):
+    for n in range(basis.shape[1]):
         c[n] = y * basis[0, n] + w * basis[1, n] + load * basis[2, n]
 
 

@@ -234,7 +234,7 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
     """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
     them at most, up to the step in which something else may happen.
 
-    With one support alone flights are long: two steps at once are tried first.
+    With one support alone flights are long: two steps at once are tried first, and without a force off a support.
     """
     a11, a12, a21, a22 = grid.a11, grid.a12, grid.a21, grid.a22
     twice_11, twice_12 = a11 * a11 + a12 * a21, a11 * a12 + a12 * a22
@@ -248,7 +248,8 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
     left = steps_left(grid, period, step, theta, end_period, end_step, end_theta)
     while left > 0:
         part_y, part_w = parts(e, grid, side, step)
-        if (e.support_1 is None or e.support_2 is None) and left > 1:
+        long = e.support_1 is None or e.support_2 is None or (e.forcing is None and departs == 1)
+        if long and left > 1:
             second = step + 1 if step + 1 < grid.steps else 0
             later_y, later_w = parts(e, grid, side, second)
             later_y, later_w = mapped(a11, a12, a21, a22, part_y, part_w, later_y, later_w)

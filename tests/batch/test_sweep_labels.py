@@ -53,12 +53,8 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
     limits = MAX_PERIODS, PATIENCE
-    solved = solve_rows(
-        points, lambda a, b: [rows[a:b]], (0.0, 0.0), 1, *limits, 0, (), lambda _, found: found[0]
-    )
-    pieces = [piece for _, made in solved for piece in made]
-    regimes = np.concatenate([piece.regime for piece in pieces])
-    multiples = np.concatenate([piece.period_multiple for piece in pieces])
+    ((_, (solved,)),) = solve_rows(points, lambda a, b: [rows[a:b]], (0.0, 0.0), 1, *limits, 0, ())
+    regimes, multiples = solved.regime, solved.period_multiple
     assert len(np.unique(regimes)) > 3
     apart = []
     for i in range(points):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import mmap
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from itertools import islice, pairwise
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -28,9 +28,12 @@ LOG_ROOM = 8192
 REST_ROOM = 512
 # Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
 # Towards the end a share of what is left, and ever fewer, so that threads end together.
-ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 32, 4
+ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 64, 4
+# Seconds between two words of progress.
+TELL_EVERY = 0.25
 
-Labelled = TypeVar("Labelled")
+# Of each part of some chains its solutions, when they are there.
+Solving = Future[list[list[Rows]]]
 
 
 class Room(NamedTuple):
@@ -148,19 +151,16 @@ def solve_rows(
     patience: int,
     harmonics: int,
     outputs: tuple[str, ...],
-    label: Callable[[Sequence[np.ndarray], Sequence[Rows]], Labelled],
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
-    ahead: int | None = None,
-) -> Generator[tuple[int, list[Labelled]]]:
-    """Results of rows, piece after piece (`cuts`), by as many threads as numba has; bit for bit the same for every
-    number of them.
+    block_rows: int | None = None,
+) -> Generator[tuple[int, list[Rows]]]:
+    """Results of rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
 
     parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
-    the first row of each chain. effects: what the kernel has, for all rows alike.
-    label(parameters, solutions): makes of a piece what is kept of it, as soon as it is solved.
-    Yields (stop, what was made of the pieces since the last), in order, at ends of chains. About `ahead` rows are
-    solved before they are taken (all, if left out). progress is told the rows done after each piece."""
+    the first row of each chain. effects: what the kernel has, for all rows alike. progress is told the rows done.
+    Yields (stop, solutions) of blocks of at least block_rows (all, if left out) in whole chains, in order. While a
+    block is looked at the next is solved, and no more."""
     own = threading.local()
 
     def solve(values: np.ndarray, seeds: np.ndarray) -> Rows:
@@ -176,36 +176,68 @@ def solve_rows(
             _sample(effects, values, out.section, marched, out.motion)
         return _compact(out)
 
-    def solve_chains(ends: Sequence[int]) -> list[Labelled]:
-        labelled: list[Labelled] = []
-        solved: list[Rows] = []
+    def solve_chains(ends: Sequence[int]) -> list[list[Rows]]:
+        solved: list[list[Rows]] = []
         for first, stop in pairwise(ends):
             pieces = parameters(first, stop)
             seeds = [np.tile(start, (stop - first, 1)) for _ in pieces]
-            for seed, before in zip(seeds, solved, strict=False):  # a chain goes on
-                seed[0] = before.section[-1]
-            solved = [solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)]
-            labelled.append(label(pieces, solved))
-        return labelled
+            if solved:  # a chain goes on
+                for seed, before in zip(seeds, solved[-1], strict=True):
+                    seed[0] = before.section[-1]
+            solved.append([solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)])
+        return solved
 
     # Compiled or loaded once, before threads ask for it side by side.
     solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
     work = whole_chains(cuts(rows, chain_length), chain_length)
     count = numba.get_num_threads()
-    rows_of_work = max(ROWS_PER_CALL, chain_length)
-    most = len(work) if ahead is None else max(count + 1, ahead // rows_of_work)
-    left, waiting = iter(work), deque[Future[list[Labelled]]]()
     threads = ThreadPoolExecutor(count)
+    left, waiting = iter(work), deque[Solving]()
     try:
-        for ends in work:
-            for more in islice(left, most - len(waiting)):
-                waiting.append(threads.submit(solve_chains, more))
-            made = waiting.popleft().result()
-            if progress is not None:
-                progress(ends[-1])
-            yield ends[-1], made
+        for block in blocks(work, rows if block_rows is None else block_rows):
+            # Of blocks of a piece or two so many that no thread waits.
+            most = 2 * max(len(block), count)
+            for ends in islice(left, most - len(waiting)):
+                waiting.append(threads.submit(solve_chains, ends))
+            pieces = [waiting.popleft() for _ in block]
+            yield block[-1][-1], finished(pieces, block, progress)
     finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
         threads.shutdown(cancel_futures=True)
+
+
+def finished(
+    pieces: list[Solving],
+    block: Sequence[list[int]],
+    progress: Callable[[int], None] | None,
+) -> list[Rows]:
+    """The solutions of a block when all its pieces are solved, which are taken from the list: they are not
+    kept beside them."""
+    undone: Collection[Solving] = pieces
+    # Once for all: to be woken for each piece takes time from the threads that solve.
+    while undone:
+        done, undone = wait(pieces, TELL_EVERY, FIRST_EXCEPTION)
+        for piece in done:
+            piece.result()  # raises what was raised there
+        if progress is not None:
+            of_them = (ends for piece, ends in zip(pieces, block, strict=True) if piece in done)
+            progress(block[0][0] + sum(ends[-1] - ends[0] for ends in of_them))
+    parts = [part for piece in pieces for part in piece.result()]
+    pieces.clear()
+    return [
+        Rows(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*parts, strict=True)
+    ]
+
+
+def blocks(work: Sequence[list[int]], size: int) -> Iterator[list[list[int]]]:
+    """Groups of cuts (`whole_chains`) gathered until they have `size` rows."""
+    block: list[list[int]] = []
+    for ends in work:
+        block.append(ends)
+        if ends[-1] - block[0][0] >= size:
+            yield block
+            block = []
+    if block:
+        yield block
 
 
 def whole_chains(ends: Sequence[int], chain_length: int) -> list[list[int]]:

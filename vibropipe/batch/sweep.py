@@ -183,13 +183,18 @@ def solve_blocks(
         mine = _parameters(exciter, arrays, follow, solved - solved % chain + along[solved % chain])
         return [mine] if wanted is None else [mine, nudged_rows(mine)]
 
-    def label(parameters: Sequence[np.ndarray], solved: Sequence[Rows]) -> Variables:
-        found, *again = map(label_rows, solved, parameters)
-        if wanted is None:
-            return found
-        return told(found, row_errors(parameters[0], found, *again), wanted)
+    def labelled(begin: int, stop: int, solved: Sequence[Rows]) -> Variables:
+        given = parameters(begin, stop)
+        found, *again = map(label_rows, solved, given)
+        if wanted is not None:
+            found = told(found, row_errors(given[0], found, *again), wanted)
+        return take_rows(found, (np.arange(0, stop - begin, chain)[:, None] + back).ravel())
 
-    pieces = solve_rows(
+    fixed = {
+        name: value for name, value in exciter.parameters()._asdict().items() if name not in arrays
+    }
+    back = np.argsort(along)
+    blocks = solve_rows(
         row_stop - row_start,
         parameters,
         (float(x0), float(v0)),
@@ -198,29 +203,19 @@ def solve_blocks(
         int(patience),
         harmonics,
         asked,
-        label,
         progress,
         e,
-        ahead=block_rows,
+        block_rows,
     )
-    attrs = {"effects": ", ".join(names_of(e))}
-    fixed = {
-        name: value for name, value in exciter.parameters()._asdict().items() if name not in arrays
-    }
-    back = np.argsort(along)
-    with closing(pieces):
-        parts: list[Variables] = []
-        begin = row_start
-        for done, made in pieces:
-            parts += made
-            stop = row_start + done
-            if stop - begin >= block_rows or stop == row_stop:
-                in_order = np.arange(0, stop - begin, chain)[:, None] + back
-                variables = take_rows(concatenate(parts), in_order.ravel())
-                place = {"row_start": begin, "row_stop": stop}
-                coords = fixed | coordinates(variables, harmonics)
-                yield describe(xr.Dataset(variables, coords, place | attrs))
-                parts, begin = [], stop
+    with closing(blocks):
+        begin = 0
+        for stop, solved in blocks:
+            variables = labelled(begin, stop, solved)
+            attrs: dict[str, Any] = {"row_start": row_start + begin, "row_stop": row_start + stop}
+            attrs["effects"] = ", ".join(names_of(e))
+            coords = fixed | coordinates(variables, harmonics)
+            yield describe(xr.Dataset(variables, coords, attrs))
+            begin = stop
 
 
 def _check_patience(patience: int) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibropipe.batch.rows import PHASES
 from vibropipe.kernels.outputs import Rows
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
@@ -82,16 +86,25 @@ def _energy(energy: np.ndarray) -> Variables:
     }
 
 
-def coordinates(variables: Variables, harmonics: int) -> dict[str, Any]:
+def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
     """Coordinates of the dimensions that `variables` use beside the rows."""
-    used = {dim for dims, _values in variables.values() for dim in dims}
+    return _coordinates(
+        frozenset(dim for dims, _values in variables.values() for dim in dims), harmonics
+    )
+
+
+@functools.cache
+def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
+    """Those of some dimensions, with their indexes, which take long to make."""
+    import xarray as xr
+
     known = {
         "support": np.array([1, 2], np.int8),
         "harmonic": np.arange(1, harmonics + 1),
         "multiplier": np.array([1, 2]),
         "phase": np.arange(PHASES) / PHASES,
     }
-    return {name: (name, values) for name, values in known.items() if name in used}
+    return xr.Coordinates({name: (name, known[name]) for name in known if name in dims})
 
 
 def concatenate(parts: list[Variables]) -> Variables:

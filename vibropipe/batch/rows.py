@@ -160,7 +160,7 @@ def solve_rows(
     parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
     the first row of each chain. effects: what the kernel has, for all rows alike. progress is told the rows done.
     Yields (stop, solutions) of blocks of at least block_rows (all, if left out) in whole chains, in order. While a
-    block is looked at the next is solved, and no more."""
+    block is looked at other threads solve the next, and no more."""
     own = threading.local()
 
     def solve(values: np.ndarray, seeds: np.ndarray) -> Rows:
@@ -187,14 +187,24 @@ def solve_rows(
             solved.append([solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)])
         return solved
 
+    work = whole_chains(cuts(rows, chain_length), chain_length)
+    gathered = blocks(work, rows if block_rows is None else block_rows)
+    count = numba.get_num_threads()
+    if count == 1:
+        for block in gathered:
+            parts: list[list[Rows]] = []
+            for ends in block:
+                parts += solve_chains(ends)
+                if progress is not None:
+                    progress(ends[-1])
+            yield block[-1][-1], joined(parts)
+        return
     # Compiled or loaded once, before threads ask for it side by side.
     solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
-    work = whole_chains(cuts(rows, chain_length), chain_length)
-    count = numba.get_num_threads()
     threads = ThreadPoolExecutor(count)
     left, waiting = iter(work), deque[Solving]()
     try:
-        for block in blocks(work, rows if block_rows is None else block_rows):
+        for block in gathered:
             # Of blocks of a piece or two so many that no thread waits.
             most = 2 * max(len(block), count)
             for ends in islice(left, most - len(waiting)):
@@ -223,6 +233,11 @@ def finished(
             progress(block[0][0] + sum(ends[-1] - ends[0] for ends in of_them))
     parts = [part for piece in pieces for part in piece.result()]
     pieces.clear()
+    return joined(parts)
+
+
+def joined(parts: Sequence[Sequence[Rows]]) -> list[Rows]:
+    """The solutions of a block from those of its parts, in order."""
     return [
         Rows(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*parts, strict=True)
     ]

@@ -191,7 +191,9 @@ def solve_blocks(
         return take_rows(found, (np.arange(0, stop - begin, chain)[:, None] + back).ravel())
 
     fixed = {
-        name: value for name, value in exciter.parameters()._asdict().items() if name not in arrays
+        name: ((), np.array(value))
+        for name, value in exciter.parameters()._asdict().items()
+        if name not in arrays
     }
     back = np.argsort(along)
     blocks = solve_rows(
@@ -213,8 +215,8 @@ def solve_blocks(
             variables = labelled(begin, stop, solved)
             attrs: dict[str, Any] = {"row_start": row_start + begin, "row_stop": row_start + stop}
             attrs["effects"] = ", ".join(names_of(e))
-            coords = fixed | coordinates(variables, harmonics)
-            yield describe(xr.Dataset(variables, coords, attrs))
+            block = xr.Dataset(variables | fixed, coordinates(variables, harmonics), attrs)
+            yield describe(block.set_coords(fixed))
             begin = stop
 
 
@@ -237,7 +239,8 @@ def _parameters(
     """The parameters (rows, 7) of numbered rows."""
     order = row_order(over, follow)
     places = np.unravel_index(rows, [over[name].size for name in order])
-    parameters = np.tile(np.array(exciter.parameters()), (len(rows), 1))
+    parameters = np.empty((len(rows), len(Parameters._fields)))
+    parameters[:] = exciter.parameters()
     for name, place in zip(order, places, strict=True):
         parameters[:, Parameters._fields.index(name)] = over[name][place]
     return parameters

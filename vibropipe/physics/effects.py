@@ -126,6 +126,10 @@ def contradiction(
 ) -> tuple[str, str] | None:
     """(what was found, what is allowed) where `names` leave out an effect that the parameters call for."""
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
+    of_parameters = ("damping", "forcing", "restitution", "rest")
+    missing = [n for n in of_parameters if getattr(derived, n) is not None and n not in names]
+    if not missing:
+        return None
 
     def largest(*parameters: str) -> str:
         sizes = {q: np.abs(np.asarray(values[q], float)) for q in parameters}
@@ -144,7 +148,4 @@ def contradiction(
             "rest among them, or |f| below l - |delta|",
         ),
     }
-    for name, words in told.items():
-        if getattr(derived, name) is not None and name not in names:
-            return words
-    return None
+    return told[missing[0]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 
@@ -134,7 +134,7 @@ class Exciter:
 
     def parameters(self) -> Parameters:
         """The same numbers as kernels read them."""
-        return Parameters(**asdict(self))
+        return Parameters(**vars(self))
 
     def check_start(self, x0: float, v0: float) -> tuple[float, float]:
         """A start (x0, v0) as floats; ParameterError if it is not finite or lies outside the supports."""

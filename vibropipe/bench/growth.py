@@ -31,7 +31,8 @@ THREADS = (1, 2)
 PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
 SPAN = {"nu": (0.3, 3.0), "f": (0.05, 2.0)}
 SCENE = "map"
-ROUNDS, FEW_ROWS = 20, 10_000
+# A shard is solved so often that it comes to so many rows, this often at most.
+ROWS_SOLVED, ROUNDS = 300_000, 20
 MB = 1e6
 
 
@@ -136,7 +137,7 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     start, stop = row_range(scene, shard, shards)
     # kernels and libraries are loaded before the clock starts
     store_sweep(sweep_of(4), path, {}, (1, 1))
-    rounds = range(ROUNDS if stop - start <= FEW_ROWS else 1)
+    rounds = range(max(1, min(ROUNDS, ROWS_SOLVED // (stop - start))))
     solving, storing = [], []
     for _ in rounds:
         begin, worked = time.perf_counter(), time.process_time()

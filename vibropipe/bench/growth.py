@@ -163,9 +163,9 @@ def join_shards(place: Path, points: int) -> tuple[Taken, int]:
 
     from vibropipe.store import join
 
-    target = place / "joined" / f"{SCENE}.nc"
+    target, dims = place / "joined" / f"{SCENE}.nc", sweep_of(points).over_arrays()
     begin, worked = time.perf_counter(), time.process_time()
-    join(sorted((place / "shards").iterdir()), target, sweep_of(points).over_arrays())
+    join(sorted((place / "shards").iterdir()), target, dims)
     took = Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
     return took, target.stat().st_size
 

@@ -72,9 +72,14 @@ def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float
 
 def _in_order(columns: dict[str, list[np.ndarray]], key: str) -> Columns:
     kinds = {name: np.int8 if name.endswith("support") else float for name in columns}
-    joined = {
-        name: np.concatenate(parts) if parts else np.empty(0, kinds[name])
-        for name, parts in columns.items()
-    }
-    order = np.argsort(joined[key], kind="stable")
-    return {name: values[order] for name, values in joined.items()}
+    parts = columns[key]
+    if len(parts) < 2:
+        return {n: found[0] if found else np.empty(0, kinds[n]) for n, found in columns.items()}
+    # Both ends are passed by turns, so that nothing must be sorted.
+    later = parts[0].size == 0 or (parts[1].size > 0 and parts[1][0] < parts[0][0])
+    early, late = (1, 0) if later else (0, 1)
+    merged = {}
+    for name, found in columns.items():
+        merged[name] = np.empty(found[0].size + found[1].size, kinds[name])
+        merged[name][0::2], merged[name][1::2] = found[early], found[late]
+    return merged

@@ -187,17 +187,20 @@ def solve_rows(
             solved.append([solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)])
         return solved
 
+    def solve_in_turn(block: Sequence[list[int]]) -> list[Rows]:
+        parts: list[list[Rows]] = []
+        for ends in block:
+            parts += solve_chains(ends)
+            if progress is not None:
+                progress(ends[-1])
+        return joined(parts)
+
     work = whole_chains(cuts(rows, chain_length), chain_length)
     gathered = blocks(work, rows if block_rows is None else block_rows)
     count = numba.get_num_threads()
     if count == 1:
         for block in gathered:
-            parts: list[list[Rows]] = []
-            for ends in block:
-                parts += solve_chains(ends)
-                if progress is not None:
-                    progress(ends[-1])
-            yield block[-1][-1], joined(parts)
+            yield block[-1][-1], solve_in_turn(block)
         return
     # Compiled or loaded once, before threads ask for it side by side.
     solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))

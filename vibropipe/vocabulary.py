@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from vibropipe.regimes import Regime
 from vibropipe.status import Status
 
 if TYPE_CHECKING:
@@ -23,19 +24,6 @@ if TYPE_CHECKING:
 
 PARAMETERS = ("nu", "f", "h", "l", "delta", "R1", "R2")
 ERROR_SUFFIX = "_error"
-
-
-class Regime(IntEnum):
-    """The kind of motion that settles."""
-
-    NO_IMPACT = 0
-    ONE_SIDED_1 = 1
-    ONE_SIDED_2 = 2
-    TWO_SIDED = 3
-    WITH_REST = 4
-    APERIODIC = 5
-    UNBOUNDED = 6
-    UNRESOLVED = 7
 
 
 class Outcome(IntEnum):

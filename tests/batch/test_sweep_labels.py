@@ -15,7 +15,7 @@ from vibropipe.kernels.record import new_log
 from vibropipe.kernels.state import begin
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import ORDER
-from vibropipe.vocabulary import Regime
+from vibropipe.regimes import Regime
 
 PATIENT = 5000
 MULTIPLES = 32

@@ -10,7 +10,7 @@ import xarray as xr
 from store_datasets import motion, rows_of_sweep, shard
 
 from vibropipe import store
-from vibropipe.jit import kernel_hash
+from vibropipe.compiler import kernel_hash
 from vibropipe.store import StoreError
 from vibropipe.store.origin import _git_commit
 from vibropipe.store.show import plain_symbol

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.jit import kernel_hash
+from vibropipe.compiler import kernel_hash
 from vibropipe.physics.exciter import ParameterError
 
 if TYPE_CHECKING:

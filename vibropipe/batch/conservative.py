@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.vocabulary import Regime, describe
+from vibropipe.regimes import Regime
+from vibropipe.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,7 +18,7 @@ from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, ROWS_PER_CALL, drive, new_
 from vibropipe.batch.run import Task, has_closed_form, run_motion
 from vibropipe.batch.sweep import MAX_PERIODS
 from vibropipe.batch.timing import Timer, quartiles, take_turns
-from vibropipe.jit import jit_allocating
+from vibropipe.compiler import jit_allocating
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import IMPACTS, RESTS, Log, new_log

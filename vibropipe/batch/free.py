@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, on_arc, speed_at, top_support
 
 Columns = dict[str, np.ndarray]

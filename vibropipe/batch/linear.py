@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.forcing import TWO_PI

@@ -11,7 +11,7 @@ from numba import prange
 
 from vibropipe.batch.motion import check_steps
 from vibropipe.batch.run import turns_of
-from vibropipe.jit import jit_parallel
+from vibropipe.compiler import jit_parallel
 from vibropipe.kernels.grid import locate, waves
 from vibropipe.kernels.lanes import STATE, Left, Room, Tasks, march_block
 from vibropipe.kernels.newmark_steps import SIZE, STRIDE, WIDTH

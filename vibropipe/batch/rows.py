@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from vibropipe.jit import jit_nogil
+from vibropipe.compiler import jit_nogil
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
 from vibropipe.kernels.row import row_parameters, sample_row, solve_in_order

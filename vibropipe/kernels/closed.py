@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import turn_factor
 from vibropipe.kernels.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
 from vibropipe.physics.conservative import arc, arc_harmonic, on_arc, speed_at, top_support

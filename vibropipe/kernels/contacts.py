@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.grid import evaluate
 from vibropipe.kernels.record import SHORT_FLIGHTS, log_grazing, log_impact, log_rest, record
 from vibropipe.kernels.roots import GRAZING

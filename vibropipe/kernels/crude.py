@@ -6,7 +6,7 @@ is located and nothing rests, so the error falls with the first power of the ste
 
 from __future__ import annotations
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.kernels.grid import force_part
 from vibropipe.kernels.orbit import clear
 from vibropipe.kernels.record import STEPS, log_impact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.contacts import contact, settle
 from vibropipe.kernels.grid import evaluate, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record

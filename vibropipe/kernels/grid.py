@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_unfused
+from vibropipe.compiler import jit, jit_allocating, jit_unfused
 from vibropipe.physics.flow import (
     exact_basis,
     exact_map,

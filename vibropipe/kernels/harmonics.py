@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.grid import Grid, newmark_numbers

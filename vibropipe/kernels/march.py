@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit_inline
+from vibropipe.compiler import jit_inline
 from vibropipe.kernels.contacts import meet_at_end, rest, strike_first
 from vibropipe.kernels.flight import fly
 from vibropipe.kernels.newmark_steps import coast_newmark

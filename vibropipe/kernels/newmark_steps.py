@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit, jit_unfused
+from vibropipe.compiler import jit, jit_unfused
 from vibropipe.kernels.grid import stays_between, wave_at, whole_step
 from vibropipe.kernels.record import STEPS
 from vibropipe.kernels.state import FLIGHT, State, looked_at

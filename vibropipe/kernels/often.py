@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.kernels.march import march
 from vibropipe.kernels.orbit import clear
 from vibropipe.kernels.state import begin

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.march import OK, march
 from vibropipe.kernels.record import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.kernels.state import FLIGHT, REST, State, restitution_of

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import add_contacts, close
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.quadrature import add_energy, mend_resonance
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
-from vibropipe.vocabulary import Regime
+from vibropipe.regimes import Regime
 
 NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
     int(Regime.NO_IMPACT),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.contacts import side_of
 from vibropipe.kernels.grid import force_part, stays_between
 from vibropipe.kernels.record import POLYNOMIALS, STEPS, is_full, log_impact

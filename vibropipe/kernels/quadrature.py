@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.kernels.harmonics import ONE, RESONANT, admittance, turn_factor
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST

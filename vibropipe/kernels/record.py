@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.kernels.grid import evaluate
 from vibropipe.physics.contact import to_displacement, to_velocity
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.grid import evaluate
 
 NONE, CROSSING, GRAZING, BOUND = 0, 1, 2, 3

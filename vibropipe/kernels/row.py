@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
 from vibropipe.kernels.march import march
@@ -23,8 +23,8 @@ from vibropipe.kernels.window import clear_window, new_window
 from vibropipe.physics.conservative import is_free
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import never_strikes
+from vibropipe.regimes import Regime
 from vibropipe.status import Status
-from vibropipe.vocabulary import Regime
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)

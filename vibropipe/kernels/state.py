@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from vibropipe.jit import jit, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.grid import locate
 from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
 

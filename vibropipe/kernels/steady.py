@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import ONE
 from vibropipe.kernels.march import OK
 from vibropipe.kernels.orbit import (

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.kernels.harmonics import ONE, RESONANT, add_contacts, admittance, close
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.outputs import count_contacts

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 
 Array = NDArray[np.float64]
 # A motion whose highest point is within this share of a support grazes it (as in the search for impacts).

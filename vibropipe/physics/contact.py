@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
 NEVER = math.inf

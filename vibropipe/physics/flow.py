@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vibropipe.jit import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 
 ORDER = 15
 # With every rate times the step at most this, the first neglected term is below 1e-18 of the motion.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 
 TWO_PI = 2.0 * math.pi
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
 
 # Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.

@@ -6,7 +6,7 @@ own interpolation, on which impacts are located so that second order survives.
 
 from __future__ import annotations
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 
 
 @jit

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.jit import jit
+from vibropipe.compiler import jit
 
 
 @jit

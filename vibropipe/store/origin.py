@@ -20,7 +20,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from vibropipe.jit import kernel_hash
+from vibropipe.compiler import kernel_hash
 from vibropipe.store.atomic import StoreError, whole_file
 
 __all__ = ["expected_changes", "provenance", "read_sidecar", "write_sidecar"]

@@ -12,7 +12,7 @@ from vibropipe.batch.hard_cases.known import answered, transfer
 from vibropipe.batch.hard_cases.laws import WRONG
 from vibropipe.batch.hard_cases.patience import end_of
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.vocabulary import Regime
+from vibropipe.regimes import Regime
 
 MIRRORED = (
     Exciter(nu=1.0, f=-1.0, h=0.2, l=0.5, delta=0.01, R1=0.6, R2=0.8),

@@ -14,7 +14,7 @@ import numpy as np
 from vibropipe.kernels.outputs import regime_of
 from vibropipe.kernels.steady import GROWTH, MAX_MULTIPLE
 from vibropipe.physics.exciter import Exciter
-from vibropipe.vocabulary import Regime
+from vibropipe.regimes import Regime
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,0 +1,142 @@
+"""The hash of the sources: all that numbers depend on, and nothing else."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vibropipe.compiler import sources
+from vibropipe.compiler.sources import LAB, PACKAGE, SOLVERS, STUDY, WORDS, closure, source_hash
+
+SOLVING = """
+import sys
+import numpy as np
+import vibropipe as vp
+exciter = vp.Exciter(l=0.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+vp.simulate(exciter, tau_end=3.0, energy=True)
+vp.simulate(exciter, tau_end=3.0, accuracy=1e-2)
+vp.steady_state(exciter)
+outputs = ["harmonics", "impacts", "motion", "stability", "energy"]
+vp.sweep(exciter, {"nu": [0.9, 1.0]}, follow=("nu", "up"), outputs=outputs, accuracy=1e-6)
+vp.backbone([0.1], [3.0, 4.0])
+vp.amplitude_frequency(exciter, [0.6, 0.7])
+print(*(name for name in sys.modules if name.split(".")[0] == "vibropipe"))
+"""
+# An edit of each of these is one of the numbers, of one measurement of the program, or of neither.
+NUMBERS = (
+    "regimes.py",
+    "status.py",
+    "physics/saltation.py",
+    "kernels/march.py",
+    "batch/rows.py",
+    "compiler/flags.py",
+    "compiler/server.py",
+)
+MEASUREMENTS = {
+    "batch/hard_cases/chatter.py": {"hard_cases"},
+    "batch/peers.py": {"accuracy", "effects"},
+    "kernels/crude.py": {"accuracy", "effects"},
+    "effect_costs.py": {"effects"},
+}
+NEITHER = (
+    "vocabulary.py",
+    "figures/style.py",
+    "report/data.py",
+    "study/models.py",
+    "cli/verbs.py",
+    "jobs/run.py",
+    "bench/items.py",
+)
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package, to be edited."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    yield Path(shutil.copytree(PACKAGE, tmp_path / "vibropipe", ignore=ignored))
+    sources._read.cache_clear()
+
+
+def hashes(package: Path) -> dict[str, str]:
+    """Return the hash of the solvers and of each measurement."""
+    sources._read.cache_clear()
+    lab = {kind: source_hash(roots, STUDY, package) for kind, roots in LAB.items()}
+    return {"numbers": source_hash(SOLVERS, package=package), **lab}
+
+
+def edited(package: Path, name: str) -> set[str]:
+    """Edit a file and return which hashes are other ones then."""
+    before = hashes(package)
+    with package.joinpath(name).open("a") as file:
+        file.write("# an edit\n")
+    after = hashes(package)
+    return {kind for kind in before if before[kind] != after[kind]}
+
+
+def test_a_process_that_solves_imports_nothing_that_is_not_hashed():
+    done = subprocess.run(
+        [sys.executable, "-c", SOLVING], capture_output=True, text=True, check=True, env=os.environ
+    )
+    imported = set(done.stdout.split())
+    assert "vibropipe.batch.row_errors" in imported
+    assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_an_edit_of_what_solves_changes_all_hashes(package, name):
+    assert edited(package, name) >= {"numbers"}
+
+
+@pytest.mark.parametrize(("name", "kinds"), MEASUREMENTS.items())
+def test_an_edit_of_a_measurement_changes_its_own_hash_alone(package, name, kinds):
+    assert edited(package, name) == kinds
+
+
+@pytest.mark.parametrize("name", NEITHER)
+def test_an_edit_of_words_and_pictures_changes_no_hash(package, name):
+    assert edited(package, name) == set()
+
+
+def test_another_number_of_a_regime_is_another_hash(package):
+    text = package.joinpath("regimes.py").read_text()
+    before = hashes(package)["numbers"]
+    package.joinpath("regimes.py").write_text(text.replace("TWO_SIDED = 3", "TWO_SIDED = 9"))
+    assert hashes(package)["numbers"] != before
+
+
+def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
+    compiled = {
+        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        for path in PACKAGE.rglob("*.py")
+        if "\n@jit" in path.read_text()
+    }
+    lab = {name for roots in LAB.values() for name in closure(roots, STUDY)}
+    # Newmark in lockstep is called from Python alone
+    others = {"vibropipe.kernels.lanes", "vibropipe.batch.motions"}
+    assert compiled - set(closure(SOLVERS)) - lab == others
+    assert len(compiled) > 20
+
+
+def test_imports_are_found_wherever_they_stand(tmp_path):
+    folder = tmp_path / "vibropipe"
+    (folder / "a").mkdir(parents=True)
+    files = {
+        "__init__.py": "from vibropipe.never import x\n",
+        "never.py": "",
+        "a/__init__.py": "",
+        "a/one.py": "def f():\n    from vibropipe.a import (\n        two,\n        three,\n    )\n",
+        "a/two.py": "import vibropipe.a.four\nif TYPE_CHECKING:\n    from vibropipe.never import y\n",
+        "a/three.py": "import os\n",
+        "a/four.py": "from vibropipe.a.one import f\n",
+    }
+    for name, text in files.items():
+        folder.joinpath(name).write_text(text)
+    found = closure(["vibropipe.a.one"], package=folder)
+    assert set(found) == {f"vibropipe.a{end}" for end in ("", ".one", ".two", ".three", ".four")}
+    without = closure(["vibropipe.a.one"], ["vibropipe.a.two"], folder)
+    assert set(without) == {"vibropipe.a", "vibropipe.a.one", "vibropipe.a.three"}
+    with pytest.raises(ValueError, match=r"vibropipe\.a\.five"):
+        closure(["vibropipe.a.five"], package=folder)

@@ -1,0 +1,24 @@
+"""The compiler: numba's flags, the hash of sources, the cache of kernels, and the process that compiles.
+
+Kernels take their decorator from `flags`; `sources` names the code that stored numbers depend on.
+"""
+
+from vibropipe.compiler.flags import (
+    jit,
+    jit_allocating,
+    jit_inline,
+    jit_nogil,
+    jit_parallel,
+    jit_unfused,
+)
+from vibropipe.compiler.sources import kernel_hash
+
+__all__ = [
+    "jit",
+    "jit_allocating",
+    "jit_inline",
+    "jit_nogil",
+    "jit_parallel",
+    "jit_unfused",
+    "kernel_hash",
+]

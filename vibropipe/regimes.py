@@ -1,0 +1,18 @@
+"""Kinds of motion that settle, by the numbers that kernels write and datasets hold."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Regime(IntEnum):
+    """The kind of motion that settles."""
+
+    NO_IMPACT = 0
+    ONE_SIDED_1 = 1
+    ONE_SIDED_2 = 2
+    TWO_SIDED = 3
+    WITH_REST = 4
+    APERIODIC = 5
+    UNBOUNDED = 6
+    UNRESOLVED = 7

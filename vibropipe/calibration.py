@@ -7,10 +7,8 @@ kept beside the compiled kernels, so that a later job can set them against the t
 
 from __future__ import annotations
 
-import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,8 +16,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.compiler.cache import cache_root
 from vibropipe.expectation import Expected, keep
-from vibropipe.jit import cache_folder
 from vibropipe.plan import plan_scene
 from vibropipe.scenes import race_of, solve
 from vibropipe.scenes.motion import exciter_of
@@ -34,18 +32,11 @@ from vibropipe.study import (
     Study,
     SweepScene,
     fingerprint,
-    load_study,
     scene_effects,
 )
 from vibropipe.study.grids import ValueGrid
-from vibropipe.warm import (
-    miniature,
-    not_calibrated,
-    not_compiled,
-    solve_in_miniature,
-    work_of,
-)
-from vibropipe.warmed import note
+
+Sampled = MotionScene | SweepScene | BackboneScene
 
 # Seconds of one core that the samples of a whole study may take, and those of one scene at least.
 BUDGET, LEAST_BUDGET = 1.0, 0.05
@@ -65,28 +56,6 @@ def calibrate(study: Study) -> dict[str, Expected]:
     return found
 
 
-def warm(files: Sequence[Path], processes: int) -> None:
-    """Compile what the scenes of the studies need and keep their expectations, in so many processes; what has
-    been done before is left out.
-
-    Raises StudyError when a study cannot be taken.
-    """
-    works = not_compiled(files)
-    studies = [load_study(file) for file in not_calibrated(files)]
-    # Processes of their own: the compiler holds the interpreter's lock.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, context) as pool:
-        compiled = pool.map(solve_in_miniature, *zip(*works.values(), strict=True))
-        # Where nothing is left to compile this begins, while another process compiles its last.
-        calibrated = pool.map(expectations, studies)
-        list(compiled)
-        note(works)
-        for study, found in zip(studies, calibrated, strict=True):
-            kept = {fingerprint(study, name): value for name, value in found.items()}
-            keep(kept)
-            note(kept)
-
-
 def expectations(study: Study) -> dict[str, Expected]:
     """Expectations by scene."""
     budget = max(LEAST_BUDGET, BUDGET / len(study.scenes))
@@ -96,7 +65,7 @@ def expectations(study: Study) -> dict[str, Expected]:
 
 def compiled() -> int:
     """How many kernels of this version lie compiled on this machine."""
-    return sum(1 for _ in cache_folder().rglob("*.nbc"))
+    return sum(1 for _ in cache_root().rglob("*.nbc"))
 
 
 def expected(scene: Scene, budget: float, loads: dict[str, float]) -> Expected:
@@ -117,7 +86,7 @@ def expected(scene: Scene, budget: float, loads: dict[str, float]) -> Expected:
         first, again = solved(small), solved(small)
         # What had to be compiled will be there for the jobs; what was loaded for a scene before, will not.
         load = max(first - again if compiled() == known else 0.0, USUAL_LOAD)
-        load = loads.setdefault(work_of(scene), load)
+        load = loads.setdefault(kernels_of(scene), load)
         if isinstance(scene, SweepScene):
             # What every job has to do is in the small sample as in the large one.
             base, least, spent = file.stat().st_size, small.row_count, 0.0
@@ -220,6 +189,41 @@ def method_of(scene: Scene) -> str:
     )
     steps = f", {choice.steps_per_period} steps" if choice.steps_per_period is not None else ""
     return f"{choice.method}{steps} for {scene.solver.accuracy:g}"
+
+
+def kernels_of(scene: Sampled) -> str:
+    """Name what is loaded for a scene; scenes of one name call the same kernels."""
+    if isinstance(scene, SweepScene):
+        return " ".join([scene.kind, *sorted(scene.outputs), *sorted(scene_effects(scene))])
+    if isinstance(scene, BackboneScene):
+        return f"{scene.kind} over {'amplitude' if scene.over_amplitude else 'period'}"
+    sampled = ["sampled"] if scene.samples_per_period else []
+    settled = ["settled"] if scene.settle_periods else []
+    solver = scene.solver.arguments()
+    words = [str(solver.get("method", "accuracy")), *sampled, *settled]
+    words += [*sorted(scene.outputs), *sorted(scene_effects(scene))]
+    return " ".join([scene.kind, *words])
+
+
+def miniature(scene: Sampled) -> Sampled:
+    """Return a scene that calls the same kernels, with grids of a few values or a short motion."""
+    if isinstance(scene, MotionScene):
+        settle = min(scene.settle_periods, 1)
+        short = {"settle_periods": settle, "tau_end": min(scene.tau_end, 6)}
+        return scene.model_copy(update={**short, "effects": list(scene_effects(scene))})
+    # along eq. (10) some values must lie where both supports are struck
+    most = 2 if isinstance(scene, SweepScene) or scene.over_amplitude else 50
+    grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}
+    if isinstance(scene, SweepScene):
+        # a small part of a grid may call for less than the whole of it
+        return scene.model_copy(update={"over": grids, "effects": list(scene_effects(scene))})
+    return scene.model_copy(update=grids)
+
+
+def thinned(values: NDArray[np.float64], most: int) -> ValueGrid:
+    """Return at most `most` of the values, the first and the last among them."""
+    places = np.unique(np.linspace(0, values.size - 1, most).round().astype(int))
+    return ValueGrid(values=values[places].tolist())
 
 
 @contextmanager

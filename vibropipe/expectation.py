@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from vibropipe.jit import cache_folder
+from vibropipe.compiler.cache import cache_folder
 from vibropipe.store import StoreError, whole_file
 
 KEPT = "expected.json"

@@ -8,7 +8,6 @@ import pytest
 
 from vibropipe.plan import plan_scene
 from vibropipe.study import StudyError, load_study
-from vibropipe.warm import miniature, work_of
 
 TEXT = """
 title: Cost
@@ -41,14 +40,6 @@ def test_motions_call_for_their_own_effects(study):
     assert scene.effects_of("free") == ("support_1", "support_2")
     assert scene.row_count == plan_scene(scene).rows == 4
     assert scene.full == "full"
-
-
-def test_what_is_compiled_follows_from_the_effects(study):
-    one = study().scene("costs")
-    other = study(TEXT.replace("v0: 0.6", "v0: 0.7")).scene("costs")
-    lossy = study(TEXT.replace("R1: 1, R2: 1", "R1: 0.9, R2: 1")).scene("costs")
-    assert work_of(one) == work_of(other) != work_of(lossy)
-    assert work_of(miniature(one)) == work_of(one)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,7 @@ import pytest
 
 from vibropipe.plan import plan_scene
 from vibropipe.scenes import solve_scene
-from vibropipe.study import HardCasesScene, StudyError, fingerprint, load_study
-from vibropipe.warm import miniature, work_of
+from vibropipe.study import StudyError, fingerprint, load_study
 
 
 def study(tmp_path, scene: str, more: str = ""):
@@ -53,12 +52,3 @@ def test_a_few_cases_are_solved_alone(tmp_path):
     assert found.attrs["kind"] == "hard_cases"
     assert (found.passed == 1).all()
     assert plan_scene(few.scene("s")).size == "2 cases"
-
-
-def test_the_miniature_calls_every_kernel_with_little_work(tmp_path):
-    scene = study(tmp_path, "{kind: hard_cases}").scene("s")
-    small = miniature(scene)
-    assert isinstance(small, HardCasesScene)
-    assert len(small.cases) == 3
-    assert work_of(small) == work_of(scene) == "hard_cases"
-    assert plan_scene(scene).shards == 1

@@ -4,9 +4,11 @@ import json
 import re
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from vibropipe.store import read
+from vibropipe.study import StudyError, load_study
 
 
 def test_all_results_are_there(finished):
@@ -24,8 +26,7 @@ def test_all_results_are_there(finished):
 
 
 def test_a_single_output_is_made_by_its_name(fresh):
-    jobs = {"compiling the kernels", "solving forced"}
-    assert fresh.planned("results/tiny/forced.nc") == jobs
+    assert fresh.planned("results/tiny/forced.nc") == {"solving forced"}
 
 
 def test_a_dry_run_tells_the_cost_of_each_study(fresh):
@@ -61,13 +62,21 @@ def test_a_bad_study_stops_before_any_job(fresh, tmp_path):
     text = fresh.path("config/tiny.yaml").read_text()
     (tmp_path / "tiny.yaml").write_text(text.replace("tau_end: 20", "tau_ende: 20"))
     (tmp_path / "config.yaml").write_text("studies: [tiny]\n")
-    said = fresh.snakemake("--configfile", str(tmp_path / "config.yaml"), code=1)
-    assert "scenes.forced.tau_ende" in said
-    assert "tau_end" in said
-    assert "Traceback" not in said
+    said = fresh.snakemake("--configfile", str(tmp_path / "config.yaml"), code=2)
+    with pytest.raises(StudyError) as error:
+        load_study(tmp_path / "tiny.yaml")
+    assert said.splitlines()[1:] == f"vibropipe: {error.value}".splitlines()
     assert not fresh.path("results").exists()
 
 
-def test_options_on_the_command_line_are_not_passed_over_in_silence(fresh):
-    said = fresh.snakemake("--dry-run", "--config", "results=elsewhere", code=1)
-    assert "--configfile" in said
+def test_a_study_that_is_not_there_is_told_by_its_file(fresh):
+    said = fresh.snakemake("results/mine/report.pdf", code=2)
+    assert "config/mine.yaml" in said
+    assert "Traceback" not in said
+
+
+def test_options_on_the_command_line_are_taken_or_refused(fresh):
+    said = fresh.snakemake("--dry-run", "--config", "results=elsewhere")
+    assert "tiny: solving forced" in said
+    said = fresh.snakemake("--dry-run", "--config", "result=elsewhere", code=2)
+    assert "vibropipe: --config result: must be studies or results" in said

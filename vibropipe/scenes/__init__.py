@@ -10,6 +10,7 @@ from typing import Any
 
 import xarray as xr
 
+from vibropipe.compiler.sources import code_hash, lab_hash
 from vibropipe.cutting import as_sweep, check_cut, row_range
 from vibropipe.effect_costs import motions_of, solve_effects
 from vibropipe.expectation import recall
@@ -65,7 +66,13 @@ def solve_to_file(
     else:
         write(solve_scene(study, name, shard, progress), path)
     taken = time.perf_counter() - begin
-    write_sidecar(path, taken, threads, **expectation(study, name, shard, threads))
+    made_of = identity(study, scene)
+    write_sidecar(path, taken, threads, **made_of, **expectation(study, name, shard, threads))
+
+
+def identity(study: Study, scene: Scene) -> dict[str, str]:
+    """Return what the data of a scene are made of: hashes of what it says and of the code, for its sidecar."""
+    return {"fingerprint": fingerprint(study, scene), "code": code_hash(scene.kind)}
 
 
 def expectation(
@@ -108,7 +115,7 @@ def join_to_file(
     seconds += time.perf_counter() - begin
     expected = [float(record.get("expected_seconds", math.nan)) for record in taken]
     more = {} if math.isnan(sum(expected)) else {"expected_seconds": sum(expected)}
-    write_sidecar(path, seconds, threads, shards=len(shards), **more)
+    write_sidecar(path, seconds, threads, shards=len(shards), **identity(study, scene), **more)
 
 
 def solve_scene(
@@ -171,6 +178,7 @@ def origin(study: Study, scene: Scene) -> dict[str, Any]:
             solver.get("accuracy"),
             packages=PEERS if isinstance(scene, AccuracyScene) else (),
         ),
+        **({"lab_hash": lab_hash(scene.kind)} if lab_hash(scene.kind) else {}),
     }
 
 

@@ -11,6 +11,7 @@ from vibropipe.study.effects import grounds, scene_effects
 from vibropipe.study.identity import canonical_text, data_keys, fingerprint
 from vibropipe.study.loading import (
     Config,
+    config_of_files,
     load_config,
     load_studies,
     load_study,
@@ -46,6 +47,7 @@ __all__ = [
     "StudyError",
     "SweepScene",
     "canonical_text",
+    "config_of_files",
     "data_keys",
     "fingerprint",
     "grounds",

@@ -57,10 +57,11 @@ class Config(Keys):
         default="results", description="Folder of all results."
     )
     _folder: File = PrivateAttr(default_factory=File)
+    _files: dict[str, File] = PrivateAttr(default_factory=dict)
 
     def study_file(self, name: str) -> File:
-        """Return the file of a study: it lies beside the configuration."""
-        return self._folder / f"{name}.yaml"
+        """Return the file of a study: the one that was named, else one beside the configuration."""
+        return self._files.get(name, self._folder / f"{name}.yaml")
 
 
 def load_config(path: str | File) -> Config:
@@ -80,6 +81,19 @@ def parse_config(
     if told or config is None:
         raise StudyError(source, told)
     config._folder = folder
+    return config
+
+
+def config_of_files(studies: Any, results: Any, folder: File = File("config")) -> Config:
+    """Return a list of studies by their files, wherever they lie; a name without an ending is one in `folder`.
+
+    Raises StudyError when two studies have one name, or a name cannot be that of a study.
+    """
+    entries = [str(entry) for entry in _separate(studies)]
+    files = {File(entry).stem: File(entry) for entry in entries if File(entry).suffix}
+    names = [File(entry).stem for entry in entries]
+    config = parse_config({"studies": names, "results": results}, folder, source="the studies")
+    config._files = files
     return config
 
 

@@ -1,8 +1,8 @@
 # One writer per file: all shards of a sweep become its dataset.
 rule join:
     input:
-        shards=shards_of,
-        taken=sidecars_of,
+        shards=RUN.shards,
+        taken=RUN.shard_sidecars,
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
         taken=f"{RESULTS}/{{study}}/{{scene}}.json",
@@ -11,15 +11,15 @@ rule join:
     benchmark:
         "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(lambda study, plan: plan.shards > 1),
+        scene=RUN.scenes_regex(lambda plan: plan.shards > 1),
     threads: 1
     resources:
         mem_mb=2000,
         runtime=60,
     params:
-        code=kernel_hash(),
-        scene=fingerprint,
-        file=study_file,
+        code=RUN.code,
+        scene=RUN.fingerprint,
+        file=RUN.file,
     message:
         "{wildcards.study}: joining the shards of {wildcards.scene}"
     shell:

@@ -1,28 +1,27 @@
 # What is drawn from the datasets, by one job per study: starting matplotlib costs more than a figure.
-for name in STUDIES:
+for name in RUN.studies:
 
     rule:
         name:
             f"figures_{name}"
         input:
-            datasets(name),
+            RUN.datasets(name),
         output:
-            svg=pictures_for_report(name),
-            pdf=pictures(name, "pdf"),
+            svg=figures_for_report(name),
+            pdf=RUN.figures(name, "pdf"),
         log:
             f"logs/{name}/figures.log",
         benchmark:
             f"benchmarks/{name}/figures.tsv"
-        # the more figures, the longer it takes and the sooner it begins
-        priority: min(len(STUDIES[name].scenes), 15)
+        priority: RUN.figures_priority(name)
         threads: 1
         resources:
             mem_mb=2000,
             runtime=10,
         params:
             code=drawing_hash(),
-            words=words_hash(name),
-            file=str(SETTINGS.study_file(name)),
+            words=RUN.wording(name),
+            file=str(RUN.files[name]),
             results=lambda wildcards: RESULTS,
         message:
             f"{name}: drawing the figures"
@@ -32,13 +31,13 @@ for name in STUDIES:
 
 rule study_report:
     input:
-        lambda wildcards: datasets(wildcards.study),
-        lambda wildcards: pictures(wildcards.study, "pdf"),
+        lambda wildcards: RUN.datasets(wildcards.study),
+        lambda wildcards: RUN.figures(wildcards.study, "pdf"),
     output:
         report(
             f"{RESULTS}/{{study}}/report.pdf",
             caption="../report/study.rst",
-            category=lambda wildcards: STUDIES[wildcards.study].title,
+            category=lambda wildcards: RUN.studies[wildcards.study].title,
             labels={"scene": "all", "title": "report"},
         ),
     log:
@@ -51,8 +50,8 @@ rule study_report:
         runtime=10,
     params:
         code=drawing_hash(),
-        words=lambda wildcards: words_hash(wildcards.study),
-        file=study_file,
+        words=lambda wildcards: RUN.wording(wildcards.study),
+        file=RUN.file,
         results=lambda wildcards: RESULTS,
     message:
         "{wildcards.study}: typesetting the report"

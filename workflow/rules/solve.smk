@@ -1,29 +1,6 @@
-# One compilation per version of the kernels: every solving job waits for it and none repeats it. That
-# the stamp is `ancient` lets a new kind of scene be compiled without solving the others again.
-rule warm:
-    output:
-        f"{RESULTS}/.kernels/{kernel_hash()}",
-    log:
-        "logs/warm.log",
-    benchmark:
-        "benchmarks/warm.tsv"
-    threads: 2
-    resources:
-        mem_mb=2000,
-        runtime=30,
-    params:
-        work=works(),
-        files=study_files(),
-    message:
-        "compiling the kernels"
-    shell:
-        "vibropipe warm {params.files:q} --threads {threads} --stamp {output:q} > {log} 2>&1"
-
-
-# A scene that is one job's work.
+# A scene that is one job's work. Its kernels are compiled where they are first called for; jobs that need the
+# same kernel wait for the first of them.
 rule solve:
-    input:
-        kernels=ancient(rules.warm.output),
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
         taken=f"{RESULTS}/{{study}}/{{scene}}.json",
@@ -32,20 +9,16 @@ rule solve:
     benchmark:
         "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(
-            lambda study, plan: plan.shards == 1
-            and not (is_wide(plan) or is_early(study, plan))
-        ),
-    # before anything is drawn, but for the longest figures
-    priority: 5
-    threads: threads_of
+        scene=RUN.scenes_regex(lambda plan: plan.shards == 1),
+    priority: lambda wildcards: RUN.priority(wildcards)
+    threads: lambda wildcards: RUN.threads(wildcards, workflow.cores)
     resources:
         mem_mb=1000,
         runtime=30,
     params:
-        code=kernel_hash(),
-        scene=fingerprint,
-        file=study_file,
+        code=RUN.code,
+        scene=RUN.fingerprint,
+        file=RUN.file,
     message:
         "{wildcards.study}: solving {wildcards.scene}"
     shell:
@@ -53,29 +26,8 @@ rule solve:
         " --output {output.data:q} > {log} 2>&1"
 
 
-# What wants several cores begins first: later it would wait for them until all others are done, and its figures
-# would come last, alone.
-use rule solve as solve_wide with:
-    wildcard_constraints:
-        scene=scenes_regex(lambda study, plan: plan.shards == 1 and is_wide(plan)),
-    priority: 20
-
-
-# What would keep one core at work when there is nothing left for the others.
-use rule solve as solve_early with:
-    wildcard_constraints:
-        scene=scenes_regex(
-            lambda study, plan: plan.shards == 1
-            and not is_wide(plan)
-            and is_early(study, plan)
-        ),
-    priority: 15
-
-
 # A part of a sweep that is too long for one job; kept until the join has used it.
 rule solve_shard:
-    input:
-        kernels=ancient(rules.warm.output),
     output:
         data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
         taken=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
@@ -84,7 +36,7 @@ rule solve_shard:
     benchmark:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
-        scene=scenes_regex(lambda study, plan: plan.shards > 1, folder="shards/"),
+        scene=RUN.scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
     # the longest work of a study begins first, so that no core waits for it in the end
     priority: 10
     threads: 1
@@ -92,10 +44,10 @@ rule solve_shard:
         mem_mb=1000,
         runtime=30,
     params:
-        code=kernel_hash(),
-        scene=fingerprint,
-        file=study_file,
-        cut=cut,
+        code=RUN.code,
+        scene=RUN.fingerprint,
+        file=RUN.file,
+        cut=RUN.cut,
     message:
         "{wildcards.study}: solving {wildcards.scene}, shard {params.cut}"
     shell:

@@ -1,0 +1,139 @@
+"""One call makes all that an edit asks for, and nothing else: each edit a user may come to on her second day."""
+
+import re
+import shutil
+
+import pytest
+
+DRAWN = {"figures", "report"}
+FREE = "free: {kind: motion, tau_end: 7"
+SECOND = """\
+title: Another study
+exciter: {l: 0.5, f: -0.8, h: 0.2, R1: 0.6}
+scenes:
+  other: {kind: motion, tau_end: 5, samples_per_period: 16}
+"""
+THIRD = "  third: {kind: motion, tau_end: 6, samples_per_period: 16}\n"
+
+
+def stamps(project) -> dict[str, int]:
+    """Return the time of each dataset, report and folder of figures."""
+    found = {}
+    for path in project.path("results").rglob("*"):
+        study = path.relative_to(project.path("results")).parts[0]
+        if path.suffix == ".nc":
+            found[f"{study}/{path.stem}"] = path.stat().st_mtime_ns
+        elif path.name == "report.pdf":
+            found[f"{study}/report"] = path.stat().st_mtime_ns
+        elif path.suffix == ".svg":
+            newest = max(found.get(f"{study}/figures", 0), path.stat().st_mtime_ns)
+            found[f"{study}/figures"] = newest
+    return found
+
+
+def made(project, *arguments: str) -> set[str]:
+    """Run snakemake once and return what it made, by its own words and by the files; nothing may be left to do."""
+    before = stamps(project)
+    said = project.snakemake(*arguments)
+    after = stamps(project)
+    new = {name for name, stamp in after.items() if stamp != before.get(name)}
+    told = {
+        f"{study}/{part}"
+        for study, parts in re.findall(r"^(\w+): made ([^;(]*)", said, re.MULTILINE)
+        for part in parts.strip().split(", ")
+    }
+    assert told == new
+    for path in re.findall(r"\((\S+\.pdf)\)", said):
+        assert project.path(path).is_file()
+    assert project.planned(*arguments) == set()
+    return new
+
+
+def of_tiny(*parts: str) -> set[str]:
+    return {f"tiny/{part}" for part in (*parts, *DRAWN)}
+
+
+def test_a_second_study(project):
+    project.path("config/second.yaml").write_text(SECOND)
+    project.edit("config/config.yaml", "[tiny]", "[tiny, second]")
+    assert made(project) == {"second/other", "second/figures", "second/report"}
+
+
+def test_a_study_that_is_on_no_list(project):
+    project.path("config/second.yaml").write_text(SECOND)
+    assert made(project, "results/second/other.nc") == {"second/other"}
+    assert made(project, "results/second/report.pdf") == {"second/figures", "second/report"}
+    assert project.planned() == set()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "scenes"),
+    [
+        ("  response:\n", f"{THIRD}  response:\n", {"third"}),
+        (FREE, "free: {kind: motion, outputs: [impacts], tau_end: 7", {"free"}),
+        (f"{FREE}, exciter: {{f: 0}}", f"{FREE}, exciter: {{f: 0, h: 0}}", {"free"}),
+        ("tau_end: 20", "tau_end: 21", {"forced"}),
+    ],
+    ids=["a scene", "outputs", "an effect gone", "a number"],
+)
+def test_an_edit_of_a_scene(project, old, new, scenes):
+    project.edit("config/tiny.yaml", old, new)
+    assert made(project) == of_tiny(*scenes)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("*both*", "both"), ("A study of seconds", "A study")],
+    ids=["caption", "title"],
+)
+def test_an_edit_of_words_solves_nothing(project, old, new):
+    project.edit("config/tiny.yaml", old, new)
+    assert made(project) == of_tiny()
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("figures/free.svg", DRAWN),
+        ("figures/free.pdf", DRAWN),
+        ("free.nc", {"free", *DRAWN}),
+        ("report.pdf", {"report"}),
+    ],
+)
+def test_a_file_that_was_deleted(project, name, parts):
+    project.path("results/tiny", name).unlink()
+    assert made(project) == {f"tiny/{part}" for part in parts}
+
+
+def test_another_folder_of_results(project):
+    shutil.copytree(project.path("results"), project.path("kept"))
+    with project.path("config/config.yaml").open("a") as file:
+        file.write("results: elsewhere\n")
+    jobs = {"solving free", "solving forced", "solving response"}
+    jobs |= {"drawing the figures", "typesetting the report", "everything is made"}
+    assert project.planned() == jobs
+    project.edit("config/config.yaml", "elsewhere", "results")
+    assert project.planned() == set()
+
+
+def test_a_study_that_was_removed_is_left_as_it_is(project):
+    project.path("config/second.yaml").write_text(SECOND)
+    project.edit("config/config.yaml", "[tiny]", "[second]")
+    before = stamps(project)
+    said = project.snakemake()
+    assert {name: stamps(project)[name] for name in before} == before
+    assert "tiny" not in said.split("Select jobs")[-1]
+
+
+def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
+    """As when results are put back while it runs."""
+    project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 21")
+    end = '--output {output.data:q} > {log} 2>&1"\n\n\n# A part'
+    project.edit("workflow/rules/solve.smk", end, end.replace('1"', '1; cp old/* results/tiny"'))
+    project.path("old").mkdir()
+    for name in ("forced.nc", "forced.json"):
+        shutil.copy2(project.path("results/tiny", name), project.path("old", name))
+    said = project.snakemake("results/tiny/forced.nc", code=1)
+    assert "less was made than was asked for" in said
+    assert "results/tiny/forced.nc" in said
+    assert "Traceback" not in said

@@ -1,0 +1,202 @@
+"""The studies of one run of the workflow: what each comes to, and what its jobs are told.
+
+The workflow's rules ask here and hold no knowledge of their own. Studies are read once, before any job. A rule
+depends on its own part of a study through `params` and never on the YAML file: an edit of one scene is seen by
+the jobs of that scene alone, a touched file by none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vibropipe.compiler.sources import code_hash
+from vibropipe.cutting import PlanError
+from vibropipe.plan import ScenePlan, plan_scene
+from vibropipe.study import (
+    Config,
+    Study,
+    canonical_text,
+    config_of_files,
+    fingerprint,
+    load_config,
+    load_study,
+)
+
+CONFIG = "config/config.yaml"
+# A sweep is worth a thread for each four seconds of its work.
+SECONDS_PER_THREAD = 4
+# Scenes that measure times get all cores, so that nothing runs beside them.
+TIMED = ("accuracy", "effects")
+
+
+@dataclass(frozen=True)
+class Run:
+    """Studies by name, with their files and plans (by scene), and the folder of results.
+
+    default: the studies that are made where nothing else is asked for.
+    """
+
+    results: str
+    files: Mapping[str, Path]
+    studies: Mapping[str, Study]
+    plans: Mapping[str, Mapping[str, ScenePlan]]
+    default: tuple[str, ...]
+
+    def plan(self, job: Any) -> ScenePlan:
+        """Return the plan of the scene of a job, which has `study` and `scene`."""
+        return self.plans[job.study][job.scene]
+
+    def file(self, job: Any) -> str:
+        """Return the file of the study of a job, as the command line takes it."""
+        return str(self.files[job.study])
+
+    def fingerprint(self, job: Any) -> str:
+        """Return the hash of all that the data of a scene depend on."""
+        return fingerprint(self.studies[job.study], job.scene)
+
+    def code(self, job: Any) -> str:
+        """Return the hash of the code that the data of a scene depend on."""
+        return code_hash(self.plan(job).kind)
+
+    def wording(self, name: str) -> str:
+        """Return the hash of all that a study says, titles and captions too."""
+        return hashlib.sha256(canonical_text(self.studies[name]).encode()).hexdigest()
+
+    def threads(self, job: Any, cores: int) -> int:
+        """Return how many threads a scene gets."""
+        plan = self.plan(job)
+        return cores if plan.kind in TIMED else useful_threads(plan)
+
+    def priority(self, job: Any) -> int:
+        """Return how early a scene is solved.
+
+        What wants several cores comes first: later it would wait for them until all others are done. Then what
+        would keep one core at work when nothing is left for the others: what is long, and the study whose many
+        figures are drawn by one core when all its scenes are there. Figures follow (`figures_priority`).
+        """
+        plan = self.plan(job)
+        if plan.kind in TIMED or useful_threads(plan) > 1:
+            return 20
+        most = max(self.plans, key=lambda name: len(self.plans[name]))
+        return 15 if plan.seconds > SECONDS_PER_THREAD or job.study == most else 5
+
+    def shards(self, job: Any) -> list[str]:
+        """Return the files of all shards of a sweep."""
+        folder = f"{self.results}/{job.study}/shards/{job.scene}"
+        return [f"{folder}/{shard:04d}.nc" for shard in range(1, self.plan(job).shards + 1)]
+
+    def shard_sidecars(self, job: Any) -> list[str]:
+        """Return what the shards of a sweep tell of their times."""
+        return [path.removesuffix(".nc") + ".json" for path in self.shards(job)]
+
+    def cut(self, job: Any) -> str:
+        """Return which shard of how many, as the command line takes it."""
+        return f"{int(job.shard)}/{self.plan(job).shards}"
+
+    def datasets(self, name: str) -> list[str]:
+        """Return the datasets of a study."""
+        return [f"{self.results}/{name}/{scene}.nc" for scene in self.studies[name].scenes]
+
+    def figures(self, name: str, suffix: str) -> list[str]:
+        """Return the figures of a study."""
+        folder = f"{self.results}/{name}/figures"
+        return [f"{folder}/{scene}.{suffix}" for scene in self.studies[name].scenes]
+
+    def report(self, name: str) -> str:
+        """Return the report of a study."""
+        return f"{self.results}/{name}/report.pdf"
+
+    def targets(self, name: str) -> list[str]:
+        """Return what is made of a study."""
+        figures = [*self.figures(name, "svg"), *self.figures(name, "pdf")]
+        return [*self.datasets(name), *figures, self.report(name)]
+
+    def figures_priority(self, name: str) -> int:
+        """Return how early the figures of a study are drawn: the more, the longer it takes and the sooner."""
+        return min(len(self.studies[name].scenes), 15)
+
+    def scenes_regex(self, chosen: Callable[[ScenePlan], bool], folder: str = "") -> str:
+        """Return the names of the scenes whose plan is chosen, each behind the folder of its study."""
+        found = [
+            f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
+            for study, plans in self.plans.items()
+            if (names := [name for name, plan in plans.items() if chosen(plan)])
+        ]
+        return "|".join(found) or "(?!)"
+
+
+def useful_threads(plan: ScenePlan) -> int:
+    """Return how many threads a scene is worth for its work."""
+    return max(1, round(plan.seconds / SECONDS_PER_THREAD)) if plan.kind == "sweep" else 1
+
+
+def read_run(
+    config_file: str | None, given: Mapping[str, Any], arguments: Iterable[str] = ()
+) -> Run:
+    """Read the studies of a run.
+
+    Parameters
+    ----------
+    config_file : str or None
+        The list of studies; `config/config.yaml` if None.
+    given : mapping
+        What the command line sets: `studies` (files, or names in `config/`) and `results`.
+    arguments : iterable of str
+        The command line. A file in the folder of results names its study, listed or not.
+
+    Raises
+    ------
+    StudyError, PlanError
+        With every fault of the list or of a study.
+    """
+    config = _config(config_file, given)
+    check_results_name(config.results)
+    files = {name: config.study_file(name) for name in config.studies}
+    files |= {name: config.study_file(name) for name in _named(config, arguments)}
+    studies = {name: load_study(file) for name, file in files.items()}
+    plans = {
+        name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
+        for name, study in studies.items()
+    }
+    return Run(config.results, files, studies, plans, tuple(config.studies))
+
+
+def _config(config_file: str | None, given: Mapping[str, Any]) -> Config:
+    """Return the list of studies: the command line's, else the file's."""
+    unknown = sorted(set(given) - {"studies", "results"})
+    if unknown:
+        raise PlanError(f"--config {unknown[0]}: must be studies or results; see also --configfile")
+    if "studies" in given:
+        return config_of_files(given["studies"], given.get("results", "results"))
+    config = load_config(config_file or CONFIG)
+    if "results" in given:
+        config = config.model_copy(update={"results": str(given["results"])})
+    return config
+
+
+def check_results_name(results: str) -> None:
+    """Raise PlanError unless a name can be that of the folder of results."""
+    if set(results) & set("{}*"):
+        raise PlanError(f"results: must be a folder's name without {{, }} and *, got {results!r}")
+    if Path(results).exists() and not Path(results).is_dir():
+        raise PlanError(f"results: must be a folder, but {results} is a file")
+
+
+def _named(config: Config, arguments: Iterable[str]) -> Iterator[str]:
+    """Yield the studies beside those of the list that a command line names: by a file of their results or, where a
+    job is a call of its own, by the job."""
+    results = re.escape(config.results.rstrip("/"))
+    by_file = re.compile(rf"(?:\./)?{results}/+([a-z][a-z0-9_]*)/")
+    by_job = re.compile(r"(?:figures_|.*\bstudy=)([a-z][a-z0-9_]*)")
+    for argument in arguments:
+        if found := by_file.match(argument):
+            yield found[1]
+            continue
+        found = by_job.match(argument)
+        if found and config.study_file(found[1]).is_file():
+            yield found[1]

@@ -1,0 +1,99 @@
+"""What a run made, study by study, and whether that is all it should have made."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+from vibropipe.jobs.run import Run
+from vibropipe.store import read_sidecar
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is printed at the end of a run, and what is missing (nothing if all was made)."""
+
+    lines: list[str]
+    missing: list[str]
+
+
+def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> Summary:
+    """Return what became of the files of a run.
+
+    Parameters
+    ----------
+    run : Run
+        The studies.
+    wanted : collection of str
+        All files that were asked for, with what they are made of.
+    planned : mapping of str to int
+        The files that had to be made, each with the time (ns) of the one that was there before, 0 if there was none.
+    """
+    lines: list[str] = []
+    missing = [path for path in sorted(wanted) if not Path(path).is_file()]
+    missing += [
+        path for path in planned if path not in missing and not _is_new(path, planned[path])
+    ]
+    for name, study in run.studies.items():
+        parts = _parts(run, name)
+        asked = {part: paths & set(wanted) for part, paths in parts.items() if paths & set(wanted)}
+        if not asked:
+            continue
+        made = [part for part, paths in asked.items() if paths & set(planned)]
+        kept = [part for part in asked if part not in made]
+        missing += _outdated(run, name, [part for part in study.scenes if part in asked])
+        texts = [f"made {_listed(made)}"] if made else []
+        texts += [f"up to date: {_listed(kept)}" if made else "up to date"] if kept else []
+        shown = run.report(name) if "report" in asked else f"{run.results}/{name}/"
+        lines.append(f"{name}: {'; '.join(texts)} ({shown})")
+        lines += _unresolved(run, name, list(study.scenes))
+    return Summary(lines, list(dict.fromkeys(missing)))
+
+
+def _parts(run: Run, name: str) -> dict[str, set[str]]:
+    """Return the files of a study by what a reader calls them: each scene, the figures, the report."""
+    scenes = {scene: {f"{run.results}/{name}/{scene}.nc"} for scene in run.studies[name].scenes}
+    figures = {*run.figures(name, "svg"), *run.figures(name, "pdf")}
+    return {**scenes, "figures": figures, "report": {run.report(name)}}
+
+
+def _is_new(path: str, before: int) -> bool:
+    try:
+        return Path(path).stat().st_mtime_ns != before
+    except OSError:
+        return False
+
+
+def _outdated(run: Run, name: str, scenes: list[str]) -> list[str]:
+    """Return the datasets that were made of another study text or by other code than the run's."""
+    found = []
+    for scene in scenes:
+        path = f"{run.results}/{name}/{scene}.nc"
+        job = SimpleNamespace(study=name, scene=scene)
+        made_of = {"fingerprint": run.fingerprint(job), "code": run.code(job)}
+        told = read_sidecar(path)
+        if any(told.get(key) != value for key, value in made_of.items()):
+            found.append(path)
+    return found
+
+
+def _unresolved(run: Run, name: str, scenes: list[str]) -> list[str]:
+    """Return a line for each scene with rows that could not be solved."""
+    lines = []
+    for scene in scenes:
+        count = int(read_sidecar(f"{run.results}/{name}/{scene}.nc").get("unresolved", 0))
+        rows = run.plans[name][scene].rows
+        if count:
+            lines.append(f"  {scene}: {count:,} of {rows:,} rows are unresolved; `status` says why")
+    return lines
+
+
+def _listed(parts: list[str]) -> str:
+    """Return names in a row; of many scenes their number."""
+    scenes = [part for part in parts if part not in ("figures", "report")]
+    rest = [part for part in parts if part not in scenes]
+    if len(scenes) > 4:
+        scenes = [f"{len(scenes)} scenes"]
+    return ", ".join([*scenes, *rest])

@@ -30,7 +30,19 @@ scenes:
   free: {kind: backbone, amplitude: [0.3, 0.6]}
   response: {kind: sweep, over: {f: [0.2, 1], nu: [0.9, 1, 1.1]}}
 """
-VERBS = ("plan", "simulate", "solve", "join", "figure", "report", "show", "verify", "warm", "bench")
+VERBS = (
+    "plan",
+    "simulate",
+    "solve",
+    "join",
+    "figure",
+    "report",
+    "show",
+    "verify",
+    "bench",
+    "run",
+    "new",
+)
 
 
 @pytest.fixture

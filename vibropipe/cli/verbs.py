@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from vibropipe.cli.run import new, run
 
 PLOT_SUFFIXES = (".svg", ".pdf", ".png")
 
@@ -17,6 +18,35 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.command()(new)
+app.command()(run)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from vibropipe import __version__
+
+        typer.echo(f"vibropipe {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    from vibropipe.compiler.client import on_compiling
+
+    on_compiling.append(_tell_of_compiling)
+
+
+def _tell_of_compiling(kernel: str) -> None:
+    typer.echo(f"compiling {kernel}, once for this version", err=True)
+
 
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
@@ -223,27 +253,6 @@ def verify(
     typer.echo(f"sample: --rows {rows} --seed {chosen}")
     if not all(verdict.good for verdict in verdicts):
         raise typer.Exit(1)
-
-
-@app.command()
-def warm(
-    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Studies, YAML files.")],
-    threads: Threads = None,
-    stamp: Annotated[
-        Path | None, typer.Option("--stamp", metavar="F", help="File to write when done.")
-    ] = None,
-) -> None:
-    """Compile what the scenes of some studies need, and find out how long they will take."""
-    from vibropipe.store import whole_file
-    from vibropipe.warm import not_calibrated, not_compiled
-
-    if not_compiled(files) or not_calibrated(files):
-        from vibropipe.calibration import warm as warm_up
-
-        warm_up(files, threads or os.cpu_count() or 1)
-    if stamp is not None:
-        with whole_file(stamp):
-            pass
 
 
 @app.command()

@@ -1,0 +1,91 @@
+"""The two commands of somebody with a study of her own: one writes it, the other makes all of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+# Where the workflow lies in an installed package, and in a clone.
+INSTALLED = Path(__file__).parents[1] / "_workflow"
+CLONE = Path(__file__).parents[2]
+
+
+def run(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Studies, YAML files anywhere.")
+    ],
+    cores: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Cores to use; all if left out.")
+    ] = None,
+    results: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of all results; each study has its own.")
+    ] = Path("results"),
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", "-n", help="List what would be made, and make nothing.")
+    ] = False,
+) -> None:
+    """Make studies: datasets, figures and a report each; what is up to date is not made again."""
+    from vibropipe.jobs.run import check_results_name
+    from vibropipe.study import config_of_files, load_study
+
+    # a mistake is told at once, before the workflow is loaded
+    paths = [os.path.relpath(file) for file in files]
+    settings = config_of_files(paths, str(results))
+    check_results_name(settings.results)
+    for name in settings.studies:
+        load_study(settings.study_file(name))
+
+    folder = INSTALLED if INSTALLED.is_dir() else CLONE
+    command = [sys.executable, "-m", "snakemake"]
+    command += ["--snakefile", str(folder / "workflow" / "Snakefile")]
+    command += ["--workflow-profile", str(folder / "profiles" / "default")]
+    command += ["--cores", str(cores or os.cpu_count() or 1), *(["--dry-run"] if dry_run else [])]
+    # JSON is YAML, which is what snakemake reads there
+    command += [
+        "--config",
+        f"studies={json.dumps(paths)}",
+        f"results={json.dumps(settings.results)}",
+    ]
+    if os.name == "posix":
+        sys.stdout.flush()
+        os.execv(sys.executable, command)
+    raise typer.Exit(subprocess.run(command, check=False).returncode)
+
+
+def new(
+    name: Annotated[
+        Path, typer.Argument(metavar="NAME", help="Name of the study, or its file: NAME.yaml.")
+    ],
+) -> None:
+    """Write a study to start from, with the schema that editors check it by beside it."""
+    from importlib.resources import files
+
+    from vibropipe.store import whole_file
+    from vibropipe.study.schema import schema_text
+    from vibropipe.study.values import NAME, NameRule
+
+    file = name.with_suffix(".yaml")
+    if not NAME.fullmatch(file.stem):
+        raise typer.BadParameter(
+            f"found {file.stem!r}, allowed {NameRule().allowed}", param_hint="NAME"
+        )
+    if file.exists():
+        raise typer.BadParameter(f"{file} is there already: choose another name", param_hint="NAME")
+    schema = file.with_name("study.schema.json")
+    if not schema.exists():
+        with whole_file(schema) as temporary:
+            temporary.write_text(schema_text(), encoding="utf-8")
+    with whole_file(file) as temporary:
+        text = files("vibropipe.study").joinpath("new_study.yaml").read_text(encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
+    typer.echo(
+        f"{file} is written. Edit it, then:\n"
+        f"  vibropipe plan {file}   says what it will compute and how long that takes\n"
+        f"  vibropipe run {file}    makes results/{file.stem}/report.pdf and all datasets"
+    )

@@ -1,0 +1,92 @@
+"""A study of one's own, anywhere: written by `new`, made by `run`."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from sharded import PROGRAM
+
+from vibropipe import __version__
+from vibropipe.study import load_study
+from vibropipe.study.schema import schema_text
+
+STUDY = """\
+title: Far away
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7}
+scenes:
+  forced: {kind: motion, tau_end: 5, samples_per_period: 16}
+"""
+
+
+def vibropipe(folder: Path, *arguments: str, code: int = 0) -> str:
+    """Run the command line in a folder and return all that it says."""
+    done = subprocess.run(
+        [*PROGRAM, *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code, done.stdout
+    assert "Traceback" not in done.stdout
+    return done.stdout
+
+
+def test_a_study_that_lies_elsewhere_is_made_in_the_folder_one_is_in(tmp_path):
+    for name in ("studies", "here"):
+        tmp_path.joinpath(name).mkdir()
+    here = tmp_path / "here"
+    file = tmp_path / "studies" / "far.yaml"
+    file.write_text(STUDY)
+    said = vibropipe(here, "run", "../studies/far.yaml", "--cores", "2", "--results", "made")
+    assert "far: made forced, figures, report (made/far/report.pdf)" in said
+    assert (here / "made/far/report.pdf").read_bytes().startswith(b"%PDF")
+    assert [path.name for path in file.parent.iterdir()] == ["far.yaml"]
+
+    # the same study, however its file is named
+    said = vibropipe(here, "run", str(file), "--cores", "2", "--results", "made")
+    assert "Nothing to be done" in said
+    file.write_text(STUDY.replace("tau_end: 5", "tau_end: 6"))
+    said = vibropipe(here, "run", str(file), "--dry-run", "--results", "made")
+    assert set(re.findall(r"far: (.+)", said)) >= {"solving forced", "typesetting the report"}
+
+
+def test_a_mistake_is_told_before_anything_is_begun(tmp_path):
+    tmp_path.joinpath("far.yaml").write_text(STUDY.replace("tau_end", "tau_ende"))
+    said = vibropipe(tmp_path, "run", "far.yaml", code=2)
+    assert said == vibropipe(tmp_path, "plan", "far.yaml", code=2)
+    assert [path.name for path in tmp_path.iterdir()] == ["far.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("a/mine.yaml", "b/mine.yaml"), "each study once"),
+        (("mine.yaml", "--results", "re{s}ults"), "results: must be"),
+        (("mine.yaml", "--results", "mine.yaml"), "results: must be a folder"),
+        (("nowhere.yaml",), "nowhere.yaml: "),
+    ],
+)
+def test_what_cannot_be_made_is_refused(tmp_path, arguments, told):
+    tmp_path.joinpath("mine.yaml").write_text(STUDY)
+    assert told in vibropipe(tmp_path, "run", *arguments, code=2)
+
+
+def test_a_new_study_is_valid_and_never_overwrites(tmp_path):
+    said = vibropipe(tmp_path, "new", "mine")
+    assert "vibropipe run mine.yaml" in said
+    study = load_study(tmp_path / "mine.yaml")
+    assert set(study.scenes) == {"response", "detail"}
+    assert tmp_path.joinpath("study.schema.json").read_text() == schema_text()
+    assert (tmp_path / "mine.yaml").read_text().startswith("# yaml-language-server: $schema=study")
+    assert "already" in vibropipe(tmp_path, "new", "mine", code=2)
+    assert "'Mine'" in vibropipe(tmp_path, "new", "Mine", code=2)
+
+
+def test_the_version_is_that_of_the_package(tmp_path):
+    assert vibropipe(tmp_path, "--version") == f"vibropipe {__version__}\n"

@@ -1,0 +1,86 @@
+"""What the workflow's rules are told of the studies of a call."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from vibropipe.compiler.sources import code_hash, kernel_hash
+from vibropipe.cutting import PlanError
+from vibropipe.jobs.run import read_run
+
+SCENES = """\
+title: T
+exciter: {{l: 0.5, f: -1, h: 0.2, R1: 0.7}}
+scenes:
+  one: {{kind: motion, tau_end: 5}}
+  wide: {{kind: sweep, over: {{nu: {{start: 0.5, stop: 2, points: {points}}}}}}}
+  cases: {{kind: hard_cases}}
+  race: {{kind: accuracy, motions: {{plain: {{}}}}}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.joinpath("config").mkdir()
+    for name, points in (("first", 20), ("second", 2_000_000), ("third", 10)):
+        tmp_path.joinpath("config", f"{name}.yaml").write_text(SCENES.format(points=points))
+    tmp_path.joinpath("config/config.yaml").write_text("studies: [first, second]\n")
+    return tmp_path
+
+
+def job(study: str, scene: str) -> SimpleNamespace:
+    return SimpleNamespace(study=study, scene=scene, shard="0003")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "more"),
+    [
+        ([], set()),
+        (["results/third/report.pdf"], {"third"}),
+        (["./results/third/one.nc", "results/first/one.nc"], {"third"}),
+        (["--target-jobs", "solve:study=third,scene=one"], {"third"}),
+        (["figures_third:"], {"third"}),
+        (["--report", "results.html", "figures_none:"], set()),
+    ],
+)
+def test_a_study_on_no_list_is_read_where_a_file_of_it_is_asked_for(folder, arguments, more):
+    run = read_run(None, {}, arguments)
+    assert set(run.studies) == {"first", "second"} | more
+    assert run.default == ("first", "second")
+
+
+def test_the_command_line_names_files_and_the_folder_of_results(folder):
+    given = {"studies": [str(folder / "config/third.yaml"), "first"], "results": "made"}
+    run = read_run(None, given, ["made/second/one.nc"])
+    assert list(run.studies) == ["third", "first", "second"]
+    assert run.report("third") == "made/third/report.pdf"
+    with pytest.raises(PlanError, match="result: must be studies or results"):
+        read_run(None, {"result": "made"})
+
+
+def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
+    run = read_run(None, {})
+    assert run.threads(job("first", "race"), 8) == 8
+    assert run.threads(job("first", "cases"), 8) == 1
+    assert run.threads(job("second", "wide"), 8) == round(2e6 * 4e-5 / 4)
+    assert run.code(job("first", "one")) == kernel_hash()
+    codes = {run.code(job("first", name)) for name in ("one", "cases", "race")}
+    assert len(codes) == 3
+    assert all(code.startswith(kernel_hash()) for code in codes)
+    assert run.code(job("first", "race")) == code_hash("accuracy")
+
+
+def test_long_work_comes_first(folder):
+    run = read_run(None, {})
+    at = {name: run.priority(job("first", name)) for name in ("race", "wide", "one")}
+    assert at["race"] > run.figures_priority("first")
+    assert at["race"] > at["wide"]
+
+
+def test_a_long_sweep_is_cut_into_shards(folder):
+    run = read_run(None, {})
+    wide = job("second", "wide")
+    assert len(run.shards(wide)) == 4
+    assert run.cut(wide) == "3/4"
+    assert run.shard_sidecars(wide)[0] == "results/second/shards/wide/0001.json"

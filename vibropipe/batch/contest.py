@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numba
 import numpy as np
 
 from vibropipe.batch import contestant, peers
@@ -18,6 +20,7 @@ from vibropipe.batch.contestant import SAMPLES, Contestant, Motion, Shown
 from vibropipe.batch.errors import partners
 from vibropipe.batch.timing import Timer, take_turns
 from vibropipe.batch.twin import Truth, Twin, period_of
+from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.vocabulary import PARAMETERS, Outcome, describe
 
 if TYPE_CHECKING:
@@ -135,6 +138,19 @@ def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> d
     }
 
 
+def compile_methods(methods: Sequence[str], motion: Motion) -> None:
+    """Have the kernels of our own methods compiled, by as many processes as this one may use threads."""
+
+    def call(method: str) -> None:
+        entered = enter(method, 8.0, motion._replace(periods=1))
+        if not isinstance(entered, Outcome):
+            entered.show()
+            entered.repeat(1)
+
+    calls = [partial(call, method) for method in methods if method in OWN]
+    compile_side_by_side(calls, numba.get_num_threads())
+
+
 def solve_accuracy(
     motions: Mapping[str, Motion],
     methods: Sequence[str] = METHODS,
@@ -151,6 +167,7 @@ def solve_accuracy(
     races (a motion by a method at a setting) are run, and of how many.
     Times differ from run to run; all else is the same with the same versions of the packages.
     """
+    compile_methods(methods, next(iter(motions.values())))
     listed = entries(methods, steps, tolerances)
     shape = (len(motions), len(methods), max(entry.setting for entry in listed) + 1)
     columns = {name: np.full(shape, np.nan) for name in (*ERRORS, *WORK, *TIMES)}

@@ -1,0 +1,67 @@
+"""What is installed: the package found from anywhere, and a wheel that holds all it needs."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+BUILD = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+
+
+@pytest.fixture(scope="module")
+def wheel_files(tmp_path_factory):
+    """The files of a wheel built from a copy of this tree, which git's ignored files may litter."""
+    clone = tmp_path_factory.mktemp("clone") / "vibropipe"
+    clone.mkdir()
+    for folder in ("vibropipe", "workflow", "profiles", "tests"):
+        shutil.copytree(ROOT / folder, clone / folder)
+    for file in ("pyproject.toml", "README.md", "LICENSE", ".gitignore"):
+        shutil.copy(ROOT / file, clone)
+    command = [sys.executable, "-c", BUILD, str(clone.parent)]
+    built = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=True)
+    with zipfile.ZipFile(clone.parent / built.stdout.strip()) as wheel:
+        return set(wheel.namelist())
+
+
+def sources(folder: str) -> set[str]:
+    """All files of a folder that no interpreter has made, relative to the root of the tree."""
+    paths = [path for path in (ROOT / folder).rglob("*") if path.is_file()]
+    return {p.relative_to(ROOT).as_posix() for p in paths if "__pycache__" not in p.parts}
+
+
+def test_a_script_beside_a_clone_imports_the_package(tmp_path):
+    """The folder of the script comes first on the path, and a clone in it looks like a package without code."""
+    (tmp_path / "vibropipe" / "vibropipe").mkdir(parents=True)
+    script = tmp_path / "script.py"
+    script.write_text("import vibropipe as vp\nprint(vp.Exciter(l=0.5).l)\n", encoding="utf-8")
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [sys.executable, str(script)]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "0.5\n", done.stderr
+
+
+def test_a_wheel_holds_the_package_with_its_data(wheel_files):
+    package = {name for name in wheel_files if name.startswith("vibropipe/")}
+    assert {name for name in package if "/_workflow/" not in name} == sources("vibropipe")
+    suffixes = {Path(name).suffix for name in package}
+    assert {".py", ".typed", ".typ"} <= suffixes
+
+
+def test_a_wheel_holds_the_workflow_where_the_command_line_looks_for_it(wheel_files):
+    workflow = {name for name in wheel_files if "/_workflow/" in name}
+    wanted = sources("workflow") | {"profiles/default/config.yaml"}
+    assert workflow == {f"vibropipe/_workflow/{name}" for name in wanted}
+    assert "vibropipe/_workflow/workflow/Snakefile" in workflow
+
+
+def test_a_wheel_holds_nothing_else(wheel_files):
+    tops = {name.split("/")[0] for name in wheel_files}
+    assert tops == {"vibropipe", f"vibropipe-{version('vibropipe')}.dist-info"}

@@ -4,11 +4,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+import vibropipe as vp
 
 ROOT = Path(__file__).parents[1]
 BUILD = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
@@ -65,3 +68,9 @@ def test_a_wheel_holds_the_workflow_where_the_command_line_looks_for_it(wheel_fi
 def test_a_wheel_holds_nothing_else(wheel_files):
     tops = {name.split("/")[0] for name in wheel_files}
     assert tops == {"vibropipe", f"vibropipe-{version('vibropipe')}.dist-info"}
+
+
+def test_the_version_stands_once():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert vp.__version__ == version("vibropipe") == project["version"]
+    assert "__version__" in dir(vp)

@@ -5,8 +5,6 @@ from __future__ import annotations
 # Nothing is imported here but for type checkers: a command begins at once, and can be interrupted at once.
 TYPE_CHECKING = False
 
-__version__ = "0.1.0"
-
 # Names of the public face and where they live; imported on first use, so that `import vibropipe` is free.
 _FACE = {
     "Exciter": "vibropipe.physics.exciter",
@@ -28,6 +26,7 @@ __all__ = [
     "steady_state",
     "sweep",
 ]
+__version__: str  # as installed; pyproject.toml states it
 
 if TYPE_CHECKING:
     from typing import Any
@@ -41,6 +40,10 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("vibropipe")
     if name not in _FACE:
         raise AttributeError(
             f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}"

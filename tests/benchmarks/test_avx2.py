@@ -26,7 +26,7 @@ import numba
 import numpy as np
 from vibropipe.batch.motions import _drive
 from vibropipe.bench import measure
-from vibropipe.bench.items import newmark
+from vibropipe.bench.cases import newmark
 from vibropipe.kernels.newmark_steps import SIZE, STRIDE, stride
 
 item = newmark()

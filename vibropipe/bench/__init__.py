@@ -1,7 +1,21 @@
 """How fast this is, measured side by side with peers in one run: `vibropipe bench`."""
 
-from vibropipe.bench.items import items
-from vibropipe.bench.rounds import measure
-from vibropipe.bench.told import as_json, as_text
+from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vibropipe.bench.cases import items
+    from vibropipe.bench.rounds import measure
+    from vibropipe.bench.told import as_json, as_text
+
+# Imported on first use: `vibropipe.bench.growth` measures the memory of processes that must not hold numba.
+_HOME = {"as_json": "told", "as_text": "told", "items": "cases", "measure": "rounds"}
 __all__ = ["as_json", "as_text", "items", "measure"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import vibropipe
 
 # Seconds that may be spent beyond the lightest thing that is needed.
@@ -26,10 +28,22 @@ def seconds_of(code: str) -> float:
     return min(taken)
 
 
+def test_importing_loads_nothing_else():
+    """Beyond what Python itself brings."""
+    code = f"import sys; sys.path = {sys.path!r}; import vibropipe; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], check=True, capture_output=True, text=True
+    )
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert loaded - sys.stdlib_module_names == {"__main__", "vibropipe"}
+
+
+@pytest.mark.benchmark
 def test_importing_costs_next_to_nothing():
     assert seconds_of("import vibropipe") - seconds_of("pass") < MOST
 
 
+@pytest.mark.benchmark
 def test_help_costs_little_more_than_its_library():
     asked = "from vibropipe.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass"
     assert seconds_of(asked) - seconds_of("import typer") < MOST

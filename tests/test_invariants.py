@@ -181,7 +181,9 @@ test_finite_and_inside, test_finite_and_inside_at_length = over_all(
 test_events, test_events_at_length = over_all(check_events_are_in_order_and_resets_lose_energy)
 test_energy, test_energy_at_length = over_all(check_energy_balance)
 test_mirror, test_mirror_at_length = over_all(check_mirror)
-test_bounded_time, test_bounded_time_at_length = over_all(check_time_is_bounded)
+test_bounded_time, test_bounded_time_at_length = map(
+    pytest.mark.benchmark, over_all(check_time_is_bounded)
+)
 test_samples, test_samples_at_length = over_all(check_samples_end_at_tau_end)
 
 

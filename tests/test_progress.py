@@ -130,6 +130,7 @@ def test_a_work_of_unknown_length_tells_what_is_done_and_the_rate(clock, monkeyp
         assert "left" not in stream.getvalue()
 
 
+@pytest.mark.benchmark
 def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
     calls = []
     begin = time.process_time()
@@ -144,6 +145,7 @@ def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
     assert len(calls) * each < 0.01 * worked
 
 
+@pytest.mark.benchmark
 @pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
 def test_progress_costs_less_than_one_percent(stream, clock, monkeypatch):
     """A word of progress every 10 ms, the quickest rows; in each half second one word is drawn."""

@@ -100,15 +100,20 @@ def test_own_times_are_the_1_of_their_own_ratio(measured):
         assert (measured[name] <= measured[f"{name}_high"]).all()
 
 
+@pytest.mark.benchmark
 def test_ratios_are_those_of_the_times(measured):
     same = ["full", "plain", "free", "sampled", "row"]  # as long by every kernel
     ratio = measured.kernel_time.sel(kernel="own") / measured.kernel_time.sel(kernel="all")
     found = measured.time_ratio.sel(kernel="all").sel(motion=same)
     np.testing.assert_allclose(found, ratio.sel(motion=same), rtol=0.5)
+
+
+def test_ratios_are_those_of_the_bytes(measured):
     bytes_ratio = measured.bytes_ratio.sel(motion="free", kernel="full")
     assert float(bytes_ratio) == pytest.approx(1008 / 12)
 
 
+@pytest.mark.benchmark
 def test_closed_forms_are_taken_where_there_are_any(measured):
     assert float(measured.time_ratio.sel(motion="free", kernel="all")) < 0.5
     assert float(measured.time_ratio.sel(motion="quiet", kernel="all")) < 0.5

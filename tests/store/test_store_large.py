@@ -44,9 +44,10 @@ TOLD = """
 print([line.split()[1] for line in open("/proc/self/status") if "VmHWM" in line][0])
 """
 
-pytestmark = pytest.mark.skipif(
-    not Path("/proc/self/status").is_file(), reason="memory is read from /proc"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="memory is read from /proc"),
+]
 
 
 def peak(script: str, *arguments: str) -> float:

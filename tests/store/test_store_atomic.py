@@ -150,6 +150,26 @@ def test_the_file_of_a_running_writer_is_left_alone(tmp_path):
     assert other.read_bytes() == b"half"
 
 
+def test_no_process_is_signalled_where_any_signal_ends_it(monkeypatch):
+    class Windows:
+        name = "nt"
+
+    monkeypatch.setattr(atomic, "os", Windows)
+    assert atomic._is_running(1)
+
+
+def test_a_folder_that_cannot_be_opened_takes_files(tmp_path, monkeypatch):
+    def refuse(path, *flags):
+        if os.path.isdir(path):
+            raise PermissionError(errno.EACCES, "Permission denied", path)
+        return opened(path, *flags)
+
+    opened = os.open
+    monkeypatch.setattr(atomic.os, "open", refuse)
+    store.write(motion(), tmp_path / "a.nc")
+    store.check_whole(tmp_path / "a.nc")
+
+
 def test_what_is_left_of_killed_writers_is_removed_on_request_wherever_they_ran(tmp_path):
     running = atomic._temporary(tmp_path / "1.nc").name
     dead = running.replace(f".{os.getpid()}.", ".999999999.")

@@ -36,6 +36,8 @@ SCRATCH = ".rows"
 TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
 
 READ_AT_ONCE = 1 << 20
+# what a full disk, or a quota where there are any, answers
+FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 FULL_BELOW = 2_000_000
 """A disk with fewer free bytes than this is called full: it cannot take two more chunks."""
 
@@ -145,8 +147,13 @@ def _digest(path: Path, length: int) -> bytes:
 
 
 def _flush(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+    """Wait until a file, or the names in a folder where one can be opened, are on the disk."""
+    try:
+        descriptor = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
+    except PermissionError:
+        if path.is_file():
+            raise
+        return
     try:
         os.fsync(descriptor)
     finally:
@@ -185,6 +192,8 @@ def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> li
 
 
 def _is_running(process: int) -> bool:
+    if os.name == "nt":  # there, a signal of any number ends the process
+        return True
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -201,7 +210,7 @@ def _explain(path: Path, error: OSError | RuntimeError) -> str:
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    if number in (errno.ENOSPC, errno.EDQUOT) or free < FULL_BELOW:
+    if number in FULL or free < FULL_BELOW:
         return (
             f"{path} was not written: the disk is full ({free / 1e6:.1f} MB free in {folder}). "
             "Make room and run again: what is whole stays, nothing half-written was left"

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from vibropipe.study import Scene, SweepScene, scene_effects
+from vibropipe.wording import count
 
 # A job costs about a second to start: below this work, cutting costs more than it gains. On a
 # cluster, where a job costs ten seconds, set the variable to some minutes.
@@ -98,7 +99,7 @@ def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     length = chain_length(scene)
     chains = scene.row_count // length
     if not 1 <= shards <= chains:
-        raise PlanError(f"{shards} shards: this scene can be cut into 1 to {chains}")
+        raise PlanError(f"{count(shards, 'shard')}: this scene can be cut into 1 to {chains}")
     if not 1 <= shard <= shards:
         raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
     return (shard - 1) * chains // shards * length, shard * chains // shards * length

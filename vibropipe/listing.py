@@ -11,6 +11,7 @@ from vibropipe.physics.effects import NAMES
 from vibropipe.plan import ScenePlan, plan_scene
 from vibropipe.status import Status
 from vibropipe.vocabulary import PARAMETERS
+from vibropipe.wording import count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +47,7 @@ def plan_text(study: Study, found: Mapping[str, Expected] | None = None) -> str:
     ]
     seconds = sum(work_of(plan, found) for plan in plans)
     stored = sum(known[plan.name].bytes if found else plan.bytes for plan in plans)
-    rows = f"{len(plans)} scenes, {sum(plan.rows for plan in plans)} rows,"
+    rows = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')},"
     if found:
         cores = os.cpu_count() or 1
         longest = max(work_of(plan, found) / plan.shards for plan in plans)

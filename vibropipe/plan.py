@@ -30,6 +30,7 @@ from vibropipe.study import (
     scene_effects,
 )
 from vibropipe.study.accuracy import PEERS
+from vibropipe.wording import count
 
 SECONDS_PER_ROW = 4e-5
 SECONDS_PER_POINT = 20e-6
@@ -52,7 +53,7 @@ SECONDS_PER_TRIAL, SECONDS_PER_ROUND = 0.1, 0.012
 HEAD_BYTES = 9e4
 RACE_BYTES, TRIAL_BYTES = 89, 400
 
-DRAWN = ("figures", "report", "vocabulary.py", "analysis")
+DRAWN = ("figures", "report", "vocabulary.py", "wording.py", "analysis")
 
 
 @dataclass(frozen=True)
@@ -166,12 +167,12 @@ def _backbone(scene: BackboneScene) -> ScenePlan:
 
 
 def _hard_cases(scene: HardCasesScene) -> ScenePlan:
-    count = len(scene.cases)
+    cases = len(scene.cases)
     return ScenePlan(
         name=scene.name,
         kind=scene.kind,
-        size=f"{count} cases" if count else "all cases",
-        rows=max(1, count),
+        size=count(cases, "case") if cases else "all cases",
+        rows=max(1, cases),
         method="exact, newmark",
         effects=scene_effects(scene),
         outputs=(),
@@ -195,7 +196,7 @@ def _races(scene: AccuracyScene) -> ScenePlan:
     return ScenePlan(
         name=scene.name,
         kind=scene.kind,
-        size=f"{len(scene.motions)} motions",
+        size=count(len(scene.motions), "motion"),
         rows=scene.row_count,
         method=", ".join(scene.methods),
         effects=scene_effects(scene),
@@ -210,7 +211,7 @@ def _trials(scene: EffectsScene) -> ScenePlan:
     return ScenePlan(
         name=scene.name,
         kind=scene.kind,
-        size=f"{scene.row_count} motions",
+        size=count(scene.row_count, "motion"),
         rows=scene.row_count,
         method="exact",
         effects=scene_effects(scene),

@@ -42,6 +42,7 @@ from vibropipe.study import (
     study_of_text,
 )
 from vibropipe.study.grids import ValueGrid
+from vibropipe.wording import count
 
 __all__ = ["ROWS", "Verdict", "new_seed", "verify"]
 
@@ -72,7 +73,7 @@ class Verdict:
         return not self.faults
 
     def __str__(self) -> str:
-        found = f"{len(self.faults)} faults" if len(self.faults) > 1 else "a fault"
+        found = count(len(self.faults), "fault")
         head = f"{self.checked}: same, bit for bit" if self.checked and self.good else self.checked
         parts = [part for part in (head, "" if self.good else found) if part]
         lines = [f"{self.name}: {', '.join(parts) or 'not verified'}"]
@@ -157,23 +158,25 @@ def _computed_again(
         names = [name for name in (case.name for case in CASES) if name in names]
         places = _sample(len(names), rows, generator)
         part: Scene = scene.model_copy(update={"cases": [names[place] for place in places]})
-        return f"{_of(len(places), len(names))} cases", compare(path, solve(part), ("case", places))
+        return _of(len(places), len(names), "case"), compare(path, solve(part), ("case", places))
     if isinstance(scene, AccuracyScene):
         each = scene.row_count // len(scene.motions)
         places = _sample(len(scene.motions), math.ceil(rows / each), generator)
         motions = list(scene.motions.items())
         chosen = {"motions": dict(motions[place] for place in places), "repeats": 1}
         again = solve(scene.model_copy(update=chosen))
-        words = f"{_of(len(places) * each, scene.row_count)} races"
+        words = _of(len(places) * each, scene.row_count, "race")
         return words, compare(path, again, ("motion", places), _is_of_a_run)
     if isinstance(scene, EffectsScene):
         again = solve(scene.model_copy(update={"repeats": 1}))
-        return f"all {scene.row_count} motions", compare(path, again, skip=_is_of_a_run)
+        return _of(scene.row_count, scene.row_count, "motion"), compare(
+            path, again, skip=_is_of_a_run
+        )
     if isinstance(scene, BackboneScene) and scene.over_amplitude:
         values = scene.over_arrays()["amplitude"]
         places = _sample(values.size, rows, generator)
         part = scene.model_copy(update={"amplitude": ValueGrid(values=values[places].tolist())})
-        words = f"{_of(len(places), values.size)} amplitudes"
+        words = _of(len(places), values.size, "amplitude")
         return words, compare(path, solve(part), ("amplitude", places))
     return "all of it", compare(path, solve(scene))
 
@@ -196,7 +199,7 @@ def _rows_again(
         found += compare_rows(path, shard, grid)
         if any(item.where == "" for item in found):  # the same in every row
             break
-    return f"{_of(len(chains) * length, grid.rows)} rows", found
+    return _of(len(chains) * length, grid.rows, "row"), found
 
 
 def _sample(there_are: int, wanted: int, generator: np.random.Generator) -> list[int]:
@@ -206,5 +209,8 @@ def _sample(there_are: int, wanted: int, generator: np.random.Generator) -> list
     return sorted(int(place) for place in generator.choice(there_are, wanted, replace=False))
 
 
-def _of(part: int, whole: int) -> str:
-    return f"all {whole:,}" if part == whole else f"{part:,} of {whole:,}"
+def _of(part: int, whole: int, noun: str) -> str:
+    nouns = noun if whole == 1 else f"{noun}s"
+    if part == whole:
+        return f"the only {noun}" if whole == 1 else f"all {whole:,} {nouns}"
+    return f"{part:,} of {whole:,} {nouns}"

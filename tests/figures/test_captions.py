@@ -10,15 +10,14 @@ from vibropipe.figures import caption, picture_of
 from vibropipe.figures.captions import describe_motion, describe_sweep, grid_words, place_words
 from vibropipe.figures.options import Options
 from vibropipe.figures.words import (
-    count,
     mathtext,
     number,
     parameter_line,
     plain_parameters,
     regime_name,
-    series,
 )
 from vibropipe.vocabulary import REGIMES
+from vibropipe.wording import count, series
 
 
 @pytest.mark.parametrize(

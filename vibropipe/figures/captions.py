@@ -15,12 +15,11 @@ from vibropipe.figures.sweep import axis_and_rest, row_kinds, swept
 from vibropipe.figures.words import (
     PLAIN_SYMBOLS,
     REGIME_WORDS,
-    count,
     number,
     plain_parameters,
     regime_name,
-    series,
 )
+from vibropipe.wording import count, series
 
 FEW_VALUES = 8
 

@@ -20,7 +20,10 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.figures.words import count, number, series
+from vibropipe.figures.words import (
+    number,
+)
+from vibropipe.wording import count, series
 
 ROW_CM = 0.62
 # kernel of the dataset -> how its ratio is drawn and called

@@ -20,7 +20,7 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.figures.words import count, series
+from vibropipe.wording import count, series
 
 LEFT, RIGHT = 1e-9, 1e2  # exactly right, and off the scale
 ROW_CM = 0.42
@@ -103,4 +103,4 @@ def describe_hard_cases(dataset: xr.Dataset, options: Options) -> str:
     said = f"not passed: {series(names)}" if names else "all passed"
     short = int(dataset["short_flight_motions"].values.sum())
     told = f"{short} had flights shorter than the step"
-    return f"{total}, {said}. Of {int(dataset['motions'].values.sum())} motions {told}."
+    return f"{total}, {said}. Of {count(int(dataset['motions'].values.sum()), 'motion')} {told}."

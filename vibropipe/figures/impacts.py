@@ -17,8 +17,11 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.words import count, parameter_line
+from vibropipe.figures.words import (
+    parameter_line,
+)
 from vibropipe.vocabulary import label
+from vibropipe.wording import count
 
 
 def draw_impacts_only(dataset: xr.Dataset, options: Options) -> Figure:

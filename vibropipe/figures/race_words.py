@@ -14,8 +14,11 @@ from vibropipe.analysis.work_precision import (
     worst_error,
 )
 from vibropipe.figures.options import Options
-from vibropipe.figures.words import count, number, series
+from vibropipe.figures.words import (
+    number,
+)
 from vibropipe.vocabulary import Outcome
+from vibropipe.wording import count, series
 
 # for one method, for several
 OUTCOME_WORDS = {

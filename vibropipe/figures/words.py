@@ -75,19 +75,6 @@ def number(value: float, digits: int = 4) -> str:
     return f"{text} × 10{raised}"
 
 
-def count(amount: int, noun: str, plural: str | None = None) -> str:
-    """Write an amount with its noun: ``1 impact``, ``3 impacts``."""
-    return f"{amount} {noun if amount == 1 else plural or noun + 's'}"
-
-
-def series(words: Iterable[str]) -> str:
-    """Join words as a sentence does: ``a``, ``a and b``, ``a, b and c``."""
-    listed = list(words)
-    if len(listed) < 2:
-        return "".join(listed)
-    return f"{', '.join(listed[:-1])} and {listed[-1]}"
-
-
 def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
     """Return the exciter's parameters that have one value in ``dataset`` (swept ones have not)."""
     return {

@@ -11,8 +11,11 @@ import xarray as xr
 
 from vibropipe.figures.captions import departure
 from vibropipe.figures.race_words import conclusion
-from vibropipe.figures.words import number, series
+from vibropipe.figures.words import (
+    number,
+)
 from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.wording import series
 
 Sidecars = Mapping[str, Mapping[str, Any]]
 

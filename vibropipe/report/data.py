@@ -15,7 +15,6 @@ from vibropipe.figures.sweep import row_kinds
 from vibropipe.figures.words import (
     PLAIN_SYMBOLS,
     REGIME_WORDS,
-    count,
     number,
     regime_name,
 )
@@ -25,6 +24,7 @@ from vibropipe.report.hard_cases import hard_case_tables, hard_case_words
 from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.vocabulary import PARAMETERS
+from vibropipe.wording import count
 
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
 

@@ -14,9 +14,9 @@ from vibropipe.figures.words import (
     number,
     regime_name,
     scalar_parameters,
-    series,
 )
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
+from vibropipe.wording import series
 
 HARMONICS = 3
 DIGITS = 4

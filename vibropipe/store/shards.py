@@ -19,6 +19,7 @@ import numpy as np
 from vibropipe.store.atomic import StoreError, check_whole
 from vibropipe.store.encoding import NO_CACHE
 from vibropipe.store.grid import Grid
+from vibropipe.wording import count
 
 if TYPE_CHECKING:
     import netCDF4
@@ -177,11 +178,13 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
         if reached == rows:
             return
         if reached > rows:
-            raise StoreError(f"{shards[-1].path} holds rows up to {reached - 1} of {rows} rows")
+            raise StoreError(
+                f"{shards[-1].path} holds rows up to {reached - 1} of {count(rows, 'row')}"
+            )
     following = next((shard.start for shard in shards if shard.start > reached), rows)
+    held = f"in none of the {len(shards)} shards" if len(shards) > 1 else "not in the only shard"
     raise StoreError(
-        f"rows {reached} to {following - 1} of {rows} are in none of the {len(shards)} shards: "
-        "solve the shards that hold them"
+        f"rows {reached} to {following - 1} of {rows} are {held}: solve the shards that hold them"
     )
 
 

@@ -1,0 +1,70 @@
+"""Amounts agree with their nouns, wherever one is told."""
+
+from __future__ import annotations
+
+import pytest
+import xarray as xr
+
+from vibropipe.cutting import PlanError, row_range
+from vibropipe.listing import plan_text
+from vibropipe.plan import plan_scene
+from vibropipe.report.hard_cases import hard_case_words
+from vibropipe.store.atomic import StoreError
+from vibropipe.store.shards import _check_cover
+from vibropipe.study import parse_study
+from vibropipe.verification import Verdict, _of
+from vibropipe.wording import count, series
+
+
+def study_with(**scenes):
+    return parse_study({"title": "T", "exciter": {"l": 0.5}, "scenes": scenes})
+
+
+def test_counts_and_series():
+    assert [count(1, "row"), count(3, "row"), count(0, "row")] == ["1 row", "3 rows", "0 rows"]
+    assert count(2, "analysis", "analyses") == "2 analyses"
+    assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
+
+
+def test_a_plan_of_one_scene_and_one_row():
+    one = plan_text(study_with(only={"kind": "motion"}))
+    assert "\n1 scene, 1 row, roughly" in one
+    two = plan_text(study_with(a={"kind": "motion"}, b={"kind": "sweep", "over": {"nu": [1, 2]}}))
+    assert "\n2 scenes, 3 rows, roughly" in two
+
+
+def test_sizes_of_scenes():
+    study = study_with(
+        case={"kind": "hard_cases", "cases": ["ideal_free"]},
+        race={"kind": "accuracy", "motions": {"m": {}}},
+    )
+    assert [plan_scene(scene).size for scene in study.scenes.values()] == ["1 case", "1 motion"]
+
+
+def test_a_cut_into_one_shard_too_many():
+    scene = study_with(s={"kind": "sweep", "over": {"nu": [1, 2]}}).scenes["s"]
+    with pytest.raises(PlanError, match=r"^3 shards: this scene can be cut into 1 to 2"):
+        row_range(scene, 1, 3)
+
+
+def test_verdicts():
+    assert str(Verdict("s", faults=["x"])).startswith("s: 1 fault\n")
+    assert str(Verdict("s", faults=["x", "y"])).startswith("s: 2 faults\n")
+    parts = [_of(1, 1, "row"), _of(3, 3, "row"), _of(1, 12000, "row")]
+    assert parts == ["the only row", "all 3 rows", "1 of 12,000 rows"]
+
+
+def test_rows_that_no_shard_holds():
+    class Held:
+        start, stop = 0, 1
+
+    with pytest.raises(StoreError, match="rows 1 to 2 of 3 are not in the only shard"):
+        _check_cover([Held], 3)
+
+
+def test_checks_of_one_motion():
+    data = {
+        "measured": 0.0, "passed": 1, "motions": 1, "impacts": 1, "short_flight_motions": 0,
+        "worst_status": 0,
+    }  # fmt: skip
+    assert "over 1 motion with 1 impact." in hard_case_words({"s": xr.Dataset(data)})

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from vibropipe.cutting import PlanError, row_range
+from vibropipe.figures.captions import odd_words
 from vibropipe.listing import plan_text
 from vibropipe.plan import plan_scene
 from vibropipe.report.hard_cases import hard_case_words
@@ -13,6 +15,7 @@ from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
 from vibropipe.verification import Verdict, _of
+from vibropipe.vocabulary import REGIMES
 from vibropipe.wording import count, series
 
 
@@ -60,6 +63,12 @@ def test_rows_that_no_shard_holds():
 
     with pytest.raises(StoreError, match="rows 1 to 2 of 3 are not in the only shard"):
         _check_cover([Held], 3)
+
+
+def test_one_row_of_a_sweep_has_no_orbit():
+    codes = [REGIMES["two_sided"], REGIMES["aperiodic"]]
+    one = xr.Dataset({"regime": ("nu", np.array(codes, np.int8))})
+    assert odd_words(one).startswith("Of 2 rows 1 has no orbit;")
 
 
 def test_checks_of_one_motion():

@@ -9,12 +9,17 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.amplitude_frequency import parts
+from vibropipe.figures.impacts import has_events
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.sweep import axis_and_rest, row_kinds, swept
+from vibropipe.figures.sweep import axis_and_rest, panels_of, row_kinds, swept
 from vibropipe.figures.words import (
+    CURVES_NOT_ASKED,
+    IMPACTS_NOT_ASKED,
+    NO_SUPPORT_STRUCK,
     PLAIN_SYMBOLS,
     REGIME_WORDS,
+    SAMPLES_NOT_ASKED,
     number,
     plain_parameters,
     regime_name,
@@ -41,18 +46,22 @@ def describe_motion(dataset: xr.Dataset, options: Options) -> str:
         f"{shown} over τ = {number(begin)} … {number(end)}",
         impacts_words(dataset),
         grazing_words(dataset),
-        rest_words(dataset),
+        rest_words(dataset, shaded=True),
         steady_words(dataset),
         exact_words(dataset),
     )
 
 
 def describe_impacts(dataset: xr.Dataset, options: Options) -> str:
-    """Say how often and how hard a motion strikes of which nothing but impacts was kept."""
+    """Say how often and how hard a motion strikes that has no samples."""
+    drawn = has_events(dataset)
     return sentences(
-        impacts_words(dataset) or "The impacts were not kept",
+        "Velocity before each impact against τ; no samples of the motion were asked for"
+        if drawn
+        else SAMPLES_NOT_ASKED,
+        impacts_words(dataset),
         grazing_words(dataset),
-        rest_words(dataset),
+        rest_words(dataset, shaded=drawn),
         steady_words(dataset),
     )
 
@@ -60,7 +69,7 @@ def describe_impacts(dataset: xr.Dataset, options: Options) -> str:
 def impacts_words(dataset: xr.Dataset) -> str:
     """Count the impacts on each support, with the hardest."""
     if "impact_tau" not in dataset:
-        return ""
+        return IMPACTS_NOT_ASKED
     struck = []
     for support in (1, 2):
         at = dataset["impact_support"].values == support
@@ -70,7 +79,7 @@ def impacts_words(dataset: xr.Dataset) -> str:
                 f"support {support} is struck {times(int(at.sum()))} at up to {number(hardest)}"
             )
     text = series(struck)
-    return text[0].upper() + text[1:] if text else "No support is struck"
+    return text[0].upper() + text[1:] if text else NO_SUPPORT_STRUCK
 
 
 def grazing_words(dataset: xr.Dataset) -> str:
@@ -89,13 +98,14 @@ def grazing_words(dataset: xr.Dataset) -> str:
     return text[:1].upper() + text[1:]
 
 
-def rest_words(dataset: xr.Dataset) -> str:
-    """Say how often the mass rests and for how long at most."""
+def rest_words(dataset: xr.Dataset, shaded: bool) -> str:
+    """Say how often the mass rests and for how long at most, and whether the picture shades it."""
     if not dataset.sizes.get("rest"):
         return ""
     longest = float(np.max(dataset["rest_end"].values - dataset["rest_start"].values))
     length = "for ever" if np.isinf(longest) else f"for up to {number(longest)}"
-    return f"The mass rests on a support {times(dataset.sizes['rest'])}, {length} (shaded)"
+    text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
+    return f"{text} (shaded)" if shaded else text
 
 
 def steady_words(dataset: xr.Dataset) -> str:
@@ -195,6 +205,7 @@ def describe_sweep(dataset: xr.Dataset, options: Options) -> str:
     beside = "The wide grey line is the conservative exciter" if options.beside is not None else ""
     return sentences(
         f"Steady states against {PLAIN_SYMBOLS[along]}" + (f" for {lines}" if lines else ""),
+        "" if panels_of(dataset) else CURVES_NOT_ASKED,
         peak_words(dataset),
         odd_words(dataset),
         beside,
@@ -227,12 +238,18 @@ def place_words(values: xr.DataArray) -> str:
 def odd_words(dataset: xr.Dataset) -> str:
     """Count the rows that are drawn as marks or not at all."""
     kinds = row_kinds(dataset)
+    drawn = bool(panels_of(dataset))
     said = [
-        (int(kinds["multiple"].sum()), "an orbit of m > 1 forcing periods (circles)"),
-        (int(kinds["unstable"].sum()), "an unstable orbit (crosses)"),
-        (int(kinds["no_orbit"].sum()), "no orbit (dots, where an average exists)"),
+        ("multiple", "an orbit of m > 1 forcing periods", " (circles)"),
+        ("unstable", "an unstable orbit", " (crosses)"),
+        ("no_orbit", "no orbit", " (dots, where an average exists)"),
     ]
-    text = series(f"{amount} have {what}" for amount, what in said if amount)
+    amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
+    text = series(
+        f"{amounts[kind]} {'has' if amounts[kind] == 1 else 'have'} {what}{mark if drawn else ''}"
+        for kind, what, mark in said
+        if amounts[kind]
+    )
     total = dataset["regime"].size
     return f"Of {count(total, 'row')} {text}; the bars show the regime of each" if text else ""
 

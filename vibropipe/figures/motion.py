@@ -78,12 +78,13 @@ def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
 def events(
     dataset: xr.Dataset, name: str, view: tuple[float, float]
 ) -> dict[int, NDArray[np.intp]]:
-    """Return, per support, the positions of the ``name`` (impact, grazing) that are in view."""
-    if f"{name}_tau" not in dataset:
-        return {1: np.empty(0, np.intp), 2: np.empty(0, np.intp)}
+    """Return the positions of the ``name`` (impact, grazing) in view, of each support that has any."""
+    if f"{name}_tau" not in dataset:  # not asked for
+        return {}
     tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
     seen = (tau >= view[0]) & (tau <= view[1])
-    return {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
+    found = {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
+    return {support: positions for support, positions in found.items() if positions.size}
 
 
 def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
@@ -150,8 +151,6 @@ def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
 def name_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
     """Ring each grazing and write the word at the first one on each support."""
     for support, found in events(dataset, "grazing", view).items():
-        if found.size == 0:
-            continue
         tau, x = dataset["grazing_tau"].values[found], supports(dataset)[support]
         ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
         # written outside the gap, where the motion never is
@@ -214,19 +213,18 @@ def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2
     if "displacement_exact" in dataset:
         handles.append(Line2D([], [], color=BLACK, label=method or "motion"))
         handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact motion"))
-    for support, found in events(dataset, "impact", view).items():
-        if found.size:
-            handles.append(
-                Line2D(
-                    [],
-                    [],
-                    linestyle=(0, (1, 1.5)),
-                    color=SUPPORT_COLOURS[support],
-                    marker=SUPPORT_MARKERS[support],
-                    label=f"impact on support {support}",
-                )
+    for support in events(dataset, "impact", view):
+        handles.append(
+            Line2D(
+                [],
+                [],
+                linestyle=(0, (1, 1.5)),
+                color=SUPPORT_COLOURS[support],
+                marker=SUPPORT_MARKERS[support],
+                label=f"impact on support {support}",
             )
-    if any(found.size for found in events(dataset, "grazing", view).values()):
+        )
+    if events(dataset, "grazing", view):
         handles.append(Line2D([], [], label="grazing: touch at zero velocity", **GRAZING_STYLE))
     if "rest_start" in dataset and any(
         start <= view[1] and end >= view[0]

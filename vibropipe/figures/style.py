@@ -151,6 +151,13 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
+def write_words(ax: Axes, *lines: str) -> None:
+    """Write in the middle of an axis why nothing is drawn there."""
+    ax.text(
+        0.5, 0.5, "\n".join(lines), transform=ax.transAxes, ha="center", va="center", color=GREY
+    )
+
+
 def hold_zero(ax: Axes, size: float, largest: float) -> None:
     """Keep an axis that shows nothing but rounding from being blown up to it.
 

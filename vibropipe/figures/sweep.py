@@ -25,6 +25,7 @@ from vibropipe.figures.style import (
     legend,
     line_style,
     new_figure,
+    write_words,
 )
 from vibropipe.figures.words import (
     ORDINALS,
@@ -112,10 +113,11 @@ def draw_sweep(dataset: xr.Dataset, options: Options) -> Figure:
         draw_strips(bottom, part, along, lines_dim, named=column == 0)
         bottom.set_xlabel(label(along))
     settle_ordinates(first_of_row, panels, dataset)
-    legend(
-        figure, line_handles(dataset, along, lines_dim, options), "upper", parameter_line(dataset)
-    )
-    legend(figure, [*mark_handles(dataset), *regime_patches(dataset)], "lower")
+    # bars name their values themselves
+    lines = line_handles(dataset, along, lines_dim, options) if panels else []
+    marks = mark_handles(dataset) if panels else []
+    legend(figure, lines, "upper", parameter_line(dataset))
+    legend(figure, [*marks, *regime_patches(dataset)], "lower")
     return figure
 
 
@@ -168,6 +170,8 @@ def draw_panel(
 ) -> None:
     """Draw one quantity: stable orbits of one forcing period as lines, all else as marks."""
     draw_beside(ax, panel, along, options)
+    if not np.isfinite(values_of(part, panel)).any():
+        write_words(ax, nothing_words(panel))
     for position in range(lines_of(part, lines_dim)):
         row = part if lines_dim is None else part.isel({lines_dim: position})
         x, y = row[along].values, values_of(row, panel).values
@@ -182,6 +186,14 @@ def draw_panel(
                 marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
                 marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
                 ax.plot(x, shown, **marks, zorder=3)
+
+
+def nothing_words(panel: Panel) -> str:
+    """Say why a panel without a finite value is empty."""
+    _, name, position = panel
+    if name == "impact_velocity_max" and position is not None:
+        return f"Support {position + 1} is not struck"
+    return "No row has an average"
 
 
 def isolated(mask: np.ndarray) -> np.ndarray:

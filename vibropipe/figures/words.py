@@ -44,6 +44,16 @@ PLAIN_SYMBOLS = {
     "tau_bar": "τ̄",
     "amplitude": "A",
 }
+# what stands where there is nothing to draw
+SAMPLES_NOT_ASKED = (
+    "Displacement and velocity were not asked for: add motion to outputs, "
+    "with samples_per_period above 0"
+)
+IMPACTS_NOT_ASKED = "Impacts were not asked for: add impacts to outputs"
+CURVES_NOT_ASKED = (
+    "Only the regimes are drawn: neither harmonics nor impacts were asked for in outputs"
+)
+NO_SUPPORT_STRUCK = "No support is struck"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 

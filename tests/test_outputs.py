@@ -1,0 +1,201 @@
+"""Every choice of outputs is solved, drawn and reported; where nothing is to be drawn, words say why."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from figures.seen import words
+
+from vibropipe.figures import caption, draw, draw_study
+from vibropipe.report import build_report
+from vibropipe.report.data import report_data
+from vibropipe.scenes import solve_to_file
+from vibropipe.store import read
+from vibropipe.study import parse_study
+
+OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
+SUBSETS = [list(part) for size in range(1, 6) for part in combinations(OUTPUTS, size)]
+# each output alone, the usual pair, and all
+FEW = [part for part in SUBSETS if len(part) in (1, 5) or part == ["impacts", "motion"]]
+
+FORCED = {"nu": 1, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
+NEWMARK = {"method": "newmark", "steps_per_period": 100}
+MOTIONS = {
+    "exact": {"exciter": FORCED},
+    "newmark": {"exciter": FORCED, "solver": NEWMARK},
+    "accurate": {"exciter": FORCED, "solver": {"accuracy": 1e-4}},
+    "settled": {"exciter": FORCED, "settle_periods": 3},
+    "unsampled": {"exciter": FORCED, "samples_per_period": 0},
+    "two_samples": {"exciter": FORCED, "samples_per_period": 1, "tau_end": 3},
+    "unstruck": {"exciter": FORCED | {"l": 50}},
+    "free": {"start": {"v0": 1}},
+    "still": {},
+    "resting": {"exciter": {"nu": 0.1, "f": -1, "h": 0.2, "R1": 0, "R2": 0}, "tau_end": 70},
+}
+RANGE = {"start": 0.5, "stop": 1.5, "points": 8}
+SWEEPS = {
+    "one": {"over": {"nu": [0.8, 1, 1.2]}},
+    "point": {"over": {"nu": [1]}},
+    "two": {"over": {"nu": [0.8, 1, 1.2], "delta": [0, 0.01]}},
+    "three": {"over": {"nu": [0.8, 1.2], "delta": [0, 0.01], "R1": [0, 0.5, 1]}},
+    "far_and_near": {"over": {"l": [0.2, 30]}},
+    "unstruck": {"over": {"nu": [0.5, 0.6]}, "exciter": {"l": 50}},
+    "followed": {"over": {"nu": [1, 1.2], "f": [1, 2]}, "follow": {"along": "nu", "direction": "up"}},
+    "accurate": {"over": {"nu": [1, 1.2]}, "solver": {"accuracy": 1e-6}},
+    "map": {"over": {"nu": RANGE, "f": RANGE}},
+    "bands": {"over": {"nu": RANGE, "f": RANGE, "R1": [0.5, 0.6]}},
+}  # fmt: skip
+
+
+def motions(variants, subsets):
+    """Return scenes, one for each variant and subset, named by both."""
+    return {
+        f"{name}_{'_'.join(part)}": {"kind": "motion", "tau_end": 8, **keys, "outputs": part}
+        for name, keys in variants.items()
+        for part in subsets
+    }
+
+
+def sweeps(variants, subsets):
+    return {
+        f"{name}_{'_'.join(part)}": {
+            "kind": "sweep",
+            **keys,
+            "exciter": {k: v for k, v in FORCED.items() if k not in keys["over"]}
+            | keys.get("exciter", {}),
+            "outputs": part,
+        }
+        for name, keys in variants.items()
+        for part in subsets
+    }
+
+
+def solved(scenes, folder):
+    """Return a study of these scenes and its datasets, solved into ``folder``."""
+    tree = {"title": "T", "scenes": scenes}
+    for scene in scenes.values():
+        if "l" not in scene.get("over", {}):
+            scene["exciter"] = {"l": 0.5} | scene.get("exciter", {})
+    file = folder / "mine.yaml"
+    file.write_text(json.dumps(tree), encoding="utf-8")
+    study = parse_study(tree, name="mine", source=str(file))
+    for name in scenes:
+        solve_to_file(study, name, folder / "mine" / f"{name}.nc", None, threads=1)
+    return study, {name: read(folder / "mine" / f"{name}.nc") for name in scenes}
+
+
+def alone(study, name):
+    """Return the study with one of its scenes."""
+    return SimpleNamespace(
+        name="mine", title="T", description="", scenes={name: study.scenes[name]}
+    )
+
+
+@pytest.mark.parametrize("scenes", [motions, sweeps])
+def test_every_subset_of_outputs_is_solved_and_reported(scenes, tmp_path):
+    first = {motions: "exact", sweeps: "two"}[scenes]
+    variants = {motions: MOTIONS, sweeps: SWEEPS}[scenes]
+    study, datasets = solved(scenes({first: variants[first]}, SUBSETS), tmp_path)
+    assert len(datasets) == 31
+    for name, dataset in datasets.items():
+        data = report_data(alone(study, name), {name: dataset}, {})
+        json.dumps(data, allow_nan=False)
+        (entry,) = data["figures"]
+        assert entry["caption"] == caption(study.scenes[name], dataset, datasets) != ""
+
+
+def draw_and_report(scenes, folder):
+    study, datasets = solved(scenes, folder)
+    drawn = draw_study(study, folder)
+    assert len(drawn) == 2 * len(scenes)
+    pdf = build_report(study, folder, folder / "report.pdf")
+    assert pdf.read_bytes().startswith(b"%PDF-")
+    return study, datasets
+
+
+def test_few_subsets_are_drawn_and_typeset(tmp_path):
+    draw_and_report(
+        {
+            **motions({"exact": MOTIONS["exact"]}, FEW),
+            **motions({k: MOTIONS[k] for k in ("newmark", "unsampled")}, [["motion"]]),
+            **sweeps({"one": SWEEPS["one"]}, FEW),
+            **sweeps({k: SWEEPS[k] for k in ("unstruck", "map")}, [["impacts"]]),
+        },
+        tmp_path,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenes", "variants", "name"),
+    [
+        *((motions, MOTIONS, name) for name in MOTIONS),
+        *((sweeps, SWEEPS, name) for name in SWEEPS),
+    ],
+)
+def test_every_subset_is_drawn_and_typeset(scenes, variants, name, tmp_path):
+    draw_and_report(scenes({name: variants[name]}, SUBSETS), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("variant", "outputs", "said"),
+    [
+        ("exact", ["energy"], ["add motion to outputs", "add impacts to outputs"]),
+        ("exact", ["stability", "harmonics"], ["add motion to outputs", "add impacts to outputs"]),
+        ("unsampled", ["motion"], ["samples_per_period above 0", "add impacts to outputs"]),
+        ("unstruck", ["impacts"], ["add motion to outputs", "No support is struck"]),
+    ],
+)
+def test_a_motion_without_anything_to_draw_says_what_was_not_asked_for(
+    variant, outputs, said, tmp_path
+):
+    study, datasets = solved(motions({variant: MOTIONS[variant]}, [outputs]), tmp_path)
+    ((name, dataset),) = datasets.items()
+    figure = draw("motion", dataset)
+    for text in said:
+        assert text in words(figure)
+        assert text in caption(study.scenes[name], dataset, datasets)
+    assert not any(ax.axison for ax in figure.axes)
+
+
+def test_a_motion_without_its_impacts_is_drawn_and_its_caption_says_so(tmp_path):
+    study, datasets = solved(motions({"exact": MOTIONS["exact"]}, [["motion"]]), tmp_path)
+    ((name, dataset),) = datasets.items()
+    assert "impact_tau" not in dataset
+    assert [ax.get_ylabel() for ax in draw("motion", dataset).axes][1:] != []
+    said = caption(study.scenes[name], dataset, datasets)
+    assert said.endswith("Impacts were not asked for: add impacts to outputs.")
+
+
+def test_grazings_alone_are_drawn(tmp_path):
+    keys = {"exciter": {"l": 1}, "start": {"v0": 1}, "tau_end": 13, "samples_per_period": 0}
+    _, datasets = solved(motions({"grazing": keys}, [["impacts"]]), tmp_path)
+    (dataset,) = datasets.values()
+    assert dataset.sizes["impact"] == 0 < dataset.sizes["grazing"]
+    figure = draw("motion", dataset)
+    rings = [line for ax in figure.axes for line in ax.lines if line.get_marker() == "o"]
+    assert np.array_equal(rings[0].get_xdata(), dataset["grazing_tau"].values)
+    assert f"{dataset.sizes['grazing']} grazing" in words(figure)
+
+
+def test_a_sweep_that_strikes_nothing_says_so(tmp_path):
+    _, datasets = solved(sweeps({"unstruck": SWEEPS["unstruck"]}, [["impacts"]]), tmp_path)
+    said = words(draw("sweep", next(iter(datasets.values()))))
+    assert "Support 1 is not struck" in said
+    assert "Support 2 is not struck" in said
+
+
+def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
+    study, datasets = solved(sweeps({"two": SWEEPS["two"]}, [["stability"]]), tmp_path)
+    ((name, dataset),) = datasets.items()
+    dataset["period_multiple"][:] = 2
+    said = words(draw("sweep", dataset))
+    assert "m>1" not in said
+    told = caption(study.scenes[name], dataset, datasets)
+    assert "neither harmonics nor impacts were asked for" in told
+    assert "an orbit of m > 1 forcing periods" in told
+    assert "(circles)" not in told

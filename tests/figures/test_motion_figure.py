@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from figures.seen import words
 
-from vibropipe.figures import draw, save_motion
+from vibropipe.figures import draw
 from vibropipe.figures.options import Options
 from vibropipe.figures.pieces import curve, jumps
 from vibropipe.figures.style import SUPPORT_COLOURS, house_style
@@ -81,10 +81,3 @@ def test_rests_are_shaded_up_to_the_end_if_never_released(made):
         figure = draw("motion", dataset)
     assert figure.axes[1].get_xlim()[1] == pytest.approx(float(dataset["tau"][-1]))
     assert "rest on a support" in words(figure)
-
-
-@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
-def test_one_motion_in_any_format(suffix, made, tmp_path):
-    path = tmp_path / f"motion{suffix}"
-    save_motion(made["forced"][1], path)
-    assert path.stat().st_size > 5000

@@ -14,7 +14,6 @@ from vibropipe.study import (
     StudyError,
     json_schema,
     load_config,
-    load_studies,
     load_study,
     parse_config,
 )
@@ -31,23 +30,43 @@ def test_config_lists_studies_beside_it():
     assert config.studies[:2] == ["paper", "regimes"]
     assert config.results == "results"
     assert config.study_file("paper") == CONFIG / "paper.yaml"
-    assert list(load_studies(config)) == config.studies
 
 
 def test_config_takes_names_as_one_text(tmp_path):
     assert parse_config({"studies": "paper, regimes"}, tmp_path).studies == ["paper", "regimes"]
 
 
-def test_faults_of_all_studies_are_told_at_once(tmp_path):
-    (tmp_path / "config.yaml").write_text("studies: [one, two, three]\n")
-    (tmp_path / "one.yaml").write_text(BASE.replace("h: 0.2", "h: -1"))
-    (tmp_path / "two.yaml").write_text(BASE)
+def test_a_study_without_a_file_is_named_with_the_nearest_that_has_one(tmp_path):
+    (tmp_path / "paper.yaml").write_text(BASE)
+    (tmp_path / "regimes.yaml").write_text(BASE)
+    config = tmp_path / "config.yaml"
+    config.write_text("studies: [papr, regimes, other]\n")
     with pytest.raises(StudyError) as caught:
-        load_studies(load_config(tmp_path / "config.yaml"))
-    one, three = str(caught.value).splitlines()
-    assert one.startswith(f"{tmp_path / 'one.yaml'}: exciter.h: found -1")
-    assert three.startswith(f"{tmp_path / 'three.yaml'}: found no such file")
-    assert len(caught.value.problems) == 2
+        load_config(config)
+    assert str(caught.value).splitlines() == [
+        f"{config}: studies[0]: found 'papr', for which there is no {tmp_path / 'papr.yaml'}, "
+        "allowed paper, regimes (did you mean 'paper'?)",
+        f"{config}: studies[2]: found 'other', for which there is no {tmp_path / 'other.yaml'}, "
+        "allowed paper, regimes",
+    ]
+    config.write_text("studies: [paper, regimes]\n")
+    assert load_config(config).studies == ["paper", "regimes"]
+
+
+@pytest.mark.parametrize("name", ["paper.yaml", "config/paper.yaml", "Paper"])
+def test_a_file_in_place_of_a_study_is_told_its_name(tmp_path, name):
+    (tmp_path / "config.yaml").write_text(f"studies: [{name}]\n")
+    with pytest.raises(StudyError, match=r"studies\[0\]: .*did you mean 'paper'\?\)$"):
+        load_config(tmp_path / "config.yaml")
+
+
+def test_a_folder_without_studies(tmp_path):
+    (tmp_path / "config.yaml").write_text("studies: [mine]\n")
+    with pytest.raises(StudyError, match=r"allowed the name of a study beside .*there is none"):
+        load_config(tmp_path / "config.yaml")
+
+
+def test_a_misspelt_key_of_the_configuration(tmp_path):
     (tmp_path / "config.yaml").write_text("studys: [one]\n")
     with pytest.raises(StudyError, match=r"studys: found an unknown key.*did you mean 'studies'"):
         load_config(tmp_path / "config.yaml")

@@ -31,12 +31,12 @@ from vibropipe.figures.motion import draw_motion
 from vibropipe.figures.options import Options, options_of
 from vibropipe.figures.race_words import describe_work_precision
 from vibropipe.figures.regime_map import draw_regime_map
-from vibropipe.figures.style import house_style, save, save_as, settle
+from vibropipe.figures.style import house_style, save
 from vibropipe.figures.sweep import MOST_LINES, axis_and_rest, draw_sweep
 from vibropipe.figures.work_precision import draw_work_precision
 from vibropipe.store import read
 
-__all__ = ["caption", "draw", "draw_scene", "draw_study", "picture_of", "save_motion"]
+__all__ = ["caption", "draw", "draw_scene", "draw_study", "picture_of"]
 
 
 class Scene(Protocol):
@@ -139,14 +139,6 @@ def draw_scene(
     with house_style():
         figure = picture_of(scene.kind, dataset).draw(dataset, options)
         return save(figure, folder, scene_name)
-
-
-def save_motion(motion: xr.Dataset, path: Path) -> None:
-    """Draw one motion (`vp.simulate`) into ``path``, which ends in .svg, .pdf or .png."""
-    with house_style():
-        figure = picture_of("motion", motion).draw(motion, Options())
-        settle(figure)
-        save_as(figure, path)
 
 
 def caption(scene: Scene, dataset: xr.Dataset, others: Mapping[str, xr.Dataset]) -> str:

@@ -1,7 +1,7 @@
 """The study file: YAML -> checked models. The only place of the project that knows YAML.
 
-`load_study` reads and checks a study, `load_config` the list of studies, `load_studies` all of it;
-every fault is told at once in a `StudyError`. `fingerprint` names what a scene's data depend on.
+`load_study` reads and checks a study, `load_config` the list of studies; every fault of a file is
+told at once in a `StudyError`. `fingerprint` names what a scene's data depend on.
 """
 
 from vibropipe.study.accuracy import AccuracyScene
@@ -13,7 +13,6 @@ from vibropipe.study.loading import (
     Config,
     config_of_files,
     load_config,
-    load_studies,
     load_study,
     parse_config,
     parse_study,
@@ -53,7 +52,6 @@ __all__ = [
     "grounds",
     "json_schema",
     "load_config",
-    "load_studies",
     "load_study",
     "parse_config",
     "parse_study",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+from collections.abc import Iterator
 from pathlib import Path as File
 from typing import Annotated, Any, TypeVar
 
@@ -17,6 +18,7 @@ from vibropipe.study.problems import (
     Problem,
     StudyError,
     describe,
+    did_you_mean,
     distinct,
     repeated,
 )
@@ -65,10 +67,29 @@ class Config(Keys):
 
 
 def load_config(path: str | File) -> Config:
-    """Read and check the list of studies. Raises StudyError with every fault of the file."""
+    """Read and check the list of studies, each of which has a file beside it.
+
+    Raises StudyError with every fault of the file.
+    """
     file = File(path)
     tree, problems = read_file(file)
-    return parse_config(tree, file.parent, source=str(file), problems=problems)
+    config = parse_config(tree, file.parent, source=str(file), problems=problems)
+    missing = list(_missing(config, file))
+    if missing:
+        raise StudyError(str(file), missing)
+    return config
+
+
+def _missing(config: Config, file: File) -> Iterator[Problem]:
+    """Yield the studies of the list without a file, with the nearest one that has one."""
+    there = sorted(
+        entry.stem for entry in file.parent.glob("*.yaml") if entry != file and entry.is_file()
+    )
+    for place, name in enumerate(config.studies):
+        if not config.study_file(name).is_file():
+            found = f"{name!r}, for which there is no {config.study_file(name)}"
+            allowed = ", ".join(there) or "the name of a study beside this file (there is none)"
+            yield Problem(("studies", place), found, allowed, did_you_mean(name, there))
 
 
 def parse_config(
@@ -95,20 +116,6 @@ def config_of_files(studies: Any, results: Any, folder: File = File("config")) -
     config = parse_config({"studies": names, "results": results}, folder, source="the studies")
     config._files = files
     return config
-
-
-def load_studies(config: Config) -> dict[str, Study]:
-    """Read all studies of the list, by name. Raises one StudyError with the faults of all files."""
-    studies: dict[str, Study] = {}
-    errors: list[StudyError] = []
-    for name in config.studies:
-        try:
-            studies[name] = load_study(config.study_file(name))
-        except StudyError as error:
-            errors.append(error)
-    if errors:
-        raise StudyError.of_all(errors)
-    return studies
 
 
 def load_study(path: str | File) -> Study:

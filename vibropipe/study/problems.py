@@ -71,14 +71,6 @@ class StudyError(ValueError):
         self.problems = tuple(problems)
         super().__init__("\n".join(problem.line(source) for problem in self.problems))
 
-    @classmethod
-    def of_all(cls, errors: Sequence[StudyError]) -> StudyError:
-        """Return one error that tells the faults of several files."""
-        whole = cls(errors[0].source, [])
-        whole.problems = tuple(problem for error in errors for problem in error.problems)
-        whole.args = ("\n".join(map(str, errors)),)
-        return whole
-
 
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Return the hint for a word that is none of `known`, or an empty text when nothing is near."""

@@ -11,6 +11,7 @@ import re
 import unicodedata
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Annotated, Any, NoReturn
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -195,7 +196,9 @@ class NameRule(Rule):
 
     def take(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not NAME.fullmatch(value):
-            refuse(self.allowed)
+            # a file where a name is asked for, or a capital letter
+            stem = PurePath(value).stem.lower() if isinstance(value, str) else ""
+            refuse(self.allowed, hint=f"did you mean {stem!r}?" if NAME.fullmatch(stem) else "")
         return value
 
 

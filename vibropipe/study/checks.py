@@ -16,7 +16,7 @@ from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
 from vibropipe.study.effect_costs import EffectsScene, timed_problems
 from vibropipe.study.effects import check_effects
-from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid
+from vibropipe.study.grids import MAX_ROWS, RangeGrid, ValueGrid, comma_hint
 from vibropipe.study.models import (
     BackboneScene,
     HardCasesScene,
@@ -143,7 +143,8 @@ def _swept(scene: SweepScene) -> Iterator[Problem]:
     for name, grid in scene.over.items():
         for value in dict.fromkeys((grid.low, grid.high)):
             if not takes(name, value):
-                yield Problem(("over", name), repr(value), ALLOWED[name])
+                hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
+                yield Problem(("over", name), repr(value), ALLOWED[name], hint)
                 break
         if name in scene.exciter.given():
             allowed = "it left out here, since it is swept"

@@ -36,8 +36,16 @@ def _increasing(values: list[float]) -> list[float]:
         refuse("at least one number")
     for before, after in itertools.pairwise(values):
         if not before < after:
-            refuse("increasing numbers, each once", f"{after!r} after {before!r}")
+            refuse(
+                "increasing numbers, each once", f"{after!r} after {before!r}", comma_hint(values)
+            )
     return values
+
+
+def comma_hint(values: list[float]) -> str:
+    """Return the hint for a refused list such as [0,5, 1,5], which YAML reads as four numbers."""
+    pairs = len(values) % 2 == 0 and all(value == abs(int(value)) for value in values)
+    return f"if {values[0]:g}.{values[1]:g} is meant, write it with a point" if pairs else ""
 
 
 class ValueGrid(Keys):

@@ -87,6 +87,12 @@ def repeated(path: Path, spelling: str = "") -> Problem:
     return Problem(path, f"this key a second time{again}", "each key once", covers=False)
 
 
+def decimal_comma(path: Path, written: str) -> Problem:
+    """Return the fault of a number with a comma where the point should be."""
+    hint = f"write {written.replace(',', '.')}, with a point"
+    return Problem(path, describe(written), "a number", hint)
+
+
 def unknown(path: Path, known: Sequence[str]) -> Problem:
     """Return the fault of a key that nothing knows, with the nearest known one."""
     return Problem(path, "an unknown key", ", ".join(known), did_you_mean(path[-1], known))

@@ -10,17 +10,29 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from io import StringIO
+from itertools import islice
 from pathlib import Path as File
 from typing import Any, NamedTuple
 
 import yaml
 
-from vibropipe.study.problems import Path, Problem, StudyError, describe, repeated
+from vibropipe.study.problems import (
+    Path,
+    Problem,
+    StudyError,
+    decimal_comma,
+    describe,
+    repeated,
+)
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 200_000
 
+_WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
+_AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?", re.ASCII)
+_TAB_INDENT = re.compile(r" *\t")
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TWO_READINGS = re.compile(
@@ -39,6 +51,10 @@ _CONSTANTS |= {
 }
 # The C parser is some ten times faster; both give the same events.
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class Quoted(str):
+    """The text of a number that stands in quotes: a title may be that, a number may not."""
 
 
 class _Built(NamedTuple):
@@ -85,12 +101,21 @@ def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
         raise StudyError(source, [*builder.problems, stop.args[0]]) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
+        if mark and _TAB_INDENT.match(_line(text, mark.line)):
+            found = f"a tab at the start of line {mark.line + 1}"
+            tab = Problem((), found, "indentation by spaces", "put spaces in place of each tab")
+            raise StudyError(source, [*builder.problems, tab]) from None
         at = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         found = f"broken YAML{at} ({error.problem or error.context})"
         raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
     except yaml.YAMLError as error:
         found = f"broken YAML ({str(error).splitlines()[0]})"
         raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
+
+
+def _line(text: str, number: int) -> str:
+    """Return a line of a text, counted from 0 as the parser does; empty beyond the last one."""
+    return next(islice(StringIO(text), number, None), "")
 
 
 class _Builder:
@@ -125,7 +150,7 @@ class _Builder:
         elif len(path) >= MAX_DEPTH:
             raise _StopError(too_deep(path))
         elif isinstance(event, yaml.MappingStartEvent):
-            built = self.mapping(path)
+            built = self.mapping(event, path)
         else:
             built = self.sequence(path)
         if built.nodes > MAX_NODES:
@@ -145,12 +170,21 @@ class _Builder:
             raise _StopError(too_deep(path))
         return built
 
-    def mapping(self, path: Path) -> _Built:
+    def mapping(self, start: Any, path: Path) -> _Built:
         value: dict[str, Any] = {}
         nodes, depth = 1, 0
+        before: tuple[str, Any] | None = None  # the key before in braces, and its value's event
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            held = next(self.events)
+            if before is not None and _is_decimal_comma(before[1], event, held):
+                # YAML reads {l: 0,5} as {l: 0, 5: nothing}
+                written = f"{before[1].value},{event.value}"
+                self.problems.append(decimal_comma((*path, before[0]), written))
+                value[before[0]], before = float(written.replace(",", ".")), None
+                continue
             key = self.key(event, path)
-            child = self.node(next(self.events), (*path, key))
+            child = self.node(held, (*path, key))
+            before = (key, held) if start.flow_style else None
             if key in value:
                 self.problems.append(repeated((*path, key)))
             else:
@@ -184,7 +218,7 @@ class _Builder:
     def scalar(self, event: Any, path: Path) -> Any:
         text: str = event.value
         if event.style not in (None, ""):
-            return text
+            return Quoted(text) if NUMBER.fullmatch(text) else text
         if text in _CONSTANTS:
             return _CONSTANTS[text]
         if _TWO_READINGS.fullmatch(text):
@@ -197,6 +231,21 @@ class _Builder:
             whole = text.lstrip("+-").isdigit() and len(text) < 300
             return int(text) if whole else number
         return text
+
+
+def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
+    """Whether a value, the key behind it and that key's value are the two parts of one number."""
+    parts = (whole, after, held)
+    plain = all(
+        isinstance(event, yaml.ScalarEvent) and event.style in (None, "") and event.tag is None
+        for event in parts
+    )
+    return (
+        plain
+        and held.value == ""
+        and _WHOLE.fullmatch(whole.value) is not None
+        and _AFTER_COMMA.fullmatch(after.value) is not None
+    )
 
 
 def too_deep(path: Path) -> Problem:

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
-from vibropipe.study.reading import NUMBER
+from vibropipe.study.reading import NUMBER, Quoted
 
 REFUSED = "refused"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)
@@ -60,7 +60,12 @@ class Rule(ABC):
 
 
 def as_number(value: Any) -> float | None:
-    """Return a number, or text that spells one (`1e-3`), as a float; None for anything else."""
+    """Return a number, or text that spells one (`1e-3`), as a float; None for anything else.
+
+    Other readers of YAML take `1e-3` for text; what stands in quotes is text by intention.
+    """
+    if isinstance(value, Quoted):
+        return None
     if isinstance(value, str):
         return float(value) + 0.0 if NUMBER.fullmatch(value) else None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -71,6 +76,15 @@ def as_number(value: Any) -> float | None:
         )  # -0.0 becomes 0.0: the same number must give the same fingerprint
     except OverflowError:
         return math.inf
+
+
+def number_hint(value: Any) -> str:
+    """Return how text that is no number was meant to be written, or an empty text."""
+    if isinstance(value, Quoted):
+        return f"a number stands without quotes: write {value}"
+    if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
+        return f"write {pointed}, with a point"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -103,7 +117,9 @@ class Within(Rule):
 
     def take(self, value: Any) -> float | int:  # noqa: D102
         number = as_number(value)
-        if number is None or not math.isfinite(number) or not self.low <= number <= self.high:
+        if number is None:
+            refuse(self.allowed, hint=number_hint(value))
+        if not math.isfinite(number) or not self.low <= number <= self.high:
             refuse(self.allowed)
         if (self.above and number == self.low) or (self.whole and number != math.floor(number)):
             refuse(self.allowed)
@@ -135,7 +151,9 @@ class Parameter(Rule):
 
     def take(self, value: Any) -> float:  # noqa: D102
         number = as_number(value)
-        if number is None or not takes(self.name, number):
+        if number is None:
+            refuse(self.allowed, hint=number_hint(value))
+        if not takes(self.name, number):
             refuse(self.allowed)
         return number
 

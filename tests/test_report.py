@@ -52,7 +52,11 @@ def solved(tmp_path_factory):
     scenes["offset"].title = HOSTILE
     scenes["offset"].caption = f"Look at {HOSTILE}."
     study = SimpleNamespace(
-        name="small", title=HOSTILE, description=f"First {HOSTILE}\n\nSecond one.", scenes=scenes
+        name="small",
+        title=HOSTILE,
+        description=f"First {HOSTILE}\n\nSecond one.",
+        scenes=scenes,
+        fingerprints={},
     )
     results = tmp_path_factory.mktemp("results")
     for name, dataset in datasets.items():
@@ -244,11 +248,15 @@ def test_a_missing_figure_or_dataset_is_named(solved, tmp_path):
     study, _, datasets = solved
     write(datasets["free"], tmp_path / "small" / "free.nc")
     alone = SimpleNamespace(
-        name="small", title="One", description="", scenes={"free": study.scenes["free"]}
+        name="small",
+        title="One",
+        description="",
+        scenes={"free": study.scenes["free"]},
+        fingerprints={},
     )
     with pytest.raises(StoreError, match=r"free\.pdf.*draw the figures"):
         build_report(alone, tmp_path, tmp_path / "report.pdf")
-    with pytest.raises(StoreError, match=r"law\.nc"):
+    with pytest.raises(StoreError, match=r"no dataset of law, symmetric, offset"):
         build_report(study, tmp_path, tmp_path / "report.pdf")
     assert not (tmp_path / "report.pdf").exists()
 

@@ -34,7 +34,7 @@ from vibropipe.figures.regime_map import draw_regime_map
 from vibropipe.figures.style import house_style, save
 from vibropipe.figures.sweep import MOST_LINES, axis_and_rest, draw_sweep
 from vibropipe.figures.work_precision import draw_work_precision
-from vibropipe.store import read
+from vibropipe.store import read_scenes
 
 __all__ = ["caption", "draw", "draw_scene", "draw_study", "picture_of"]
 
@@ -61,6 +61,10 @@ class Study(Protocol):
     @property
     def scenes(self) -> Mapping[str, Any]:
         """Scenes by name."""
+
+    @property
+    def fingerprints(self) -> Mapping[str, str]:
+        """What the dataset of a scene must have been made of; a scene left out is not checked."""
 
 
 @dataclass(frozen=True)
@@ -151,10 +155,11 @@ def draw_study(study: Study, results: Path) -> list[Path]:
     """Draw every scene of ``study`` from its datasets and return the files written.
 
     Reads ``results/<study>/<scene>.nc`` and writes ``results/<study>/figures/<scene>.svg`` and
-    ``.pdf``. Raises StoreError if a scene has not been solved.
+    ``.pdf``. Raises StoreError, with nothing drawn, if a dataset is missing, damaged or of another
+    study.
     """
     place = results / study.name
-    datasets = {name: read(place / f"{name}.nc") for name in study.scenes}
+    datasets = read_scenes(place, study.scenes, study.fingerprints)
     folder = place / "figures"
     return [
         path

@@ -12,7 +12,14 @@ from vibropipe.store.atomic import (
     whole_file,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
-from vibropipe.store.files import attributes_of, open_study, read, scene_files, write
+from vibropipe.store.files import (
+    attributes_of,
+    open_study,
+    read,
+    read_scenes,
+    scene_files,
+    write,
+)
 from vibropipe.store.joining import join
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
@@ -31,6 +38,7 @@ __all__ = [
     "open_study",
     "provenance",
     "read",
+    "read_scenes",
     "read_sidecar",
     "remove_leftovers",
     "scene_files",

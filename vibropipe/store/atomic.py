@@ -125,6 +125,8 @@ def check_whole(path: str | os.PathLike[str], every_byte: bool = True) -> None:
         raise StoreError(f"{path} cannot be read: {error.strerror}") from error
     if size == 0:
         raise StoreError(f"{path} is empty: {AGAIN}")
+    if start != HDF5_SIGNATURE and path.suffix not in (".nc", TEMPORARY_ENDING):
+        raise StoreError(f"{path} is no dataset: it is not a netCDF4 file")
     if start != HDF5_SIGNATURE:
         raise StoreError(f"{path} is damaged or is not a netCDF4 file: {AGAIN}")
     if not re.fullmatch(re.escape(SEAL_START) + rb"[0-9a-f]{64}\n", end):

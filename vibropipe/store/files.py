@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
@@ -14,12 +14,13 @@ import numpy as np
 
 from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
 from vibropipe.store.encoding import PART_OF, create, encode, part_names
-from vibropipe.store.shards import opened
+from vibropipe.store.shards import OWN, opened
+from vibropipe.wording import series
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["attributes_of", "open_study", "read", "scene_files", "write"]
+__all__ = ["attributes_of", "open_study", "read", "read_scenes", "scene_files", "write"]
 
 ENDING = ".nc"
 DASK_BYTES = 16 << 20
@@ -72,12 +73,43 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     return tree
 
 
+def read_scenes(
+    folder: str | PathLike[str], scenes: Iterable[str], fingerprints: Mapping[str, str]
+) -> dict[str, xr.Dataset]:
+    """Read the datasets of a study's scenes from ``folder``, by scene, each as :func:`read` does.
+
+    ``fingerprints``: what a scene's data must have been made of; a scene without one is not checked.
+    Raises StoreError when a dataset is missing, damaged, a shard, or of another study.
+    """
+    folder = Path(folder)
+    _check_folder(folder)
+    paths = {name: folder / f"{name}{ENDING}" for name in scenes}
+    missing = [name for name, path in paths.items() if not path.is_file()]
+    if missing:
+        raise StoreError(f"{folder} holds no dataset of {series(missing)}: solve the study first")
+    datasets = {name: read(path) for name, path in paths.items()}
+    for name, dataset in datasets.items():
+        if OWN[0] in dataset.attrs:
+            raise StoreError(f"{paths[name]} is a shard of a sweep: join all of them first")
+        if name in fingerprints and dataset.attrs.get("fingerprint") != fingerprints[name]:
+            raise StoreError(
+                f"{paths[name]} was made of another study, or of this one before it was changed: "
+                "solve the scene again"
+            )
+    return datasets
+
+
 def scene_files(place: str | PathLike[str]) -> list[Path]:
     """Return the files of a study's scenes, in order of their names; of a file, itself.
 
     Raises StoreError when there is none.
     """
-    return [Path(place)] if Path(place).is_file() else _files_in(Path(place))
+    place = Path(place)
+    if not place.is_file():
+        return _files_in(place)
+    if place.suffix != ENDING:
+        raise StoreError(f"{place} is no dataset: its name does not end in {ENDING}")
+    return [place]
 
 
 def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
@@ -87,9 +119,13 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
-def _files_in(folder: Path) -> list[Path]:
+def _check_folder(folder: Path) -> None:
     if not folder.is_dir():
         raise StoreError(f"there is no folder {folder}{_nearest(folder)}: solve the study first")
+
+
+def _files_in(folder: Path) -> list[Path]:
+    _check_folder(folder)
     # temporary files begin with a dot and shards lie in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
     if not paths:

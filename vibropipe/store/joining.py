@@ -52,12 +52,19 @@ def join(
     one moved last; the joined variables run over ``dims`` in their own order, ragged ones in C
     order of that grid. Attributes are those of the shards (a list where they differ), then
     ``attrs``. ``progress`` is told (rows joined, rows in all) again and again. Raises StoreError,
-    naming files and rows, when a shard is damaged or of another sweep, when rows are missing or
-    held twice, or when ``path`` cannot be written; ``path`` is then as it was.
+    naming files and rows, when a shard is damaged or of another sweep (its ``fingerprint`` is not
+    that of the others, or of ``attrs``), when rows are missing or held twice, or when ``path`` cannot
+    be written; ``path`` is then as it was.
     """
     path = Path(path)
     grid = Grid({name: np.asarray(values) for name, values in dims.items()}, follow_dim)
     shards = inspect([Path(shard) for shard in shard_paths], grid)
+    asked = (attrs or {}).get("fingerprint")
+    if asked is not None and shards[0].attrs.get("fingerprint") != asked:
+        raise StoreError(
+            f"{shards[0].path} is a shard of another study, or of this one before it was changed: "
+            "solve its shards again"
+        )
     with whole_file(path) as temporary:
         _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)
         seal(temporary)

@@ -203,6 +203,13 @@ class Study(Keys):
         """The file the study was read from, as messages name it."""
         return self._source
 
+    @property
+    def fingerprints(self) -> dict[str, str]:
+        """What the data of each scene depend on, as its dataset keeps it."""
+        from vibropipe.study.identity import fingerprint  # which knows the models
+
+        return {name: fingerprint(self, name) for name in self.scenes}
+
     def scene(
         self, name: str
     ) -> MotionScene | SweepScene | BackboneScene | HardCasesScene | AccuracyScene | EffectsScene:

@@ -33,9 +33,18 @@ def test_other_tools_read_a_sealed_file(path):
         assert file["displacement"].shape == (40,)
 
 
-def test_h5py_reads_a_sealed_file(path):
-    # in a process of its own: h5py carries another HDF5 library
-    code = f"import h5py; print(h5py.File({str(path)!r})['displacement'].shape)"
+@pytest.mark.parametrize("first", ["h5py", "netCDF4"])
+def test_h5py_and_netcdf4_read_a_sealed_file_in_one_process(path, first):
+    # each brings a copy of HDF5 of its own; neither may mind which of them is loaded first
+    code = f"""
+import {first}, h5py, netCDF4, numpy
+with h5py.File({str(path)!r}) as raw, netCDF4.Dataset({str(path)!r}) as file:
+    for name in file.variables:
+        file[name].set_auto_maskandscale(False)
+        file[name].set_auto_chartostring(False)
+        assert numpy.asarray(file[name][...]).tobytes() == numpy.asarray(raw[name][...]).tobytes()
+    print(raw["displacement"].shape)
+"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "(40,)\n"
 

@@ -1,7 +1,7 @@
 """The store: datasets as whole, checked, self-describing netCDF4 files.
 
-One library writes and reads them, netCDF4: h5py carries another copy of HDF5 and must not share a
-process with it.
+netCDF4 writes and reads them; h5py, which is faster where only bare values are wanted, reads the rows
+of shards that are joined.
 """
 
 from vibropipe.store.atomic import (

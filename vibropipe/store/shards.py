@@ -22,6 +22,7 @@ from vibropipe.store.grid import Grid
 from vibropipe.wording import count
 
 if TYPE_CHECKING:
+    import h5py
     import netCDF4
 
 __all__ = ["ROW", "Rows", "Shard", "Variable", "counts_of", "inspect", "opened"]
@@ -78,7 +79,7 @@ Values = dict[str, np.ndarray]
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what netCDF4 raises while a file is read into a StoreError that names it."""
+    """Turn what netCDF4 and h5py raise while a file is read into a StoreError that names it."""
     try:
         yield
     except StoreError:
@@ -99,6 +100,19 @@ def opened(path: Path) -> Iterator[netCDF4.Dataset]:
             if variable.dimensions:
                 # read once and whole: a cache would hold all of it a second time
                 variable.set_var_chunk_cache(size=NO_CACHE)
+        yield file
+
+
+@contextmanager
+def raw(path: Path) -> Iterator[h5py.File]:
+    """Open a file for the bare values of its variables; StoreError if they cannot be read.
+
+    h5py reads a block of rows in half the time of netCDF4, which looks up what a variable is each time.
+    """
+    import h5py
+
+    # each chunk is read once, or twice where two blocks share it: a cache would only take room
+    with reading(path), h5py.File(path, "r", rdcc_nbytes=0) as file:
         yield file
 
 
@@ -156,8 +170,8 @@ def _head(path: Path) -> Shard:
 def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndarray]]:
     """Read the count ``name`` of each shard, one after the other, each with its first row."""
     for shard in shards:
-        with opened(shard.path) as file:
-            counts = np.asarray(file.variables[name][...])
+        with raw(shard.path) as file:
+            counts = file[name][...]
         yield shard.start, counts
 
 
@@ -254,9 +268,9 @@ class Rows:
             return self._shard
         self.close()
         shard = self._shard = next(self._left)
-        self._file = self._open.enter_context(opened(shard.path))
+        self._file = self._open.enter_context(raw(shard.path))
         self._bounds = {
-            dim: np.concatenate([[0], np.cumsum(self._file.variables[name][...], dtype=np.int64)])
+            dim: np.concatenate([[0], np.cumsum(self._file[name][...], dtype=np.int64)])
             for dim, name in shard.samples.items()
         }
         return shard
@@ -267,5 +281,5 @@ class Rows:
         values = {}
         for name in [*shard.gridded, *shard.ragged]:
             first, last = places[shard.variables[name].dims[0]]
-            values[name] = np.asarray(self._file.variables[name][first:last])
+            values[name] = self._file[name][first:last]
         return values

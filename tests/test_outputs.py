@@ -199,3 +199,11 @@ def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
     assert "neither harmonics nor impacts were asked for" in told
     assert "an orbit of m > 1 forcing periods" in told
     assert "(circles)" not in told
+
+
+def test_a_sweep_of_impacts_alone_is_told_by_the_hardest(tmp_path):
+    study, datasets = solved(sweeps({"one": SWEEPS["one"]}, [["impacts"]]), tmp_path)
+    ((name, dataset),) = datasets.items()
+    hardest = dataset["impact_velocity_max"].sel(support=1)
+    told = caption(study.scenes[name], dataset, datasets)
+    assert f"Support 1 is struck hardest, {float(hardest.max()):.4g}, at ν = " in told

@@ -16,7 +16,7 @@ from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
 from vibropipe.verification import Verdict, _of
 from vibropipe.vocabulary import REGIMES
-from vibropipe.wording import count, series
+from vibropipe.wording import count, series, share
 
 
 def study_with(**scenes):
@@ -26,6 +26,7 @@ def study_with(**scenes):
 def test_counts_and_series():
     assert [count(1, "row"), count(3, "row"), count(0, "row")] == ["1 row", "3 rows", "0 rows"]
     assert count(2, "analysis", "analyses") == "2 analyses"
+    assert [share(1, 1, "check"), share(2, 3, "check")] == ["1 of 1 check is", "2 of 3 checks are"]
     assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
 
 
@@ -76,4 +77,6 @@ def test_checks_of_one_motion():
         "measured": 0.0, "passed": 1, "motions": 1, "impacts": 1, "short_flight_motions": 0,
         "worst_status": 0,
     }  # fmt: skip
-    assert "over 1 motion with 1 impact." in hard_case_words({"s": xr.Dataset(data)})
+    assert "1 of 1 check is passed, over 1 motion with 1 impact." in hard_case_words(
+        {"s": xr.Dataset(data)}
+    )

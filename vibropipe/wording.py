@@ -10,6 +10,11 @@ def count(amount: int, noun: str, plural: str | None = None) -> str:
     return f"{amount} {noun if amount == 1 else plural or noun + 's'}"
 
 
+def share(part: int, whole: int, noun: str) -> str:
+    """Write a part of an amount with its verb: ``2 of 3 checks are``, ``0 of 1 check is``."""
+    return f"{part} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"
+
+
 def series(words: Iterable[str]) -> str:
     """Join words as a sentence does: ``a``, ``a and b``, ``a, b and c``."""
     listed = list(words)

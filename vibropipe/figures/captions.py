@@ -206,7 +206,7 @@ def describe_sweep(dataset: xr.Dataset, options: Options) -> str:
     return sentences(
         f"Steady states against {PLAIN_SYMBOLS[along]}" + (f" for {lines}" if lines else ""),
         "" if panels_of(dataset) else CURVES_NOT_ASKED,
-        peak_words(dataset),
+        peak_words(dataset) or hardest_words(dataset),
         odd_words(dataset),
         beside,
     )

@@ -23,7 +23,7 @@ from vibropipe.figures.style import (
 from vibropipe.figures.words import (
     number,
 )
-from vibropipe.wording import count, series
+from vibropipe.wording import count, series, share
 
 ROW_CM = 0.62
 # kernel of the dataset -> how its ratio is drawn and called
@@ -95,7 +95,7 @@ def describe_effects(dataset: xr.Dataset, options: Options) -> str:
     """Say which targets are met, and by how much the others are missed."""
     met = dataset["target_met"].values
     asked, passed = int((met != 2).sum()), int((met == 1).sum())
-    said = [f"{count(dataset.sizes['motion'], 'motion')}; {passed} of {asked} targets are met"]
+    said = [f"{count(dataset.sizes['motion'], 'motion')}; {share(passed, asked, 'target')} met"]
     missed = [missed_words(dataset.isel(motion=place)) for place in np.flatnonzero(met == 0)]
     return ". ".join([*said, *([f"Missed: {series(missed)}"] if missed else [])]) + "."
 

@@ -8,7 +8,7 @@ import xarray as xr
 from vibropipe.figures.words import number
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.status import Status
-from vibropipe.wording import count
+from vibropipe.wording import count, share
 
 FAILED = "not passed: "
 JOINED = "\u00a0"
@@ -67,7 +67,7 @@ def hard_case_words(datasets: Datasets) -> str:
     short = sum(int(data["short_flight_motions"].values.sum()) for data in found)
     worst = {Status(int(code)) for data in found for code in np.unique(data["worst_status"].values)}
     said = (
-        f"{passed} of {asked} checks are passed, over {count(motions, 'motion')} with "
+        f"{share(passed, asked, 'check')} passed, over {count(motions, 'motion')} with "
         f"{count(impacts, 'impact')}. "
         "A cell holds the distance from what is known and the largest one allowed; a lone 0 counts "
         "wrong answers. A dash: orbits are closed by no step."

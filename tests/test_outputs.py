@@ -207,3 +207,11 @@ def test_a_sweep_of_impacts_alone_is_told_by_the_hardest(tmp_path):
     hardest = dataset["impact_velocity_max"].sel(support=1)
     told = caption(study.scenes[name], dataset, datasets)
     assert f"Support 1 is struck hardest, {float(hardest.max()):.4g}, at ν = " in told
+
+
+def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
+    """Their first harmonic is 0, of which the second has no share."""
+    subsets = [["stability"], ["energy"]]
+    study, datasets = solved(motions({"still": MOTIONS["still"]}, subsets), tmp_path)
+    said = report_data(study, datasets, {})["asymmetry"]["closing"]
+    assert said.endswith("% of the harder one.")

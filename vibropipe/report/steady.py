@@ -193,9 +193,11 @@ def strongest(datasets: Datasets) -> str:
     }
     uneven = max(unequal, key=lambda name: unequal[name])
     first, second = (harmonic(datasets[uneven], k) for k in (0, 1))
+    beside = ""
+    if first > 0.0 and not np.isnan(second):  # a mass that never moves has no harmonics to compare
+        beside = f"; the second harmonic has {number(100 * second / first, 2)} % of the first there"
     return (
         f"The constant part is largest in {breakable(displaced)}, "
         f"{number(mean(datasets[displaced]))}. The impacts on the two supports differ most in "
-        f"{breakable(uneven)}, by {number(100 * unequal[uneven], 2)} % of the harder one; "
-        f"the second harmonic has {number(100 * second / first, 2)} % of the first there."
+        f"{breakable(uneven)}, by {number(100 * unequal[uneven], 2)} % of the harder one{beside}."
     )

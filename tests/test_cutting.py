@@ -49,7 +49,7 @@ def sweep_of(*given: object, **keys: object) -> cutting.SweepScene:
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
-    assert cutting.MOST_IMPACTS == rows.LOG_ROOM
+    assert cutting.MOST_IMPACTS == rows.ORBIT_LOG_CAPACITY
     assert cutting.PHASE_SAMPLES == rows.PHASES
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.batch.run import Task, run_motion
+from vibropipe.batch.run import MARCH_LOG_CAPACITY, Task, run_motion
 from vibropipe.kernels.crude import crude, crude_often
 from vibropipe.kernels.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.kernels.often import march_often
@@ -22,7 +22,6 @@ from vibropipe.vocabulary import Outcome
 
 SAMPLES = 64
 MOST_CONTACTS = 2_000_000
-LOG_ROOM = 1024
 
 
 class Motion(NamedTuple):
@@ -97,7 +96,7 @@ class March:
     def __init__(self, motion: Motion, grid: Grid, effects: Effects = ALL_EFFECTS) -> None:
         self.motion, self.grid, self.effects = motion, grid, effects
         self.work = np.empty(3 if grid.exact is None else ORDER + 1)
-        self.log = new_log(LOG_ROOM, LOG_ROOM)
+        self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
 
     def repeat(self, often: int) -> None:
         """March so many times; the log grows until all contacts of the motion have room."""
@@ -139,7 +138,7 @@ def newmark_crude(motion: Motion, steps: int) -> Contestant:
     """Newmark's method with impacts taken at the end of the step."""
     p = motion.exciter.parameters()
     grid = newmark_grid(ALL_EFFECTS, p, steps)
-    room = [LOG_ROOM]
+    room = [MARCH_LOG_CAPACITY]
 
     def show() -> Shown:
         samples = np.empty(SAMPLES)

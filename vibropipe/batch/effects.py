@@ -14,7 +14,14 @@ import numpy as np
 
 from vibropipe.batch.contest import motion_coordinates
 from vibropipe.batch.contestant import MOST_CONTACTS, March, Motion
-from vibropipe.batch.rows import LOG_ROOM, REST_ROOM, ROWS_PER_CALL, drive, new_room, new_rows
+from vibropipe.batch.rows import (
+    ORBIT_LOG_CAPACITY,
+    ORBIT_REST_CAPACITY,
+    ROWS_PER_CALL,
+    drive,
+    new_room,
+    new_rows,
+)
 from vibropipe.batch.run import Task, has_closed_form, run_motion
 from vibropipe.batch.sweep import MAX_PERIODS
 from vibropipe.batch.timing import Timer, quartiles, take_turns
@@ -106,7 +113,7 @@ def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Wo
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     out = new_rows(ROWS_PER_CALL, HARMONICS, trial.outputs, new_room(ROWS_PER_CALL))
-    work = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1), out
+    work = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1), out
 
     def march(often: int) -> None:
         march_rows_often(ALL_EFFECTS, row, motion.x0, motion.v0, *work, often)

@@ -24,8 +24,10 @@ from vibropipe.physics.flow import ORDER
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
-LOG_ROOM = 8192
-REST_ROOM = 512
+# Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
+# 256 impacts in each; an array of them for every row of a call is mapped, and only what is written to takes memory.
+ORBIT_LOG_CAPACITY = 8192
+ORBIT_REST_CAPACITY = 512
 # Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
 # Towards the end a share of what is left, and ever fewer, so that threads end together.
 ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 64, 4
@@ -45,20 +47,20 @@ class Room(NamedTuple):
 
 
 def _pages(rows: int, kind: type) -> np.ndarray:
-    """LOG_ROOM values of each row; only what is written to takes memory.
+    """ORBIT_LOG_CAPACITY values of each row; only what is written to takes memory.
 
     numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
     """
     if rows == 0:
-        return np.empty((LOG_ROOM, 0), kind)
-    pages = mmap.mmap(-1, rows * LOG_ROOM * np.dtype(kind).itemsize)
+        return np.empty((ORBIT_LOG_CAPACITY, 0), kind)
+    pages = mmap.mmap(-1, rows * ORBIT_LOG_CAPACITY * np.dtype(kind).itemsize)
     with suppress(AttributeError, OSError):  # where there are no large pages
         pages.madvise(mmap.MADV_NOHUGEPAGE)
-    return np.frombuffer(pages, kind).reshape(LOG_ROOM, rows)
+    return np.frombuffer(pages, kind).reshape(ORBIT_LOG_CAPACITY, rows)
 
 
 def new_room(rows: int) -> Room:
-    """Room for LOG_ROOM impacts of each of so many rows."""
+    """Room for ORBIT_LOG_CAPACITY impacts of each of so many rows."""
     return Room(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
 
 
@@ -121,7 +123,7 @@ def drive(
 ) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
-    log, c = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
     solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
 
@@ -134,7 +136,7 @@ def _sample(
     motion: np.ndarray,
 ) -> None:
     """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
-    log, c = new_log(LOG_ROOM, REST_ROOM), np.empty(ORDER + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
     for row in range(parameters.shape[0]):
         if multiple[row] > 0:
             x, v = section[row, 0], section[row, 1]

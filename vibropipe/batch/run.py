@@ -32,7 +32,8 @@ from vibropipe.physics.flow import ORDER
 from vibropipe.physics.linear import keeps_off
 from vibropipe.status import Status
 
-LOG_ROOM = 1024
+# Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
+MARCH_LOG_CAPACITY = 1024
 MAX_SAMPLES = 200_000_000
 # Some minutes of marching.
 MAX_STEPS = 10**11
@@ -215,7 +216,7 @@ def _march(
     progress: Callable[[int], None] | None,
 ) -> Run:
     """March to the end, emptying the log, and telling of it, whenever it is full."""
-    log = new_log(LOG_ROOM, LOG_ROOM)
+    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
     work = np.empty(3 if grid.exact is None else ORDER + 1)
     end = locate(turns_end, grid.steps)
     pieces: list[dict[str, np.ndarray]] = []

@@ -6,9 +6,11 @@ import math
 from typing import Any
 
 import pytest
+import yaml
 from textbook import Parameters
 
 import vibropipe as vp
+from vibropipe.study import StudyError, parse_study
 
 
 @pytest.mark.parametrize(
@@ -72,6 +74,28 @@ def test_a_march_that_would_take_days_is_refused(solver: dict[str, Any]) -> None
 def test_newmark_without_a_step_says_so() -> None:
     with pytest.raises(ValueError, match="steps_per_period"):
         vp.simulate(vp.Exciter(l=0.5), method="newmark")
+
+
+@pytest.mark.parametrize("follow", ["nu", ("nu",), ("nu", "up", "down"), 1])
+def test_follow_is_a_pair(follow: Any) -> None:
+    with pytest.raises(vp.ParameterError, match=r"follow = .* a pair of a swept parameter and a"):
+        vp.sweep(vp.Exciter(l=0.5, h=0.1), {"nu": [0.8, 0.9]}, follow=follow)
+
+
+@pytest.mark.parametrize("accuracy", [9e-16, 0.11])
+def test_python_and_studies_have_the_same_limits(accuracy: float) -> None:
+    """... of which there is one place."""
+    with pytest.raises(vp.ParameterError, match=r"accuracy = .* a finite number from 1e-15 to 0.1"):
+        vp.simulate(vp.Exciter(l=0.5), accuracy=accuracy)
+    with pytest.raises(vp.ParameterError, match="from 1 to 1e8"):
+        vp.simulate(vp.Exciter(l=0.5), method="newmark", steps_per_period=10**9)
+    scene = f"s: {{kind: motion, solver: {{accuracy: {accuracy!r}}}}}"
+    steps = "t: {kind: motion, solver: {method: newmark, steps_per_period: 1000000000}}"
+    tree = yaml.safe_load(f"title: t\nexciter: {{l: 0.5}}\nscenes:\n  {scene}\n  {steps}\n")
+    with pytest.raises(StudyError) as error:
+        parse_study(tree)
+    assert "a finite number from 1e-15 to 0.1" in str(error.value)
+    assert "a whole number from 1 to 1e8" in str(error.value)
 
 
 def test_a_start_outside_the_supports_is_refused_for_steady_states_too() -> None:

@@ -59,7 +59,7 @@ def test_data_depend_on_motions_and_settings(study):
         ("methods: [newmark, RK46]", None, "scenes.race.methods[1]: found 'RK46'"),
         ("methods: [exact, exact]", None, "each name once"),
         ("tolerances: [0]", None, "tolerances[0]"),
-        ("steps_per_period: [1.5]", None, "a whole number from 2"),
+        ("steps_per_period: [1.5]", None, "a whole number from 1"),
         ("repeats: 0", None, "scenes.race.repeats"),
         ("repeat: 3", None, "did you mean 'repeats'?"),
         ("", ("h: 2,", "h: -2,"), "scenes.race.motions.own.exciter.h: found -2"),

@@ -108,8 +108,8 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, settle_periods: 1000000, solver: {method: newmark, "
-            "steps_per_period: 100000}}",
-            "s.solver.steps_per_period: found 1e+11 steps, allowed at most 1e10 steps",
+            "steps_per_period: 1000000}}",
+            "s.solver.steps_per_period: found 1e+12 steps, allowed at most 1e+11 steps",
         ),
         ("{kind: motion, outputs: []}", "s.outputs: found an empty list, allowed a list of harm"),
         ("{kind: motion, outputs: [motion, motion]}", "s.outputs: found motion, motion, allowed"),

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.batch.choice import LEAST_ACCURACY, check_accuracy, choose_for
+from vibropipe.batch.choice import check_accuracy, choose_for
 from vibropipe.batch.errors import deviation
 from vibropipe.batch.motion import to_dataset, to_variables
 from vibropipe.batch.run import Task, run_motion
 from vibropipe.kernels.grid import newmark_grid
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.limits import ACCURACY
 from vibropipe.status import Status
 from vibropipe.vocabulary import describe
 
@@ -59,9 +60,7 @@ def settle_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Datase
         tau_start=0.0, tau_end=task.tau_start, samples_per_period=0, energy=False
     )
     # What is left of its error is then small beside that of the record.
-    end = simulate_to_accuracy(
-        exciter, settling, max(check_accuracy(accuracy) / 10, LEAST_ACCURACY)
-    )
+    end = simulate_to_accuracy(exciter, settling, max(check_accuracy(accuracy) / 10, ACCURACY[0]))
     names = ("displacement_end", "velocity_end", "displacement_end_error", "velocity_end_error")
     x, v, x_doubt, v_doubt = (float(end[name]) for name in names)
     rest_of_it = task._replace(x=x, v=v, x_doubt=x_doubt, v_doubt=v_doubt)

@@ -19,14 +19,12 @@ from vibropipe.kernels.grid import newmark_grid
 from vibropipe.kernels.record import EVALUATIONS, POLYNOMIALS, STEPS
 from vibropipe.physics.exciter import Exciter, ParameterError, number
 from vibropipe.physics.flow import steps_for_exact
+from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
 from vibropipe.status import Status
 
-LEAST_ACCURACY, MOST_ACCURACY = 1e-15, 0.1
-ACCURACY_ALLOWED = "a number from 1e-15 to 0.1"
 FEWEST_STEPS = 4
 # Each trial takes so many times the steps of the one before: the first that does is near the fewest.
 GROWTH = 2**0.5
-MOST_STEPS = 10**8
 
 
 class Prices(NamedTuple):
@@ -80,9 +78,10 @@ def choose(
 
 def check_accuracy(accuracy: Any) -> float:
     """An accuracy as a float, or a ParameterError."""
-    value = number("accuracy", accuracy, ACCURACY_ALLOWED)
-    if not LEAST_ACCURACY <= value <= MOST_ACCURACY:
-        raise ParameterError(f"accuracy = {accuracy!r}: allowed is {ACCURACY_ALLOWED}")
+    allowed, (least, most) = within_text(ACCURACY, "a finite number"), ACCURACY
+    value = number("accuracy", accuracy, allowed)
+    if not least <= value <= most:
+        raise ParameterError(f"accuracy = {accuracy!r}: allowed is {allowed}")
     return value
 
 
@@ -100,7 +99,7 @@ def choose_for(exciter: Exciter, task: Task, accuracy: float) -> tuple[Choice, R
     steps = FEWEST_STEPS
     short = task._replace(samples_per_period=0)
     periods = (task.tau_end - task.tau_start) / exciter.period
-    while least_cost(steps, periods, exact) < nanoseconds and steps <= MOST_STEPS:
+    while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
         grid = newmark_grid(task.effects, exciter.parameters(), steps)
         run = run_motion(exciter, short, grid)
         spent = cost(NEWMARK_PRICES, steps, run)

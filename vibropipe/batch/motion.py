@@ -13,6 +13,7 @@ from vibropipe.batch.run import Run, Task, run_motion, sample_times, turns_of
 from vibropipe.kernels.grid import Grid, exact_grid, newmark_grid
 from vibropipe.physics.effects import Effects, asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -112,9 +113,10 @@ def check_steps(steps_per_period: Any) -> int:
     whole = isinstance(steps_per_period, (int, np.integer)) and not isinstance(
         steps_per_period, bool
     )
-    if not whole or not 1 <= steps_per_period <= 10**8:
+    least, most = STEPS_PER_PERIOD
+    if not whole or not least <= steps_per_period <= most:
         raise ParameterError(
-            f"steps_per_period = {steps_per_period!r}: allowed is a whole number from 1 to 10**8 "
+            f"steps_per_period = {steps_per_period!r}: allowed is {within_text(STEPS_PER_PERIOD)} "
             "(method 'newmark' needs it)"
         )
     return int(steps_per_period)

@@ -29,14 +29,13 @@ from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number
 from vibropipe.physics.flow import ORDER
+from vibropipe.physics.limits import MAX_MARCH_STEPS
 from vibropipe.physics.linear import keeps_off
 from vibropipe.status import Status
 
 # Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
 MARCH_LOG_CAPACITY = 1024
 MAX_SAMPLES = 200_000_000
-# Some minutes of marching.
-MAX_STEPS = 10**11
 
 
 class Task(NamedTuple):
@@ -172,9 +171,9 @@ def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float,
 
 
 def _check_steps(task: Task, steps: float) -> None:
-    if steps > MAX_STEPS:
+    if steps > MAX_MARCH_STEPS:
         raise ParameterError(
-            f"tau_end = {task.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_STEPS:g}"
+            f"tau_end = {task.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_MARCH_STEPS:g}"
         )
 
 

@@ -17,7 +17,7 @@ from vibropipe.batch.label import Variables, concatenate, coordinates, label_row
 from vibropipe.batch.row_errors import nudged_rows, row_errors, told
 from vibropipe.batch.rows import OUTPUTS, solve_rows
 from vibropipe.kernels.outputs import Rows
-from vibropipe.kernels.window import WINDOW
+from vibropipe.physics import limits
 from vibropipe.physics.effects import asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.vocabulary import describe
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
 DIRECTIONS = ("up", "down")
-MAX_PERIODS = 1000
+MAX_PERIODS = limits.PATIENCE[1]
 # Forcing periods after which a row of a sweep is left where small differences grow.
 PATIENCE = 300
 Follow = tuple[str, str] | None
@@ -106,6 +106,10 @@ def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     along, direction = follow
     if along not in over:
         raise ParameterError(f"follow: along = {along!r}: allowed is one of {', '.join(over)}")
+    if isinstance(follow, str) or not np.shape(follow) == (2,):
+        raise ParameterError(
+            f'follow = {follow!r}: allowed is a pair of a swept parameter and a direction, like ("nu", "up")'
+        )
     if direction not in DIRECTIONS:
         raise ParameterError(f"follow: direction = {direction!r}: allowed is up or down")
     return along, direction
@@ -167,9 +171,8 @@ def solve_blocks(
         raise ParameterError(
             f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {rows} at multiples of {chain}"
         )
-    if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
-        raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
-    _check_patience(patience)
+    _check_whole("harmonics", harmonics, limits.HARMONICS)
+    _check_whole("patience", patience, limits.PATIENCE)
     wanted = None if accuracy is None else check_accuracy(accuracy)
     _check_corners(exciter, arrays, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
@@ -220,11 +223,9 @@ def solve_blocks(
             begin = stop
 
 
-def _check_patience(patience: int) -> None:
-    if not isinstance(patience, (int, np.integer)) or not WINDOW <= patience <= MAX_PERIODS:
-        raise ParameterError(
-            f"patience = {patience!r}: allowed is a whole number from {WINDOW} to {MAX_PERIODS}"
-        )
+def _check_whole(name: str, value: Any, bounds: tuple[int, int]) -> None:
+    if not isinstance(value, (int, np.integer)) or not bounds[0] <= value <= bounds[1]:
+        raise ParameterError(f"{name} = {value!r}: allowed is {limits.within_text(bounds)}")
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:

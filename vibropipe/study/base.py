@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, PrivateAttr
 
+from vibropipe.physics.limits import HARMONICS
 from vibropipe.study.grids import Keys, RangeGrid, ValueGrid
 from vibropipe.study.parts import ExciterKeys, FigureOptions
 from vibropipe.study.values import Within, Words, refuse
@@ -16,7 +17,7 @@ from vibropipe.study.values import Within, Words, refuse
 Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
 Title = Annotated[str, Words(200)]
 Prose = Annotated[str, Words(4000, one_line=False)]
-Harmonics = Annotated[int, Within(1, 1000, whole=True)]
+Harmonics = Annotated[int, Within(*HARMONICS, whole=True)]
 
 DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
 

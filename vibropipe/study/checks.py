@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.limits import MAX_MARCH_STEPS
 from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
 from vibropipe.study.effect_costs import EffectsScene, timed_problems
@@ -29,7 +30,6 @@ from vibropipe.study.values import takes
 from vibropipe.study.words import PARAMETERS
 
 MAX_TAU = 1e9
-MAX_STEPS = 1e10
 
 Check = Callable[[Any], Iterator[Problem]]
 
@@ -197,8 +197,8 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
         allowed = "at most 1e8 samples in a record"
         yield Problem(("samples_per_period",), f"{samples:.3g} samples", allowed)
     steps = end / period * (scene.solver.steps_per_period or 0)
-    if steps > MAX_STEPS:
-        allowed = "at most 1e10 steps"
+    if steps > MAX_MARCH_STEPS:
+        allowed = f"at most {MAX_MARCH_STEPS:g} steps"
         yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", allowed)
 
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag
 
+from vibropipe.physics.limits import PATIENCE
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import DEFAULTS, BaseScene, Harmonics, Outputs, Prose, Title, each_once
 from vibropipe.study.effect_costs import EffectsScene
@@ -76,7 +77,7 @@ class SweepScene(BaseScene):
     solver: Solver = Field(
         default_factory=Solver, description="Exact, or an accuracy, which exact meets."
     )
-    patience: Annotated[int, Within(256, 1000, whole=True)] = Field(
+    patience: Annotated[int, Within(*PATIENCE, whole=True)] = Field(
         default=300, description="Forcing periods after which a chaotic row is left as aperiodic."
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)

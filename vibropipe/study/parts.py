@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.study.grids import Keys
 from vibropipe.study.values import NameRule, Number, Parameter, Within
 from vibropipe.study.words import PARAMETERS, latin
@@ -67,10 +68,10 @@ class Solver(Keys):
     method: Literal["exact", "newmark"] = Field(
         default="exact", description="The closed-form flow, or constant average acceleration."
     )
-    steps_per_period: Annotated[int | None, Within(2, 10**7, whole=True)] = Field(
+    steps_per_period: Annotated[int | None, Within(*STEPS_PER_PERIOD, whole=True)] = Field(
         default=None, description="Steps of newmark in a forcing period; needed by newmark only."
     )
-    accuracy: Annotated[float | None, Within(1e-12, 0.1)] = Field(
+    accuracy: Annotated[float | None, Within(*ACCURACY)] = Field(
         default=None, description="Error allowed; method and step are then chosen. Stands alone."
     )
 

@@ -28,8 +28,9 @@ WIDTH = 0.01
 def motions_of(scene: AccuracyScene | EffectsScene) -> dict[str, Motion]:
     """Return the motions of a scene by name."""
     return {
-        name: Motion(Exciter(**scene.exciter_of(name)), of.start.x0, of.start.v0, of.periods)
+        name: Motion(exciter, *exciter.check_start(of.start.x0, of.start.v0), of.periods)
         for name, of in scene.motions.items()
+        for exciter in [Exciter(**scene.exciter_of(name))]
     }
 
 

@@ -59,7 +59,7 @@ class Choice(NamedTuple):
 def choose(
     exciter: Exciter,
     tau_end: float,
-    x0: float = 0.0,
+    x0: float | None = None,
     v0: float = 0.0,
     accuracy: float = 1e-8,
     *,

@@ -14,6 +14,7 @@ from vibropipe.kernels.grid import Grid, exact_grid, newmark_grid
 from vibropipe.physics.effects import Effects, asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
+from vibropipe.physics.start import start_text
 from vibropipe.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ METHODS = ("exact", "newmark")
 def simulate(
     exciter: Exciter,
     tau_end: float = 60.0,
-    x0: float = 0.0,
+    x0: float | None = None,
     v0: float = 0.0,
     method: str = "exact",
     steps_per_period: int | None = None,
@@ -40,6 +41,8 @@ def simulate(
 ) -> xr.Dataset:
     """The motion of eqs. (5), (6) from (x0, v0) at tau_start to tau_end.
 
+    x0: left out, the equilibrium, or the support nearest to it where that lies beyond; within 4 ulps of a support
+    it lies on it (`vibropipe.physics.start`).
     method: "exact" (first impacts certified, errors of rounding only) or "newmark" (constant average
     acceleration with `steps_per_period` steps, impacts located inside the step).
     accuracy: error allowed, in place of method and steps_per_period, which are then chosen (`choose` in
@@ -134,7 +137,10 @@ def to_dataset(exciter: Exciter, task: Task, run: Run) -> xr.Dataset:
         coords["support"] = ("support", [1, 2])
     if "tau" in variables:
         coords["tau"] = variables.pop("tau")
-    attrs = {"effects": ", ".join(names_of(task.effects))}
+    attrs = {
+        "effects": ", ".join(names_of(task.effects)),
+        "start": start_text(exciter.parameters()._asdict(), task.x, task.v),
+    }
     return describe(xr.Dataset(variables, coords, attrs))
 
 

@@ -50,7 +50,7 @@ class Marched(NamedTuple):
 def simulate_rows(
     exciters: Sequence[Exciter],
     tau_end: Any,
-    x0: Any = 0.0,
+    x0: Any = None,
     v0: Any = 0.0,
     *,
     steps_per_period: int,
@@ -62,7 +62,7 @@ def simulate_rows(
     marched WIDTH at a time in lockstep, blocks of them on all threads. Rows that last about as many forcing
     periods share a block.
 
-    exciters: one per row; tau_end, x0, v0: a number for all rows, or one per row.
+    exciters: one per row; tau_end, x0, v0: a number for all rows, or one per row; x0 left out as for `simulate`.
     Returns a dataset over `row` (all non-dimensional): the parameters as coordinates, `displacement_end,
     velocity_end`, `status` (as of `simulate`); `impact_tau, impact_support, impact_velocity,
     impact_velocity_after` over `impact`, a contiguous ragged array with `row_size` impacts of each row;

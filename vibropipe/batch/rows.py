@@ -22,6 +22,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
 
+from vibropipe.physics.start import row_starts
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 # Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
@@ -147,7 +148,7 @@ def _sample(
 def solve_rows(
     rows: int,
     parameters: Callable[[int, int], Sequence[np.ndarray]],
-    start: tuple[float, float],
+    start: tuple[float | None, float],
     chain_length: int,
     max_periods: int,
     patience: int,
@@ -160,7 +161,8 @@ def solve_rows(
     """Results of rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
 
     parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
-    the first row of each chain. effects: what the kernel has, for all rows alike. progress is told the rows done.
+    the first row of each chain (`row_starts`). effects: what the kernel has, for all rows alike. progress is told
+    the rows done.
     Yields (stop, solutions) of blocks of at least block_rows (all, if left out) in whole chains, in order. While a
     block is looked at other threads solve the next, and no more."""
     own = threading.local()
@@ -182,7 +184,7 @@ def solve_rows(
         solved: list[list[Rows]] = []
         for first, stop in pairwise(ends):
             pieces = parameters(first, stop)
-            seeds = [np.tile(start, (stop - first, 1)) for _ in pieces]
+            seeds = [row_starts(piece, *start) for piece in pieces]
             if solved:  # a chain goes on
                 for seed, before in zip(seeds, solved[-1], strict=True):
                     seed[0] = before.section[-1]

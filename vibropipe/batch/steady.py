@@ -16,7 +16,7 @@ OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 
 def steady_state(
     exciter: Exciter,
-    x0: float = 0.0,
+    x0: float | None = None,
     v0: float = 0.0,
     harmonics: int = 6,
     accuracy: float | None = None,
@@ -34,6 +34,8 @@ def steady_state(
     `floquet_multiplier` over `multiplier` (complex, larger first), `stable`, `residual` of the return map
     relative to the motion's size, energies per orbit. A motion without an orbit is labelled so, and its
     harmonics and impacts are means over `window_periods` forcing periods.
+    x0: left out, the equilibrium, or the support nearest to it where that lies beyond; within 4 ulps of a support
+    it lies on it.
     accuracy: adds `error`, shared by all quantities (`vibropipe.batch.row_errors`); a larger one than that has
     status `inaccurate`. effects: what the kernel has, patience: before a motion counts
     as chaotic, both as for `sweep`.

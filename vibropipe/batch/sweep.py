@@ -20,6 +20,7 @@ from vibropipe.kernels.outputs import Rows
 from vibropipe.physics import limits
 from vibropipe.physics.effects import asked_effects, names_of
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.start import largest_start, start_text
 from vibropipe.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ Follow = tuple[str, str] | None
 def sweep(
     exciter: Exciter,
     over: Mapping[str, Any],
-    x0: float = 0.0,
+    x0: float | None = None,
     v0: float = 0.0,
     harmonics: int = 3,
     follow: Follow = None,
@@ -50,8 +51,10 @@ def sweep(
 
     over: parameter name (any of nu f h l delta R1 R2) -> values (an array, a dask array or a list), one
     dimension each, in the order given.
-    Every row starts from (x0, v0); with follow = ("nu", "up" or "down") the rows of that parameter are
-    seeded by their neighbour from below or above, and only the first starts from (x0, v0): hysteresis shows.
+    Every row starts from (x0, v0), x0 left out from its equilibrium, or from the support nearest to that where it
+    lies beyond; an x0 within 4 ulps of a support lies on it.
+    With follow = ("nu", "up" or "down") the rows of that parameter are seeded by their neighbour from below or
+    above, and only the first starts from (x0, v0): hysteresis shows.
     outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
     accuracy: adds `error` of each row (`vibropipe.batch.row_errors`); rows beyond it have status `inaccurate`.
     effects: any of damping, forcing, support_1, support_2, restitution, rest; rows are marched by a kernel
@@ -103,13 +106,13 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
 def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     if follow is None:
         return None
-    along, direction = follow
-    if along not in over:
-        raise ParameterError(f"follow: along = {along!r}: allowed is one of {', '.join(over)}")
     if isinstance(follow, str) or not np.shape(follow) == (2,):
         raise ParameterError(
             f'follow = {follow!r}: allowed is a pair of a swept parameter and a direction, like ("nu", "up")'
         )
+    along, direction = follow
+    if along not in over:
+        raise ParameterError(f"follow: along = {along!r}: allowed is one of {', '.join(over)}")
     if direction not in DIRECTIONS:
         raise ParameterError(f"follow: direction = {direction!r}: allowed is up or down")
     return along, direction
@@ -149,7 +152,7 @@ def solve_blocks(
     row_start: int,
     row_stop: int,
     block_rows: int,
-    x0: float = 0.0,
+    x0: float | None = None,
     v0: float = 0.0,
     harmonics: int = 3,
     follow: Follow = None,
@@ -174,10 +177,11 @@ def solve_blocks(
     _check_whole("harmonics", harmonics, limits.HARMONICS)
     _check_whole("patience", patience, limits.PATIENCE)
     wanted = None if accuracy is None else check_accuracy(accuracy)
-    _check_corners(exciter, arrays, x0, v0)
+    x0, v0 = _check_corners(exciter, arrays, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
     grid = {**exciter.parameters()._asdict(), **arrays}
-    e = asked_effects(effects, grid, float(x0), float(v0), followed=follow is not None)
+    farthest = largest_start(grid, x0)
+    e = asked_effects(effects, grid, farthest, v0, followed=follow is not None)
     # Places in a chain in the order in which they are solved: one followed downwards from its upper end.
     along = np.arange(1) if follow is None else _along(arrays[follow[0]], follow[1])
 
@@ -202,7 +206,7 @@ def solve_blocks(
     blocks = solve_rows(
         row_stop - row_start,
         parameters,
-        (float(x0), float(v0)),
+        (x0, v0),
         chain,
         MAX_PERIODS,
         int(patience),
@@ -217,7 +221,7 @@ def solve_blocks(
         for stop, solved in blocks:
             variables = labelled(begin, stop, solved)
             attrs: dict[str, Any] = {"row_start": row_start + begin, "row_stop": row_start + stop}
-            attrs["effects"] = ", ".join(names_of(e))
+            attrs["effects"], attrs["start"] = ", ".join(names_of(e)), start_text(grid, x0, v0)
             block = xr.Dataset(variables | fixed, coordinates(variables, harmonics), attrs)
             yield describe(block.set_coords(fixed))
             begin = stop
@@ -247,12 +251,15 @@ def _parameters(
     return parameters
 
 
-def _check_corners(exciter: Exciter, over: Mapping[str, np.ndarray], x0: float, v0: float) -> None:
-    """Check the start and the corners of the grid by the exciter's own rules."""
+def _check_corners(
+    exciter: Exciter, over: Mapping[str, np.ndarray], x0: float | None, v0: float
+) -> tuple[float | None, float]:
+    """The start as floats, when it and the corners of the grid are checked by the exciter's own rules."""
     base = exciter.parameters()._asdict()
     for corner in itertools.product(*({float(a.min()), float(a.max())} for a in over.values())):
         row = Exciter(**{**base, **dict(zip(over, corner, strict=True))})
         row.check_start(x0, v0)
+    return None if x0 is None else float(x0), float(v0)
 
 
 def _along(values: np.ndarray, direction: str) -> np.ndarray:
@@ -287,7 +294,8 @@ def assemble(
     }
     coords: dict[str, Any] = {name: (name, values) for name, values in arrays.items()}
     coords |= {str(name): ordered[0][name] for name in ordered[0].coords}
-    joined = describe(xr.Dataset(variables, coords, {"effects": ordered[0].attrs["effects"]}))
+    attrs = {name: ordered[0].attrs[name] for name in ("effects", "start")}
+    joined = describe(xr.Dataset(variables, coords, attrs))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"
     return joined

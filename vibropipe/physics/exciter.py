@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
+from vibropipe.physics.start import start_at, start_room
+
 
 class ParameterError(ValueError):
     """A parameter is outside what the model allows; the message names it, its value and what is allowed."""
@@ -136,12 +138,16 @@ class Exciter:
         """The same numbers as kernels read them."""
         return Parameters(**vars(self))
 
-    def check_start(self, x0: float, v0: float) -> tuple[float, float]:
-        """A start (x0, v0) as floats; ParameterError if it is not finite or lies outside the supports."""
+    def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
+        """A start (x0, v0) as floats, x0 on a support that it is within rounding of
+        (`start_at`); x0 left out (None) is the
+        equilibrium, or the support nearest to it. ParameterError if it is not finite or lies outside the supports."""
         allowed = f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
-        x, v = number("x0", x0, allowed), number("v0", v0, "a finite number")
-        if not self.lower <= x <= self.upper:
+        v = number("v0", v0, "a finite number")
+        x = 0.0 if x0 is None else number("x0", x0, allowed)
+        least, most = start_room(self.l, self.delta)
+        if x0 is not None and not least <= x <= most:
             raise ParameterError(f"x0 = {x!r}: allowed is {allowed}")
         if not math.isfinite(v):
             raise ParameterError(f"v0 = {v!r}: allowed is a finite number")
-        return x, v
+        return float(start_at(self.l, self.delta, None if x0 is None else x, v)), v

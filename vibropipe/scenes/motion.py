@@ -14,6 +14,7 @@ from vibropipe.batch.run import Task
 from vibropipe.batch.steady import steady_state
 from vibropipe.physics.effects import asked_effects
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import start_text
 from vibropipe.progress import Progress
 from vibropipe.status import Status
 from vibropipe.study import MotionScene, Scene, grounds, scene_effects
@@ -48,7 +49,9 @@ def solve_motion(scene: MotionScene, progress: Progress | None = None) -> xr.Dat
         motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
     if STEADY_OUTPUTS & set(scene.outputs):
         motion = with_steady_state(motion, scene, exciter)
-    return motion
+    # where the settling began, not the record
+    start = exciter.check_start(scene.start.x0, scene.start.v0)
+    return motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
 
 
 def periods_to_march(scene: MotionScene) -> int:
@@ -82,7 +85,7 @@ def recorded(
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
     """Return the motion of a scene as one solver sees it, the settling included."""
-    x0, v0 = scene.start.x0, scene.start.v0
+    x0, v0 = exciter.check_start(scene.start.x0, scene.start.v0)
     begin, end = scene.tau_span()
     effects = scene_effects(scene)
     samples = scene.samples_per_period if "motion" in scene.outputs else 0

@@ -107,7 +107,9 @@ def raced_problems(scene: WithMotions) -> Iterator[Problem]:
             found, _, allowed = str(error).partition("allowed is ")
             yield Problem((*path, "exciter", "l"), found.rstrip(" :;"), allowed)
             continue
-        if not exciter.lower <= motion.start.x0 <= exciter.upper:
+        try:
+            exciter.check_start(motion.start.x0, motion.start.v0)
+        except ParameterError:
             words = f"a number from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
             yield Problem((*path, "start", "x0"), repr(motion.start.x0), words)
         if motion.periods * exciter.period > MAX_TAU:

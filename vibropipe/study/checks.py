@@ -13,6 +13,7 @@ from typing import Any
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
 from vibropipe.physics.limits import MAX_MARCH_STEPS
+from vibropipe.physics.start import start_room
 from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
 from vibropipe.study.effect_costs import EffectsScene, timed_problems
@@ -119,7 +120,7 @@ def corners(scene: BaseScene, *, followed: bool = False) -> list[dict[str, float
 
 
 def _start(scene: MotionScene | SweepScene) -> Iterator[Problem]:
-    """See that the start lies between the supports, for every combination of a sweep."""
+    """See that a start that is given lies between the supports, for every combination of a sweep."""
     if not has_l(scene):
         return
     try:
@@ -129,13 +130,13 @@ def _start(scene: MotionScene | SweepScene) -> Iterator[Problem]:
     lower = max(exciter.lower for exciter in exciters)
     upper = min(exciter.upper for exciter in exciters)
     x0 = scene.start.x0
-    if lower <= x0 <= upper:
+    rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
+    if x0 is None or all(least <= x0 <= most for least, most in rooms):
         return
     allowed = f"a number from {lower!r} to {upper!r} (between the supports)"
     if lower > upper:
         allowed = "supports that share a place for one start, in every row (split the sweep)"
-    hint = "" if "x0" in scene.start.model_fields_set else "0 is the default"
-    yield Problem(("start", "x0"), repr(x0), allowed, hint)
+    yield Problem(("start", "x0"), repr(x0), allowed)
 
 
 def _swept(scene: SweepScene) -> Iterator[Problem]:

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.physics.effects import NAMES, effects_of, names_of
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import largest_start
 from vibropipe.study.accuracy import RacedMotion, raced_problems
 from vibropipe.study.base import BaseScene, Output, each_once
 from vibropipe.study.problems import Problem, did_you_mean
@@ -65,7 +66,9 @@ class EffectsScene(BaseScene):
         """Return the effects that one motion calls for."""
         timed, values = self.motions[motion], self.exciter_of(motion)
         span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
-        return names_of(effects_of(values, timed.start.x0, timed.start.v0, span))
+        return names_of(
+            effects_of(values, largest_start(values, timed.start.x0), timed.start.v0, span)
+        )
 
 
 def timed_problems(scene: EffectsScene) -> Iterator[Problem]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from vibropipe.physics.effects import NAMES, absent_supports, contradiction, effects_of, names_of
+from vibropipe.physics.start import largest_start
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import BaseScene
 from vibropipe.study.effect_costs import EffectsScene
@@ -32,7 +33,7 @@ def scene_effects(scene: BaseScene) -> tuple[str, ...]:
 def grounds(scene: MotionScene | SweepScene) -> tuple[tuple[Any, ...], dict[str, Any]]:
     """Return what effects follow from, as arguments of `physics.effects.effects_of`."""
     values: dict[str, Any] = {**scene.resolved_exciter(), **scene.over_arrays()}
-    start = (scene.start.x0, scene.start.v0)
+    start = (largest_start(values, scene.start.x0), scene.start.v0)
     if isinstance(scene, SweepScene):
         return (values, *start, math.inf), {"followed": scene.follow is not None}
     # the steady state of a motion is found beyond its end

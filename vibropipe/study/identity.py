@@ -6,7 +6,10 @@ import hashlib
 import json
 from typing import Any
 
+from vibropipe.physics.start import largest_start
+from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import BaseScene
+from vibropipe.study.effect_costs import EffectsScene
 from vibropipe.study.grids import Keys
 from vibropipe.study.models import BackboneScene, Study, SweepScene
 
@@ -37,7 +40,24 @@ def data_keys(scene: BaseScene) -> dict[str, Any]:
         keys["over"] = list(keys["over"].items())  # their order is the order of the dimensions
     if isinstance(scene, BackboneScene) and not scene.over_amplitude:
         exciter = {}
+    if keys.get("start"):
+        keys["start"] = _resolved(keys["start"], _ends(scene))
+    if isinstance(scene, AccuracyScene | EffectsScene):
+        for name, motion in keys["motions"].items():
+            motion["start"] = _resolved(motion["start"], scene.exciter_of(name))
     return {"meaning": MEANING, "exciter": exciter, **keys}
+
+
+def _resolved(start: dict[str, Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return a start with its x0 written out, where one left out is the equilibrium in every row."""
+    is_equilibrium = start["x0"] is None and largest_start(values, None) == 0.0
+    return {**start, "x0": 0.0} if is_equilibrium else start
+
+
+def _ends(scene: BaseScene) -> dict[str, Any]:
+    """Return the parameters of a scene, the swept ones by the ends of their grids."""
+    ends = {name: [grid.low, grid.high] for name, grid in scene.grids().items()}
+    return {**scene.resolved_exciter(), **ends}
 
 
 def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:

@@ -51,7 +51,11 @@ class ExciterKeys(Keys):
 class Start(Keys):
     """Where a motion begins."""
 
-    x0: Number = Field(default=0.0, description="Displacement at the start, within the supports.")
+    x0: Annotated[float | None, Within()] = Field(
+        default=None,
+        description="Displacement at the start, within the supports; left out, the equilibrium or, where that lies "
+        "beyond, the support nearest to it.",
+    )
     v0: Number = Field(default=0.0, description="Velocity at the start.")
 
 

@@ -17,6 +17,7 @@ class Status(IntEnum):
     LOG_FULL = 6
     INACCURATE = 7
     SUPPORT_REACHED = 8
+    MAX_STEPS = 9
 
     @property
     def remedy(self) -> str:
@@ -44,7 +45,8 @@ _REMEDIES = {
         "Some flights were shorter than a step: raise steps_per_period or use the exact method."
     ),
     Status.LOG_FULL: (
-        "More impacts happened in one orbit than are kept: the orbit's outputs would be incomplete."
+        "More contacts happened in one orbit, or in one forcing period of a motion without one, than are kept: its "
+        "outputs would be incomplete, so it has none. Raise nu, or lower f or R."
     ),
     Status.INACCURATE: (
         "The motion amplifies rounding beyond the accuracy asked; the errors beside its quantities hold: shorten "
@@ -52,5 +54,8 @@ _REMEDIES = {
     ),
     Status.SUPPORT_REACHED: (
         "The motion reaches a support that `effects` leaves out, and was stopped there: add the support to them."
+    ),
+    Status.MAX_STEPS: (
+        "A forcing period of this row takes more than 1e8 steps, so it was not marched: raise nu, or lower h."
     ),
 }

@@ -19,7 +19,7 @@ from vibropipe.physics.contact import (
     to_displacement,
 )
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.linear import linear_amplitude, never_strikes
+from vibropipe.physics.linear import linear_amplitude, settles_without_impact
 from vibropipe.physics.saltation import product, saltation_matrix
 
 P = Parameters(1.0, 1.0, 0.2, 0.5, 0.01, 0.7, 0.6)
@@ -104,11 +104,11 @@ def test_the_linear_motion_solves_equation_5() -> None:
 
 def test_the_certificate_is_given_only_where_it_holds() -> None:
     quiet = P._replace(f=0.04)
-    assert never_strikes(quiet, 0.0, 0.0)
-    assert not never_strikes(P, 0.0, 0.0)
-    assert not never_strikes(quiet._replace(h=0.0), 0.0, 0.0)
-    assert not never_strikes(quiet, 0.0, 0.6)
-    assert not never_strikes(quiet._replace(delta=0.6), 0.2, 0.0)
+    assert settles_without_impact(quiet, 0.0, 0.0)
+    assert not settles_without_impact(P, 0.0, 0.0)
+    assert not settles_without_impact(quiet._replace(h=0.0), 0.0, 0.0)
+    assert not settles_without_impact(quiet, 0.0, 0.6)
+    assert not settles_without_impact(quiet._replace(delta=0.6), 0.2, 0.0)
 
 
 FREE = Parameters(1.0, 0.0, 0.0, 0.5, 0.01, 1.0, 1.0)

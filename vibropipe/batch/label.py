@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.batch.rows import PHASES
+from vibropipe.batch.unsolved import is_solved
 from vibropipe.kernels.outputs import Rows
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ def label_rows(rows: Rows, parameters: np.ndarray) -> Variables:
     (rows, 7)."""
     # A motion without an orbit is measured at multiples of the forcing frequency.
     base = np.where(rows.period_multiple > 0, rows.frequency, parameters[:, 0])
+    # Of a row that is not solved the section is what it began with.
+    section = np.where(is_solved(rows.status)[:, None], rows.section, np.nan)
     variables: Variables = {
         "regime": (("row",), rows.regime),
         "status": (("row",), rows.status),
@@ -30,8 +33,8 @@ def label_rows(rows: Rows, parameters: np.ndarray) -> Variables:
         "base_frequency": (("row",), base),
         "residual": (("row",), rows.residual),
         "periods_to_settle": (("row",), rows.settled_after),
-        "displacement_strobe": (("row",), rows.section[:, 0]),
-        "velocity_strobe": (("row",), rows.section[:, 1]),
+        "displacement_strobe": (("row",), section[:, 0]),
+        "velocity_strobe": (("row",), section[:, 1]),
         "window_periods": (("row",), rows.window),
     }
     if rows.amplitudes.size > 0:

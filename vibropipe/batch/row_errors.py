@@ -4,8 +4,8 @@ A row is solved again from numbers nudged by one unit in the last place, so that
 of Newton's method and the conditioning of the orbit show together: SAFETY times the largest difference
 of its quantities is the error, each absolute or relative to the size of its kind in that row, whichever
 is more. Harmonics are compared as complex amplitudes: the error of a phase is that over the amplitude.
-A row that becomes another motion when nudged has the error inf. Means over a chaotic motion differ as
-much as their window lets them.
+A row that becomes another motion when nudged, or is not solved, has the error inf. Means over a chaotic
+motion differ as much as their window lets them.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from vibropipe.batch.errors import SIGNS, ULP
 from vibropipe.batch.label import Variables
+from vibropipe.batch.unsolved import is_solved
 from vibropipe.physics.exciter import Parameters
 from vibropipe.status import Status
 
@@ -51,6 +52,7 @@ def row_errors(parameters: np.ndarray, variables: Variables, again: Variables) -
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(apart > 0, apart / scale, 0.0)
         error = np.maximum(error, share)
+    same &= is_solved(variables["status"][1]) & is_solved(again["status"][1])
     return np.where(same, SAFETY * error + floor, np.inf)
 
 

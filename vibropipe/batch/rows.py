@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from vibropipe.batch.unsolved import mask_unsolved
 from vibropipe.compiler import jit_nogil
 from vibropipe.kernels.outputs import Rows
 from vibropipe.kernels.record import new_log
@@ -21,8 +22,8 @@ from vibropipe.kernels.row import row_parameters, sample_row, solve_in_order
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
-
 from vibropipe.physics.start import row_starts
+
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 # Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
@@ -178,7 +179,7 @@ def solve_rows(
             # Rows in closed form were never marched and have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
             _sample(effects, values, out.section, marched, out.motion)
-        return _compact(out)
+        return mask_unsolved(_compact(out))
 
     def solve_chains(ends: Sequence[int]) -> list[list[Rows]]:
         solved: list[list[Rows]] = []

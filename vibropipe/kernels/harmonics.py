@@ -12,6 +12,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.quotient import divide
 
 # Below this modulus of 1 - w^2 + i h w the closed form loses more than three digits: quadrature takes over.
 RESONANT = 1e-3
@@ -70,8 +71,8 @@ def add_contacts(p, log, resting, rest_start, m, until, out) -> None:
 
 
 @jit
-def admittance(p, k, m):
-    """1 - w^2 + i h w at w = k nu / m."""
+def dynamic_stiffness(p, k, m):
+    """1 - w^2 + i h w at w = k nu / m: the force over the displacement that it causes."""
     w = k * p.nu / m
     return complex((1.0 - w) * (1.0 + w), p.h * w)
 
@@ -84,12 +85,12 @@ def close(p, m, length, out) -> bool:
     """
     good = True
     for k in range(out.size):
-        force = out[k] / length
+        force = divide(out[k], complex(length, 0.0))
         if k == m:
             force += complex(0.0, -0.5 * p.f)
-        d = admittance(p, k, m)
+        d = dynamic_stiffness(p, k, m)
         if abs(d) < RESONANT:
             good = False
         else:
-            out[k] = force / d
+            out[k] = divide(force, d)
     return good

@@ -133,6 +133,9 @@ def multipliers(j11, j12, j21, j22):
         return complex(half, root), complex(half, -root)
     large = half + math.copysign(math.sqrt(square), half)
     small = determinant / large if large != 0.0 else 0.0
+    if abs(small) > abs(large):
+        # Both are none but for rounding, as where R = 0, and so is the determinant.
+        small = math.copysign(large, small)
     return complex(large, 0.0), complex(small, 0.0)
 
 

@@ -108,16 +108,18 @@ def write_energy(e, p, settled, log, c, energy, row) -> None:
 
 
 @jit
-def write_impacts(log, count, position, velocity, support, row) -> None:
-    """The impacts of an orbit, as many as there is room for."""
+def write_impacts(log, m, count, position, velocity, support, row) -> None:
+    """The impacts of an orbit of m periods, in order and at positions in [0, m)."""
     if count.size > 0:
         n = 0
-        for i in range(min(log.counts[IMPACTS], log.position.size)):
-            if log.support[i] > 0 and n < position.shape[0]:
-                position[n, row] = log.position[i]
-                velocity[n, row] = log.velocity[i]
-                support[n, row] = log.support[i]
-                n += 1
+        for at_end in range(1, -1, -1):
+            for i in range(min(log.counts[IMPACTS], log.position.size)):
+                # An impact at the end of the orbit is the one at its beginning.
+                if log.support[i] > 0 and (log.position[i] >= m) == (at_end == 1):
+                    position[n, row] = log.position[i] - at_end * m
+                    velocity[n, row] = log.velocity[i]
+                    support[n, row] = log.support[i]
+                    n += 1
         count[row] = n
 
 

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.kernels.harmonics import ONE, RESONANT, admittance, turn_factor
+from vibropipe.kernels.harmonics import ONE, RESONANT, dynamic_stiffness, turn_factor
 from vibropipe.kernels.record import IMPACTS, RESTS
 from vibropipe.kernels.state import REST
 from vibropipe.physics.contact import force_at
 from vibropipe.physics.flow import ORDER, REACH, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.quotient import divide
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
@@ -133,5 +134,5 @@ def mend_resonance(e, p, x, v, end, log, m, out, energy, c) -> None:
     direct = np.zeros(out.size, np.complex128)
     along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
     for k in range(out.size):
-        if abs(admittance(p, k, m)) < RESONANT:
-            out[k] = direct[k] / m
+        if abs(dynamic_stiffness(p, k, m)) < RESONANT:
+            out[k] = divide(direct[k], complex(m, 0.0))

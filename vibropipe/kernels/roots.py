@@ -186,6 +186,18 @@ def _lengths(c, p, offset, load, theta):
 
 
 @jit
+def _whole_power(base, exponent):
+    """base ** exponent for a whole exponent >= 0; numba's own can raise."""
+    power = 1.0
+    while exponent > 0:
+        if exponent & 1:
+            power *= base
+        exponent >>= 1
+        base *= base
+    return power
+
+
+@jit
 def first_root(c, p, sign, offset, load, span, counts):
     """(theta, kind) of the first closing of the gap on (0, span]: NONE, CROSSING, GRAZING (touched with zero
     velocity, within rounding) or BOUND (MAX_STRIDES reached). Adds the evaluations made to counts[6]."""
@@ -218,7 +230,7 @@ def first_root(c, p, sign, offset, load, span, counts):
         if curvature > 0.0:
             least = theta - slope / curvature
             depth = value - 0.5 * slope * slope / curvature
-            if depth * max(least, 0.0) ** p >= -DEEPEST_TOUCH * scale:
+            if depth * _whole_power(max(least, 0.0), p) >= -DEEPEST_TOUCH * scale:
                 if least > span:
                     return span, NONE
                 if least >= theta or p == 0:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.kernels.closed import solve_free, solve_linear
 from vibropipe.kernels.grid import exact_grid
-from vibropipe.kernels.march import march
-from vibropipe.kernels.orbit import LOG_FULL, clear, section
+from vibropipe.kernels.march import OK, march
+from vibropipe.kernels.orbit import clear, section
 from vibropipe.kernels.outputs import (
     count_contacts,
     regime_of,
@@ -22,12 +24,16 @@ from vibropipe.kernels.steady import DRIFTING, PERIODIC, UNBOUNDED, settle_motio
 from vibropipe.kernels.window import clear_window, new_window
 from vibropipe.physics.conservative import is_free
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.linear import never_strikes
+from vibropipe.physics.flow import REACH, fastest_rate
+from vibropipe.physics.forcing import TWO_PI
+from vibropipe.physics.linear import settles_without_impact
 from vibropipe.regimes import Regime
 from vibropipe.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
+# Steps of a forcing period beyond which a row is not marched: half a second, and some minutes for the row.
+MOST_STEPS, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
 
 
 @jit
@@ -40,7 +46,14 @@ def label_of(kind):
 
 @jit_allocating
 def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
-    """A row that has to be marched; returns the (x, v) at its section."""
+    """A row that has to be marched; returns the (x, v) at its section.
+
+    Where it is not solved its regime is unresolved, its status says why, and (x, v) are those it began with.
+    """
+    out.section[row, 0], out.section[row, 1] = x, v
+    if not TWO_PI / p.nu * fastest_rate(p.nu, p.h) / REACH < MOST_STEPS:
+        out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
+        return x, v
     grid = exact_grid(e, p)
     state = begin(e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
@@ -49,6 +62,11 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     status, largest = settled.status, window.largest
     if status != MAX_PERIODS:
         clear_window(window)
+    out.status[row] = status
+    out.settled_after[row] = settled.settled_after
+    if status != OK and status != MAX_PERIODS:
+        out.regime[row] = UNRESOLVED
+        return x, v
     if settled.kind == PERIODIC:
         count_contacts(log, settled.end, impacts, rests, largest)
         out.regime[row] = regime_of(impacts, rests)
@@ -57,17 +75,17 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
         write_harmonics(e, p, settled, log, c, out.amplitudes, row)
         write_energy(e, p, settled, log, c, out.energy, row)
         write_impacts(
-            log, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support, row
+            log,
+            settled.m,
+            out.impact_count,
+            out.impact_position,
+            out.impact_velocity,
+            out.impact_support,
+            row,
         )
-        if status == LOG_FULL:
-            out.regime[row] = UNRESOLVED
-    elif status == MAX_PERIODS:
+    else:
         out.regime[row] = label_of(settled.kind)
         out.window[row] = int(window.begun[2])
-    else:
-        out.regime[row] = UNRESOLVED
-    out.status[row] = status
-    out.settled_after[row] = settled.settled_after
     out.residual[row] = settled.residual
     write_multipliers(settled.first, settled.second, out.multipliers, row)
     write_largest(largest, impacts, out.largest, row)
@@ -102,7 +120,7 @@ def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
         if row % chain_length == 0:
             x, v = starts[row, 0], starts[row, 1]
         x = min(max(x, p.delta - p.l), p.l + p.delta)
-        if never_strikes(p, x, v):
+        if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
         elif e.watched is None and is_free(p, x, v):
             x, v = solve_free(p, x, v, out, row)
@@ -133,10 +151,12 @@ def solve_in_order(e, parameters, starts, chain_length, max_periods, patience, l
 @jit_allocating
 def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     """Samples of a closed orbit of multiple m from its section (x, v), at equal fractions of it, into
-    motion[row] (2, samples)."""
+    motion[row] (2, samples); nan where that march comes to no end."""
     grid = exact_grid(e, p)
     samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
     clear(log)
     log.counts[SAMPLES] = 0
     state = begin(e, p, grid, 0.0, x, v)
-    march(e, p, grid, state, m, 0, 0.0, log, samples, c, 10_000_000)
+    _end, status = march(e, p, grid, state, m, 0, 0.0, log, samples, c, 10_000_000)
+    if status != OK:
+        motion[row] = math.nan

@@ -54,6 +54,9 @@ FOLLOWED, CHAOTIC = 50, 6.0
 PATIENT_TRIES = 4
 # Where the section nearly repeats about a stable orbit, no multiplier is beyond this.
 UNSTABLE = 2.0
+# Forcing periods of more contacts than are kept, after which a row is left: no orbit of such periods can be told, and
+# each of them takes as long as 100 others. A transient of so many impacts is over by then.
+MAX_CROWDED = 32
 # Growth of the section's amplitude from the second to the last quarter that counts as unbounded, where that
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
 GROWTH, LASTING = 1.5, 0.9
@@ -90,10 +93,11 @@ def size_of(p, state, log):
 
 
 @jit
-def close_orbit(e, p, grid, state, m, within, log, c):
+def close_orbit(e, p, grid, state, m, within, closed, log, c):
     """Newton on the return map over m periods; (found, Settled) with `found` False if it is not an orbit
     that the motion at `state` settles on. The map must bring the state back to within the share `within` of
-    the motion's size at once: Newton's method only finishes what nearly repeats."""
+    the motion's size at once: Newton's method only finishes what nearly repeats. It is closed where it brings
+    it back to within the share `closed`, or can do no better."""
     z = at_period_zero(state)
     start = z
     first_change, residual, best = math.inf, math.inf, math.inf
@@ -113,7 +117,7 @@ def close_orbit(e, p, grid, state, m, within, log, c):
                 break
         j11, j12, j21, j22 = derivative(e, p, log, z, end, m)
         same = (z.order == REST) == (end.order == REST)
-        if same and (residual <= CLOSED or (residual >= best and residual <= 1e3 * CLOSED)):
+        if same and (residual <= closed or (residual >= best and residual <= 1e3 * CLOSED)):
             first, second = multipliers(j11, j12, j21, j22)
             radius = abs(first)
             away = difference(p, z, start)
@@ -139,16 +143,21 @@ def close_orbit(e, p, grid, state, m, within, log, c):
 
 @jit
 def with_least_multiple(e, p, grid, orbit, log, c):
-    """The same orbit closed over its least multiple: a motion that spirals in can nearly repeat after m
-    periods before it does after one. The log is left with the contacts of the orbit returned."""
+    """(found, Settled): the same orbit closed over its least multiple, since a motion that spirals in can nearly
+    repeat after m periods before it does after one. The log is left with the contacts of the orbit returned."""
     for m in range(1, orbit.m // 2 + 1):
         if orbit.m % m == 0:
-            found, least = close_orbit(e, p, grid, orbit.state, m, SAME, log, c)
+            found, least = close_orbit(e, p, grid, orbit.state, m, SAME, CLOSED, log, c)
             if found:
-                return least
-    if orbit.m > 1:
-        return close_orbit(e, p, grid, orbit.state, orbit.m, SAME, log, c)[1]
-    return orbit
+                return True, least
+    if orbit.m == 1:
+        return True, orbit
+    found, again = close_orbit(e, p, grid, orbit.state, orbit.m, SAME, CLOSED, log, c)
+    if found:
+        return True, again
+    # An orbit closed as far as rounding lets it, not to CLOSED: Newton's method may lose it again within that
+    # rounding. It stands as it was found; one march more, of the same bits, brings its log back.
+    return close_orbit(e, p, grid, orbit.state, orbit.m, SAME, orbit.residual, log, c)
 
 
 @jit
@@ -187,9 +196,11 @@ def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
         if m > SURE_MULTIPLE and not _apart(xs, vs, k - m, m) <= BEFORE * NEARLY * size:
             continue
         tried += m
-        found, orbit = close_orbit(e, p, grid, state, m, math.inf, log, c)
+        found, orbit = close_orbit(e, p, grid, state, m, math.inf, CLOSED, log, c)
         if found:
-            return tried, True, with_least_multiple(e, p, grid, orbit, log, c)
+            found, orbit = with_least_multiple(e, p, grid, orbit, log, c)
+            if found:
+                return tried, True, orbit
     return tried, False, orbit
 
 
@@ -227,10 +238,10 @@ def kind_of(p, log, xs, vs, k):
 
 
 @jit_inline
-def follow_growth(e, p, log, start, end, a, b):
+def follow_growth(e, p, log, is_whole, start, end, a, b):
     """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
     size before. -inf where it is forgotten in a rest, or where the log is not whole."""
-    if log.counts[IMPACTS] + 1 >= log.position.size:
+    if not is_whole:
         return a, b, -math.inf
     j11, j12, j21, j22 = derivative(e, p, log, start, end, ONE)
     a, b = j11 * a + j12 * b, j21 * a + j22 * b
@@ -253,7 +264,7 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
     state = at_period_zero(state)
     xs[ZERO], vs[ZERO] = section(p, state)
     largest = abs(xs[ZERO]) + abs(vs[ZERO])
-    spent = 0
+    spent, crowded, is_whole = 0, 0, True
     a, b, growth = 1.0, 0.0, 0.0
     kind, ending = APERIODIC, min(patience, max_periods)
     shown_after = max(0, ending - WINDOW)
@@ -261,16 +272,20 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
         clear(log)
         start = at_period_zero(state)
         state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
-        if status != OK and status != LOG_FULL:
+        crowded += status == LOG_FULL
+        if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
             return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
         xs[ZERO + k], vs[ZERO + k] = section(p, state)
         largest = max(largest, size_of(p, state, log))
         if window is not None and k > shown_after:
             if k == shown_after + 1:
                 open_window(p, window, start)
+                is_whole = True
+            # A log that was emptied on the way has only the last contacts of the period.
+            is_whole = is_whole and status == OK
             add_period(e, p, window, start, state, log, c)
         if k > patience - FOLLOWED and k <= patience:
-            a, b, grown = follow_growth(e, p, log, start, state, a, b)
+            a, b, grown = follow_growth(e, p, log, status == OK, start, state, a, b)
             growth += grown
         if k > PATIENT_TRIES * spent and _may_repeat(xs, vs, k, largest):
             tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
@@ -287,6 +302,5 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
             ending, shown_after = max_periods, max(k, max_periods - WINDOW)
     if window is not None:
         close_window(p, window, state)
-    return Settled(
-        kind, MAX_PERIODS_STATUS, 0, at_period_zero(state), state, math.inf, k, none, none
-    )
+    status = MAX_PERIODS_STATUS if is_whole else LOG_FULL
+    return Settled(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)

@@ -7,14 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.kernels.harmonics import ONE, RESONANT, add_contacts, admittance, close
+from vibropipe.kernels.harmonics import ONE, RESONANT, add_contacts, close, dynamic_stiffness
 from vibropipe.kernels.orbit import section
 from vibropipe.kernels.outputs import count_contacts
 from vibropipe.kernels.quadrature import along
 from vibropipe.kernels.state import REST
 from vibropipe.physics.forcing import TWO_PI
+from vibropipe.physics.limits import PATIENCE
+from vibropipe.physics.quotient import divide
 
-WINDOW = 256
+WINDOW = PATIENCE[0]
 
 
 class Window(NamedTuple):
@@ -39,7 +41,7 @@ def _is_resonant(p, amplitudes) -> bool:
         return False
     nearest = 1.0
     for k in range(amplitudes.shape[1]):
-        nearest = min(nearest, abs(admittance(p, k, ONE)))
+        nearest = min(nearest, abs(dynamic_stiffness(p, k, ONE)))
     return nearest < RESONANT
 
 
@@ -102,8 +104,9 @@ def close_window(p, window, end) -> None:
         dx, dv = x - window.begun[0], v - window.begun[1]
         for k in range(amplitudes.size):
             # The ends of the window do not meet: the boundary terms of the partial integration stay.
-            amplitudes[k] -= (dv + complex(p.h, k * p.nu) * dx) * p.nu / TWO_PI
+            boundary = (dv + complex(p.h, k * p.nu) * dx) * p.nu
+            amplitudes[k] -= divide(boundary, complex(TWO_PI, 0.0))
         close(p, ONE, periods, amplitudes)
         for k in range(amplitudes.size):
-            if abs(admittance(p, k, ONE)) < RESONANT:
-                amplitudes[k] = window.direct[k] / periods
+            if abs(dynamic_stiffness(p, k, ONE)) < RESONANT:
+                amplitudes[k] = divide(window.direct[k], complex(periods, 0.0))

@@ -6,9 +6,12 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.quotient import divide
 
 # Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.
 LEAST_SQUARE, MOST_SQUARE = 1e-280, 1e280
+# Turns that `sincos_turns` takes.
+MOST_TURNS = 2.0**30
 
 
 @jit
@@ -33,7 +36,7 @@ def linear_amplitude(p) -> complex:
         return complex(share * d.imag, share * d.real)
     if d == 0.0:
         return complex(math.inf, 0.0)
-    return complex(0.0, -0.5 * p.f) / d
+    return divide(complex(0.0, -0.5 * p.f), d)
 
 
 @jit
@@ -71,7 +74,10 @@ def linear_multipliers(p):
     b, period = 0.5 * p.h, TWO_PI / p.nu
     square = (1.0 - b) * (1.0 + b)
     if square > 0.0:
-        s, c = sincos_turns(math.sqrt(square) / p.nu)
+        turns = math.sqrt(square) / p.nu
+        if not turns < MOST_TURNS:
+            turns = turns % 1.0
+        s, c = sincos_turns(turns)
         decay = math.exp(-b * period)
         return complex(decay * c, decay * s), complex(decay * c, -decay * s)
     root = math.sqrt(-square)
@@ -81,6 +87,6 @@ def linear_multipliers(p):
 
 
 @jit
-def never_strikes(p, x, v) -> bool:
-    """Whether the motion from (x, v) at tau = 0 surely reaches no support and settles: h > 0."""
+def settles_without_impact(p, x, v) -> bool:
+    """Whether the motion from (x, v) at tau = 0 surely settles and reaches no support; False wherever h = 0."""
     return p.h > 0.0 and keeps_off(p, x, v, 0.0)

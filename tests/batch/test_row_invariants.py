@@ -1,0 +1,42 @@
+"""Labels and numbers of every row agree: over many random rows, corners favoured (`random_rows`, `row_checks`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_rows import draw_rows, solve_drawn
+from row_checks import broken_rows
+
+from vibropipe.physics.exciter import Parameters
+
+PIECE = 20_000
+
+
+def check(seed: int) -> None:
+    parameters = draw_rows(seed, PIECE)
+    broken = broken_rows(solve_drawn(parameters))
+    examples = {
+        name: [Parameters(*parameters[row].tolist()) for row in rows[:3]]
+        for name, rows in broken.items()
+    }
+    assert not broken, f"seed {seed}: {examples}"
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_labels_and_numbers_of_rows_agree(seed: int) -> None:
+    check(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5, 505))
+def test_labels_and_numbers_of_ten_million_rows_agree(seed: int) -> None:
+    check(seed)
+
+
+def test_corners_are_among_the_rows() -> None:
+    nu, f, h, half, delta, one, two = draw_rows(0, PIECE).T
+    for corner in (
+        h == 0, one == 0, one == 1, two == 0, two == 1, delta == half, delta == -half, f == 0,
+        np.abs(delta) > half, nu > 1000, nu < 0.05,
+    ):  # fmt: skip
+        assert corner.sum() > PIECE / 200

@@ -1,0 +1,69 @@
+"""Rows of parameters drawn from the whole space, corners favoured, and solved side by side."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.batch.label import coordinates, label_rows
+from vibropipe.batch.rows import OUTPUTS, solve_rows
+from vibropipe.batch.sweep import MAX_PERIODS
+from vibropipe.kernels.window import WINDOW
+from vibropipe.physics.exciter import Parameters
+
+HARMONICS = 3
+
+
+def draw_rows(seed: int, rows: int) -> np.ndarray:
+    """Parameters (rows, 7) in the order of `Parameters`.
+
+    A forcing period at the lowest nu takes 100 times the steps of one at nu = 1: those are a few.
+    """
+    rng = np.random.default_rng(seed)
+
+    def choice(values: list[Any], weights: list[float]) -> np.ndarray:
+        """Of each row one of `values`: a number, or numbers (rows,)."""
+        columns = np.stack([np.broadcast_to(value, rows) for value in values])
+        return columns[rng.choice(len(values), rows, p=weights), np.arange(rows)]
+
+    def log(low: float, high: float) -> np.ndarray:
+        return 10 ** rng.uniform(low, high, rows)
+
+    def restitution() -> np.ndarray:
+        return choice([0.0, 1.0, rng.uniform(0, 1, rows), 1 - log(-12, -1)], [0.2, 0.25, 0.5, 0.05])
+
+    half = choice([0.5, log(-3, 3)], [0.7, 0.3])
+    offsets = [0.0, half, -half, half * rng.uniform(-1, 1, rows), half * rng.uniform(-2, 2, rows)]
+    nu = [1.0, 2.0, rng.uniform(0.2, 4, rows), log(-1, 1), log(1, 4), log(-2, -1)]
+    sign = rng.choice([-1.0, 1.0], rows)
+    return np.stack(
+        [
+            choice(nu, [0.03, 0.02, 0.75, 0.1, 0.09, 0.01]),
+            choice([0.0, sign * rng.uniform(0, 3, rows), sign * log(-6, 3)], [0.1, 0.7, 0.2]),
+            choice([0.0, rng.uniform(0, 1, rows), log(-6, 2), 2.0], [0.2, 0.5, 0.28, 0.02]),
+            half,
+            choice(offsets, [0.25, 0.1, 0.1, 0.35, 0.2]),
+            restitution(),
+            restitution(),
+        ],
+        axis=1,
+    )
+
+
+def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0)) -> xr.Dataset:
+    """The steady states of such rows with all outputs, over `row`, their parameters as coordinates."""
+    ((_stop, (solved,)),) = solve_rows(
+        len(parameters),
+        lambda first, stop: [parameters[first:stop]],
+        start,
+        1,
+        MAX_PERIODS,
+        WINDOW,
+        HARMONICS,
+        OUTPUTS,
+    )
+    variables = label_rows(solved, parameters)
+    given = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
+    return xr.Dataset(variables, coordinates(variables, HARMONICS)).assign_coords(given)

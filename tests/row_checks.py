@@ -1,0 +1,179 @@
+"""What holds for every row of a steady-state dataset over `row`, whatever its parameters: one place for all of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.regimes import Regime
+from vibropipe.status import Status
+
+EPS = np.finfo(float).eps
+# Bound of the residual of an orbit's return map, relative to its size.
+MAX_RESIDUAL = 1e-9
+
+
+def broken_rows(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """Rows (their indices) that break an invariant, by what they break; empty where all hold.
+
+    rows: all outputs over `row`, with the parameters as coordinates (`random_rows.solve_drawn`).
+    """
+    broken = label_faults(rows) | impact_faults(rows) | number_faults(rows) | motion_faults(rows)
+    return {name: np.flatnonzero(at) for name, at in broken.items() if at.any()}
+
+
+def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """Regime, status, multiple and residual tell of the same motion."""
+    regime, status, m, residual = (
+        rows[name].values for name in ("regime", "status", "period_multiple", "residual")
+    )
+    orbit = m > 0
+    named = regime <= Regime.WITH_REST
+    impacts, rests = rows["impacts_per_orbit"].values, rows["rests_per_orbit"].values
+    struck, rested = impacts > 0, rests.sum(axis=1) > 0
+    expected = {
+        Regime.NO_IMPACT: ~struck.any(axis=1) & ~rested,
+        Regime.ONE_SIDED_1: struck[:, 0] & ~struck[:, 1] & ~rested,
+        Regime.ONE_SIDED_2: struck[:, 1] & ~struck[:, 0] & ~rested,
+        Regime.TWO_SIDED: struck.all(axis=1) & ~rested,
+        Regime.WITH_REST: rested,
+    }
+    contradicted = np.zeros(m.size, bool)
+    for code, so in expected.items():
+        contradicted |= (regime == code) & ~so
+    solved = orbit | (status == Status.MAX_PERIODS)
+    window = rows["window_periods"].values
+    return {
+        "an orbit is named so, and only an orbit": orbit != named,
+        "an orbit is ok, and nothing else is": orbit != (status == Status.OK),
+        "m is 0 or a number of periods": m < 0,
+        "an orbit has a small residual": orbit & ~(residual < MAX_RESIDUAL),
+        "the regime names the supports struck": contradicted,
+        "contacts of an orbit are whole numbers": orbit
+        & ((impacts != np.floor(impacts)) | (rests != np.floor(rests))).any(axis=1),
+        "an unsolved row is unresolved": ~solved & (regime != Regime.UNRESOLVED),
+        "an unsolved row has no contacts": ~solved & ((impacts != 0) | (rests != 0)).any(axis=1),
+        "a motion without an orbit has a window": (window > 0) != (status == Status.MAX_PERIODS),
+        "frequency is positive": ~(rows["base_frequency"].values > 0),
+        "the section of a solved row is finite": solved
+        != (
+            np.isfinite(rows["displacement_strobe"].values)
+            & np.isfinite(rows["velocity_strobe"].values)
+        ),
+    }
+
+
+def impact_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """The impacts that are listed are those of the orbit, in order and in its length."""
+    m, size = rows["period_multiple"].values, rows["row_size"].values
+    of = np.repeat(np.arange(m.size), size)
+    period, phase = rows["impact_period"].values, rows["impact_phase"].values
+    support, velocity = rows["impact_support"].values, rows["impact_velocity"].values
+
+    def any_of(bad: np.ndarray) -> np.ndarray:
+        return np.bincount(of[bad], minlength=m.size) > 0
+
+    counted = np.stack([np.bincount(of[support == s], minlength=m.size) for s in (1, 2)], axis=1)
+    at = period + phase
+    hardest = np.zeros((m.size, 2))
+    np.maximum.at(hardest, (of, support - 1), np.abs(velocity))
+    largest = rows["impact_velocity_max"].values
+    orbit = m > 0
+    return {
+        "all impacts of an orbit are listed": orbit
+        & (counted != rows["impacts_per_orbit"].values).any(axis=1),
+        "only an orbit has impacts listed": ~orbit & (size > 0),
+        "impacts lie within the orbit": any_of(
+            ~((period >= 0) & (period < m[of]) & (phase >= 0) & (phase < 1))
+        ),
+        "impacts are in order": np.bincount(
+            of[1:][(np.diff(at) < 0) & (np.diff(of) == 0)], minlength=m.size
+        )
+        > 0,
+        "an impact moves into its support": any_of(~(velocity * (3 - 2 * support) > 0)),
+        "impact velocities are finite": any_of(~np.isfinite(velocity)),
+        "the largest impact velocity is that of an impact": orbit
+        & ((counted > 0) & (hardest != largest)).any(axis=1),
+        "a support that is not struck has no velocity": orbit
+        & ((counted == 0) & ~np.isnan(largest)).any(axis=1),
+    }
+
+
+def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """Harmonics, multipliers and energies are finite and within their bounds; of an unsolved row they are none."""
+    orbit = rows["period_multiple"].values > 0
+    solved = orbit | (rows["status"].values == Status.MAX_PERIODS)
+    upper, lower, near = supports_of(rows)
+    harmonics = np.concatenate(
+        [
+            np.reshape(rows[f"{of}_{what}"].values, (orbit.size, -1))
+            for of in ("displacement", "velocity")
+            for what in ("mean", "amplitude", "phase")
+        ],
+        axis=1,
+    )
+    mean, amplitude = (rows[f"displacement_{of}"].values for of in ("mean", "amplitude"))
+    radius = np.abs(rows["floquet_multiplier"].values)
+    energy = np.column_stack(
+        [rows["energy_input"], rows["energy_damping"], rows["energy_impact"].values]
+    )
+    gap = np.abs(rows["energy_residual"].values)
+    with np.errstate(invalid="ignore"):
+        share = np.abs(energy).sum(axis=1)
+        scale = (
+            share
+            + near**2
+            + np.nanmax(
+                np.column_stack([np.zeros(orbit.size), rows["impact_velocity_max"].values]), axis=1
+            )
+            ** 2
+        )
+        return {
+            "harmonics are finite": solved & ~np.isfinite(harmonics).all(axis=1),
+            "harmonics of an unsolved row are none": ~solved & ~np.isnan(harmonics).all(axis=1),
+            "the mean lies between the supports": solved
+            & ~((mean >= lower - 1e-9 * near) & (mean <= upper + 1e-9 * near)),
+            "an amplitude is within the supports": orbit
+            & (amplitude > (2 / np.pi) * (upper - lower)[:, None] + 1e-9 * near[:, None]).any(
+                axis=1
+            ),
+            "multipliers are finite": orbit & ~np.isfinite(radius).all(axis=1),
+            "multipliers are in order": orbit & (radius[:, 0] < radius[:, 1] * (1 - 1e-12)),
+            "no volume grows": orbit & (radius.prod(axis=1) > 1 + 1e-6),
+            "stable is what its multipliers say": rows["stable"].values
+            != (np.nan_to_num(radius.max(axis=1), nan=np.inf) < 1),
+            "energies are finite": orbit & ~np.isfinite(energy).all(axis=1),
+            "energy of a row without an orbit is none": ~orbit & ~np.isnan(energy).all(axis=1),
+            "losses are losses": orbit & (energy[:, 1:] < -1e-12 * scale[:, None]).any(axis=1),
+            "energy is balanced": orbit & ~(gap <= 1e-7 * scale),
+        }
+
+
+def motion_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """The samples of an orbit begin at its section and stay between the supports."""
+    orbit = rows["period_multiple"].values > 0
+    upper, lower, near = supports_of(rows)
+    x, v = rows["displacement"].values, rows["velocity"].values
+    # A graze as deep as this is no impact (`kernels.roots.DEEPEST_TOUCH`, of all lengths the gap is made of).
+    rounding = 2.0**-46 * near
+    sampled = np.isfinite(x).all(axis=1) & np.isfinite(v).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        return {
+            "samples are finite": orbit & ~sampled,
+            "samples of a row without an orbit are none": ~orbit
+            & ~(np.isnan(x).all(axis=1) & np.isnan(v).all(axis=1)),
+            "samples lie between the supports": orbit
+            & ~((x.min(axis=1) >= lower - rounding) & (x.max(axis=1) <= upper + rounding)),
+            "samples begin at the section": orbit
+            & (np.abs(x[:, 0] - rows["displacement_strobe"].values) > 1e-12 * near),
+            "the section lies between the supports": (
+                (rows["displacement_strobe"].values < lower - rounding)
+                | (rows["displacement_strobe"].values > upper + rounding)
+            ),
+        }
+
+
+def supports_of(rows: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places of support 1 and 2, and the larger of the lengths that they are made of."""
+    half, delta = rows["l"].values, rows["delta"].values
+    return half + delta, delta - half, np.maximum(half, np.abs(delta))

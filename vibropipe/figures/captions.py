@@ -20,10 +20,13 @@ from vibropipe.figures.words import (
     PLAIN_SYMBOLS,
     REGIME_WORDS,
     SAMPLES_NOT_ASKED,
+    UNRESOLVED_WORDS,
     number,
     plain_parameters,
     regime_name,
 )
+from vibropipe.regimes import Regime
+from vibropipe.status import Status
 from vibropipe.wording import count, series
 
 FEW_VALUES = 8
@@ -208,6 +211,7 @@ def describe_sweep(dataset: xr.Dataset, options: Options) -> str:
         "" if panels_of(dataset) else CURVES_NOT_ASKED,
         peak_words(dataset) or hardest_words(dataset),
         odd_words(dataset),
+        unresolved_words(dataset),
         beside,
     )
 
@@ -254,6 +258,20 @@ def odd_words(dataset: xr.Dataset) -> str:
     return f"Of {count(total, 'row')} {text}; the bars show the regime of each" if text else ""
 
 
+def unresolved_words(dataset: xr.Dataset) -> str:
+    """Count the rows without a result that can be relied on, by what went wrong; nothing if there are none."""
+    unresolved = dataset["regime"].values == Regime.UNRESOLVED
+    if not unresolved.any() or "status" not in dataset:
+        return ""
+    codes, amounts = np.unique(dataset["status"].values[unresolved], return_counts=True)
+    why = series(
+        f"{UNRESOLVED_WORDS.get(Status(code), Status(code).name.lower())} ({amount})"
+        for code, amount in zip(codes.tolist(), amounts.tolist(), strict=True)
+    )
+    total = count(dataset["regime"].size, "row")
+    return f"Unresolved: {int(unresolved.sum())} of {total}: {why}"
+
+
 def describe_map(dataset: xr.Dataset, options: Options) -> str:
     """Say what the cells are, what share each regime takes, and where impacts are hardest."""
     dims = swept(dataset)
@@ -265,6 +283,7 @@ def describe_map(dataset: xr.Dataset, options: Options) -> str:
         f"Dots: orbits of m > 1 forcing periods ({count(multiple, 'cell')})" if multiple else "",
         "Below: the hardest impact of the orbit on each support" if hardest_words(dataset) else "",
         hardest_words(dataset),
+        unresolved_words(dataset),
     )
 
 

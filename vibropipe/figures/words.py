@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 import xarray as xr
 
+from vibropipe.status import Status
 from vibropipe.vocabulary import PARAMETERS, REGIMES, quantity
 
 REGIME_WORDS = {
@@ -31,6 +32,16 @@ REGIME_SHORT = {
     "aperiodic": "aperiodic",
     "unbounded": "unbounded",
     "unresolved": "unresolved",
+}
+# Why a row is unresolved, by status.
+UNRESOLVED_WORDS = {
+    Status.MAX_IMPACTS: "more impacts in a forcing period than are marched",
+    Status.MAX_PERIODS: "still growing at the end of the march",
+    Status.ROOT_BOUND: "an impact was not located",
+    Status.NOT_FINITE: "numbers out of range",
+    Status.LOG_FULL: "more contacts than are kept",
+    Status.SUPPORT_REACHED: "a support is reached that was left out",
+    Status.MAX_STEPS: "more steps in a forcing period than are marched",
 }
 PLAIN_SYMBOLS = {
     "nu": "ν",

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibropipe.figures import Scene, caption
 from vibropipe.figures import Study as Drawn
-from vibropipe.figures.captions import grid_words, hardest_words, peak_words
+from vibropipe.figures.captions import grid_words, hardest_words, peak_words, unresolved_words
 from vibropipe.figures.sweep import row_kinds
 from vibropipe.figures.words import (
     PLAIN_SYMBOLS,
@@ -185,6 +185,7 @@ def share(amount: int, total: int) -> str:
 
 
 def extremes(dataset: xr.Dataset) -> str:
-    """Say where a sweep strikes hardest and swings widest."""
-    said = [text for text in (hardest_words(dataset), peak_words(dataset)) if text]
+    """Say where a sweep strikes hardest and swings widest, and which rows are unresolved."""
+    words = (hardest_words(dataset), peak_words(dataset), unresolved_words(dataset))
+    said = [text for text in words if text]
     return f"{'. '.join(said)}." if said else ""

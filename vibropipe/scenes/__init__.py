@@ -15,10 +15,18 @@ from vibropipe.cutting import as_sweep, check_cut, row_range
 from vibropipe.effect_costs import motions_of, solve_effects
 from vibropipe.expectation import recall
 from vibropipe.progress import Progress
+from vibropipe.regimes import Regime
 from vibropipe.scenes.backbone import solve_backbone
 from vibropipe.scenes.motion import solve_motion
 from vibropipe.scenes.sweep import solve_sweep, store_sweep
-from vibropipe.store import join, provenance, read_sidecar, write, write_sidecar
+from vibropipe.store import (
+    count_equal,
+    join,
+    provenance,
+    read_sidecar,
+    write,
+    write_sidecar,
+)
 from vibropipe.study import (
     AccuracyScene,
     BackboneScene,
@@ -54,7 +62,8 @@ def solve_to_file(
     threads: int,
     progress: Progress | None = None,
 ) -> None:
-    """Solve a scene or a shard into the file `path`, and the time it took into its sidecar.
+    """Solve a scene or a shard into the file `path`; into its sidecar the time it took, and how many of its rows
+    are unresolved.
 
     `progress` is told how much is done, in units of the scene's kind (`UNITS`), and of how much.
     """
@@ -66,13 +75,18 @@ def solve_to_file(
     else:
         write(solve_scene(study, name, shard, progress), path)
     taken = time.perf_counter() - begin
-    made_of = identity(study, scene)
-    write_sidecar(path, taken, threads, **made_of, **expectation(study, name, shard, threads))
+    more = identity(study, scene) | expectation(study, name, shard, threads)
+    write_sidecar(path, taken, threads, unresolved=count_unresolved(path), **more)
 
 
-def identity(study: Study, scene: Scene) -> dict[str, str]:
+def identity(study: Study, scene: Scene) -> dict[str, Any]:
     """Return what the data of a scene are made of: hashes of what it says and of the code, for its sidecar."""
     return {"fingerprint": fingerprint(study, scene), "code": code_hash(scene.kind)}
+
+
+def count_unresolved(path: Path) -> int:
+    """Return how many rows of a dataset have no result that can be relied on, 0 where it has no rows."""
+    return count_equal(path, "regime", Regime.UNRESOLVED)
 
 
 def expectation(
@@ -114,8 +128,11 @@ def join_to_file(
     threads = max(int(record.get("threads", 1)) for record in taken)
     seconds += time.perf_counter() - begin
     expected = [float(record.get("expected_seconds", math.nan)) for record in taken]
-    more = {} if math.isnan(sum(expected)) else {"expected_seconds": sum(expected)}
-    write_sidecar(path, seconds, threads, shards=len(shards), **identity(study, scene), **more)
+    more: dict[str, Any] = {}
+    if not math.isnan(sum(expected)):
+        more["expected_seconds"] = sum(expected)
+    more |= identity(study, scene) | {"unresolved": count_unresolved(path)}
+    write_sidecar(path, seconds, threads, shards=len(shards), **more)
 
 
 def solve_scene(

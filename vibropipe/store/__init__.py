@@ -12,6 +12,7 @@ from vibropipe.store.atomic import (
     whole_file,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
+from vibropipe.store.counting import count_equal
 from vibropipe.store.files import (
     attributes_of,
     open_study,
@@ -33,6 +34,7 @@ __all__ = [
     "check_whole",
     "compare",
     "compare_rows",
+    "count_equal",
     "expected_changes",
     "join",
     "open_study",

@@ -1,0 +1,57 @@
+"""How many rows of a sweep are unresolved stands beside its file, and with the reasons in its caption and report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+import vibropipe as vp
+from vibropipe.figures.captions import describe_map, describe_sweep
+from vibropipe.figures.options import Options
+from vibropipe.report.data import extremes
+from vibropipe.scenes import join_to_file, solve_to_file
+from vibropipe.study import load_study
+
+STUDY = """
+title: Crowded
+exciter: {l: 1.0e-3, f: 10, h: 0.1}
+scenes:
+  rows: {kind: sweep, over: {nu: [0.01, 0.011, 1]}, outputs: [impacts], effects: &all
+      [damping, forcing, support_1, support_2, restitution, rest]}
+  map: {kind: sweep, over: {nu: [0.01, 0.011, 1], f: [9, 10]}, outputs: [impacts], effects: *all}
+  one: {kind: motion, tau_end: 1, outputs: [impacts], effects: *all}
+"""
+
+
+def test_unresolved_rows_are_counted_beside_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "crowded.yaml"
+    path.write_text(STUDY)
+    study = load_study(path)
+
+    def unresolved(name: str) -> Any:
+        return json.loads((tmp_path / f"{name}.json").read_text())["unresolved"]
+
+    for name, expected in (("rows", 2), ("map", 4), ("one", 0)):
+        solve_to_file(study, name, tmp_path / f"{name}.nc", None, 1)
+        assert unresolved(name) == expected
+    parts = [tmp_path / f"{part}.nc" for part in (1, 2)]
+    for number, part in enumerate(parts, 1):
+        solve_to_file(study, "map", part, (number, 2), 1)
+    join_to_file(study, "map", parts, tmp_path / "joined.nc")
+    assert unresolved("joined") == 4
+    assert unresolved("1") + unresolved("2") == 4
+
+
+def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
+    tree = yaml.safe_load(STUDY)["exciter"]
+    line = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0]})
+    grid = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0], "f": [9.0, 10.0]})
+    why = "more impacts in a forcing period than are marched"
+    assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line, Options())
+    assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid, Options())
+    # Also where the author wrote the caption.
+    assert f"Unresolved: 2 of 3 rows: {why} (2)" in extremes(line)
+    assert "Unresolved" not in describe_sweep(line.isel(nu=[2]), Options())

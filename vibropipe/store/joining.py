@@ -11,7 +11,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -89,7 +88,7 @@ def _write(
         created = create(file, variables, attrs)
         ragged = {name: created[name] for name in first.ragged}
         samples = InOrder(ragged) if made is None else Turned(ragged, *made)
-        rows = files.enter_context(closing(Rows(shards, partial(_check_grid, grid))))
+        rows = files.enter_context(closing(Rows(shards)))
         for block in grid.blocks(block_rows):
             values = rows.take(block.start, block.stop)
             for name in gridded:
@@ -185,18 +184,6 @@ def _coordinates(first: Shard, joined: Sequence[Stored]) -> dict[str, tuple[str,
     texts = [str(item.attrs.get("coordinates", "")) for item in first.variables.values()]
     named = set(" ".join([*texts, str(first.attrs.get("coordinates", ""))]).split())
     return {item.name: item.dims for item in joined if item.name in named}
-
-
-def _check_grid(grid: Grid, shard: Shard, start: int, values: Mapping[str, np.ndarray]) -> None:
-    """Raise unless the swept parameters of rows of a shard, from ``start`` on, are those of the grid."""
-    for name in grid.dims:
-        if name in values:
-            expected = grid.coordinate(name, start, start + len(values[name]))
-            if not np.array_equal(values[name], expected):
-                raise StoreError(
-                    f"{shard.path} was solved for other values of {name} than its rows "
-                    f"{shard.start} to {shard.stop - 1} have in the study: solve it again"
-                )
 
 
 def _common(shards: Sequence[Shard]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ themselves, and those that are the same in every shard.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -224,16 +224,10 @@ def _check_alike(first: Shard, other: Shard) -> None:
 
 
 class Rows:
-    """The rows of all shards, taken in order; in memory are those asked for.
+    """The rows of all shards, taken in order; in memory are those asked for."""
 
-    ``check(shard, start, values)`` is called with the values by name of the rows from ``start`` on.
-    """
-
-    def __init__(
-        self, shards: Iterable[Shard], check: Callable[[Shard, int, Values], None]
-    ) -> None:
+    def __init__(self, shards: Iterable[Shard]) -> None:
         self._left = iter(shards)
-        self._check = check
         self._shard: Shard | None = None
         self._bounds: Values = {}
         self._open = ExitStack()
@@ -253,7 +247,6 @@ class Rows:
             end = min(stop, shard.stop)
             with reading(shard.path):
                 values = self._read(shard, start, end)
-            self._check(shard, start, values)
             for name, part in values.items():
                 parts.setdefault(name, []).append(part)
             start = end

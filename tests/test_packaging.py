@@ -7,6 +7,7 @@ import sys
 import tomllib
 import zipfile
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -74,3 +75,26 @@ def test_the_version_stands_once():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert vp.__version__ == version("vibropipe") == project["version"]
     assert "__version__" in dir(vp)
+
+
+def test_locks_hold_every_dependency_within_its_bounds():
+    """Both locks pin what pyproject.toml asks for; the oldest one at the lower bound itself."""
+    from packaging.requirements import Requirement
+    from packaging.utils import canonicalize_name
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    asked = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
+    for lock in ("constraints.txt", "constraints-oldest.txt"):
+        lines = (ROOT / lock).read_text(encoding="utf-8").splitlines()
+        pins = [Requirement(line) for line in lines if not line.startswith("#")]
+        for wanted in map(Requirement, asked):
+            found = [
+                next(iter(pin.specifier)).version
+                for pin in pins
+                if canonicalize_name(pin.name) == canonicalize_name(wanted.name)
+            ]
+            assert found, f"{lock}: {wanted.name} is missing"
+            assert all(map(wanted.specifier.contains, found)), f"{lock}: {wanted}, {found}"
+            if lock == "constraints-oldest.txt":
+                lowest = next(s.version for s in wanted.specifier if s.operator == ">=")
+                assert all(v == lowest or v.startswith(f"{lowest}.") for v in found), wanted

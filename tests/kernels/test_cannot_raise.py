@@ -58,7 +58,7 @@ def compiled_functions() -> dict[str, Any]:
     return {
         f"{name}.{key}": value
         for name, module in list(sys.modules.items())
-        if name.startswith("vibropipe.")
+        if name.startswith("vibropipe.") and not name.startswith("vibropipe.bench.")
         for key, value in vars(module).items()
         if isinstance(value, Dispatcher) and value.py_func.__module__ == name and value.overloads
     }

@@ -6,6 +6,8 @@ import shutil
 import pytest
 
 DRAWN = {"figures", "report"}
+DRAWING = {"drawing the figures", "typesetting the report", "everything is made"}
+SCENES = ("free", "forced", "response")
 FREE = "free: {kind: motion, tau_end: 7"
 SECOND = """\
 title: Another study
@@ -67,51 +69,58 @@ def test_a_study_that_is_on_no_list(project):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "scenes"),
+    ("old", "new", "scene"),
     [
-        ("  response:\n", f"{THIRD}  response:\n", {"third"}),
-        (FREE, "free: {kind: motion, outputs: [impacts], tau_end: 7", {"free"}),
-        (f"{FREE}, exciter: {{f: 0}}", f"{FREE}, exciter: {{f: 0, h: 0}}", {"free"}),
-        ("tau_end: 20", "tau_end: 21", {"forced"}),
+        ("  response:\n", f"{THIRD}  response:\n", "third"),
+        (f"{FREE}, exciter: {{f: 0}}", f"{FREE}, exciter: {{f: 0, h: 0}}", "free"),
     ],
-    ids=["a scene", "outputs", "an effect gone", "a number"],
+    ids=["a scene", "an effect gone"],
 )
-def test_an_edit_of_a_scene(project, old, new, scenes):
+def test_an_edit_of_a_scene(project, old, new, scene):
     project.edit("config/tiny.yaml", old, new)
-    assert made(project) == of_tiny(*scenes)
+    assert made(project) == of_tiny(scene)
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [("*both*", "both"), ("A study of seconds", "A study")],
-    ids=["caption", "title"],
+    ("old", "new", "scene"),
+    [
+        (FREE, "free: {kind: motion, outputs: [impacts], tau_end: 7", "free"),
+        ("tau_end: 20", "tau_end: 21", "forced"),
+    ],
+    ids=["outputs", "a number"],
 )
-def test_an_edit_of_words_solves_nothing(project, old, new):
+def test_an_edit_of_a_scene_is_planned(project, old, new, scene):
     project.edit("config/tiny.yaml", old, new)
+    assert project.planned() == {f"solving {scene}", *DRAWING}
+
+
+def test_an_edit_of_words_solves_nothing(project):
+    project.edit("config/tiny.yaml", "A study of seconds", "A study")
+    assert project.planned() == DRAWING
+    project.edit("config/tiny.yaml", "title: A study", "title: A study of seconds")
+    project.edit("config/tiny.yaml", "*both*", "both")
     assert made(project) == of_tiny()
 
 
 @pytest.mark.parametrize(
-    ("name", "parts"),
+    ("name", "jobs"),
     [
-        ("figures/free.svg", DRAWN),
-        ("figures/free.pdf", DRAWN),
-        ("free.nc", {"free", *DRAWN}),
-        ("report.pdf", {"report"}),
+        ("figures/free.svg", DRAWING),
+        ("figures/free.pdf", DRAWING),
+        ("free.nc", {"solving free", *DRAWING}),
+        ("report.pdf", DRAWING - {"drawing the figures"}),
     ],
 )
-def test_a_file_that_was_deleted(project, name, parts):
+def test_a_file_that_was_deleted(project, name, jobs):
     project.path("results/tiny", name).unlink()
-    assert made(project) == {f"tiny/{part}" for part in parts}
+    assert project.planned() == jobs
 
 
 def test_another_folder_of_results(project):
     shutil.copytree(project.path("results"), project.path("kept"))
     with project.path("config/config.yaml").open("a") as file:
         file.write("results: elsewhere\n")
-    jobs = {"solving free", "solving forced", "solving response"}
-    jobs |= {"drawing the figures", "typesetting the report", "everything is made"}
-    assert project.planned() == jobs
+    assert project.planned() == {f"solving {name}" for name in SCENES} | DRAWING
     project.edit("config/config.yaml", "elsewhere", "results")
     assert project.planned() == set()
 

@@ -86,7 +86,9 @@ def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) 
 
 def compile_elsewhere(dispatcher: Any) -> None:
     """Let what is not in the cache be compiled by another process and loaded from there."""
-    if dispatcher.py_func.__module__.startswith("vibropipe."):  # another process finds the module
+    function = getattr(dispatcher, "py_func", None)  # none where numba is switched off
+    # of this package, so that another process finds the module
+    if function is not None and function.__module__.startswith("vibropipe."):
         on_missing(dispatcher, _compile)
 
 

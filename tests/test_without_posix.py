@@ -18,8 +18,7 @@ import os, signal, sys
 
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):
     sys.modules[name] = None
-for name in ("fork", "forkpty", "getpgid", "getsid", "killpg", "posix_fallocate", "register_at_fork",
-             "sched_getaffinity", "setsid"):
+for name in ("fork", "forkpty", "getpgid", "getsid", "killpg", "posix_fallocate", "register_at_fork", "setsid"):
     if hasattr(os, name):
         delattr(os, name)
 """

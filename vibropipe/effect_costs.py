@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numba
 import numpy as np
 import xarray as xr
 
 from vibropipe.batch.contestant import Motion
-from vibropipe.batch.effects import SAMPLES, Trial, measure_effects, works_of
+from vibropipe.batch.effects import SAMPLES, Trial, kernel_calls, measure_effects
 from vibropipe.batch.motion import simulate
 from vibropipe.batch.sweep import sweep
 from vibropipe.compiler.client import compile_side_by_side
@@ -54,19 +53,9 @@ def solve_effects(
     """Measure the motions of a scene; the times are of this run alone. progress is told the times taken and all."""
     motions = motions_of(scene)
     trials = trials_of(scene, motions)
-    compile_kernels(trials, motions[scene.full])
-    return measure_effects(trials, motions[scene.full], Sizes().bytes_of, scene.repeats, progress)
-
-
-def compile_kernels(trials: dict[str, Trial], full: Motion) -> None:
-    """Have what the trials call compiled, by as many processes as this one may use threads."""
-
-    def call(trial: Trial) -> None:
-        for work in works_of(trial, full).values():
-            work.repeat(1)
-
-    calls = [partial(call, trial) for trial in trials.values()]
+    calls = [call for trial in trials.values() for call in kernel_calls(trial)]
     compile_side_by_side(calls, numba.get_num_threads())
+    return measure_effects(trials, motions[scene.full], Sizes().bytes_of, scene.repeats, progress)
 
 
 class Sizes:

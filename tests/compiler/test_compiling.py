@@ -88,6 +88,16 @@ def test_kernels_that_are_known_beforehand_are_compiled_at_once(tmp_path):
     assert run(SIDE_BY_SIDE, tmp_path) == ["0"]
 
 
+def test_a_copy_of_the_package_in_the_folder_one_is_in_is_not_compiled(tmp_path):
+    (tmp_path / "vibropipe").mkdir()
+    (tmp_path / "vibropipe" / "__init__.py").write_text("raise ImportError('another copy')\n")
+    call = command(FIRST_CALL, tmp_path / "cache")
+    call["args"].insert(1, "-P")
+    done = subprocess.run(**call, cwd=tmp_path, capture_output=True, check=True)
+    assert done.stdout.split() == ["1", "0"]
+    assert done.stderr == ""
+
+
 def test_without_a_cache_it_is_compiled_apart_too_and_goes_with_the_process(tmp_path):
     blocked, scratch = tmp_path / "file", tmp_path / "scratch"
     blocked.touch()

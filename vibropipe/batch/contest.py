@@ -140,14 +140,20 @@ def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> d
 
 def compile_methods(methods: Sequence[str], motion: Motion) -> None:
     """Have the kernels of our own methods compiled, by as many processes as this one may use threads."""
+    short = motion._replace(periods=1)
 
-    def call(method: str) -> None:
-        entered = enter(method, 8.0, motion._replace(periods=1))
+    def show(method: str) -> None:
+        entered = enter(method, 8.0, short)
         if not isinstance(entered, Outcome):
             entered.show()
+
+    def repeat(method: str) -> None:
+        entered = enter(method, 8.0, short)
+        if not isinstance(entered, Outcome):
             entered.repeat(1)
 
-    calls = [partial(call, method) for method in methods if method in OWN]
+    own = [method for method in methods if method in OWN]
+    calls = [partial(call, method) for method in own for call in (show, repeat)]
     compile_side_by_side(calls, numba.get_num_threads())
 
 

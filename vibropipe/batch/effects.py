@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -107,9 +108,11 @@ def own_effects(motion: Motion, row: bool) -> Effects:
     return effects_of(motion.exciter.parameters()._asdict(), motion.x0, motion.v0, span)
 
 
-def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
-    """The steady state of a motion: a row of as many periods as its march takes to settle, as a sweep solves it
-    or marched whatever it is."""
+def row_calls(
+    trial: Trial, motion: Motion, effects: Effects
+) -> tuple[Callable[[int], None], Callable[[int], None], Rows]:
+    """What solves the row of a motion so many times, marched whatever it is and as a sweep solves it, and where
+    its results go."""
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     out = new_rows(ROWS_PER_CALL, HARMONICS, trial.outputs, new_room(ROWS_PER_CALL))
@@ -125,6 +128,13 @@ def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Wo
             out.rests[part] = 0.0
             drive(effects, row[part], starts[part], 1, MAX_PERIODS, MAX_PERIODS, out)
 
+    return march, solve, out
+
+
+def row_work(trial: Trial, motion: Motion, effects: Effects, closed: bool) -> Work:
+    """The steady state of a motion: a row of as many periods as its march takes to settle, as a sweep solves it
+    or marched whatever it is."""
+    march, solve, out = row_calls(trial, motion, effects)
     march(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))
     impacts, rests = out.impacts[0].sum() / m, out.rests[0].sum() / m
@@ -169,6 +179,19 @@ def own_work(trial: Trial) -> Work:
     """The work of a trial by the kernel of its motion's own effects."""
     build = row_work if trial.row else motion_work
     return build(trial, trial.motion, own_effects(trial.motion, trial.row), True)
+
+
+def kernel_calls(trial: Trial) -> list[Callable[[], object]]:
+    """Calls of each kernel that a trial needs, with next to no work."""
+    own = own_effects(trial.motion, trial.row)
+    if trial.row:
+        march, solve, _out = row_calls(trial, trial.motion, own)
+        return [partial(march, 1), partial(solve, 1)]
+
+    def call(effects: Effects, closed: bool) -> None:
+        motion_work(trial, trial.motion, effects, closed).repeat(1)
+
+    return [partial(call, own, True), partial(call, ALL_EFFECTS, False)]
 
 
 def works_of(trial: Trial, full: Motion) -> dict[str, Work]:

@@ -17,7 +17,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from typing import Any
 
@@ -60,6 +60,10 @@ class _Ahead:
             raise _PendingError(name)
         return task.result()
 
+    def under_way(self) -> list[Future[bool]]:
+        """Return the compilations that are not done."""
+        return [task for task in self.tasks.values() if not task.done()]
+
 
 def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) -> None:
     """Make some calls, whose missing kernels are compiled by so many processes at once.
@@ -76,8 +80,8 @@ def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) 
                     call()
                 except _PendingError:
                     pending.append(call)
-            for task in list(ahead.tasks.values()):
-                task.result()
+            # whatever is done first may let some call go on to its next kernel
+            wait(ahead.under_way(), return_when=FIRST_COMPLETED)
             calls = pending
     finally:
         _ahead.remove(ahead)
@@ -89,7 +93,7 @@ def compile_elsewhere(dispatcher: Any) -> None:
     function = getattr(dispatcher, "py_func", None)  # none where numba is switched off
     # of this package, so that another process finds the module
     if function is not None and function.__module__.startswith("vibropipe."):
-        on_missing(dispatcher, _compile)
+        on_missing(dispatcher, _compile, _compile_here)
 
 
 def _compile(dispatcher: Any, signature: Any) -> bool:
@@ -97,8 +101,13 @@ def _compile(dispatcher: Any, signature: Any) -> bool:
         return False
     done = (_ahead[-1].compile if _ahead else _compile_once)(dispatcher, signature)
     if not done:
-        os.environ[COMPILER] = HERE  # what is called from here is not tried again
+        _compile_here()
     return done
+
+
+def _compile_here() -> None:
+    """Let this process compile for itself: what is called from a kernel that it compiles is not tried elsewhere."""
+    os.environ[COMPILER] = HERE
 
 
 def _task_name(dispatcher: Any, signature: Any) -> str:
@@ -159,7 +168,8 @@ def _compiler() -> subprocess.Popen[bytes]:
     # In a group of its own: a Ctrl-C is for this process, which then ends the other.
     group = {"process_group": 0} if hasattr(os, "killpg") else {}
     started = subprocess.Popen(
-        [sys.executable, "-c", COMMAND],
+        # -P: the folder one is in may hold another copy of this package
+        [sys.executable, "-P", "-c", COMMAND],
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

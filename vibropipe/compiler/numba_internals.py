@@ -17,10 +17,13 @@ from typing import Any
 from vibropipe.compiler.cache import one_at_a_time
 
 
-def on_missing(dispatcher: Any, compile_it: Callable[[Any, Any], bool]) -> None:
+def on_missing(
+    dispatcher: Any, compile_it: Callable[[Any, Any], bool], give_up: Callable[[], None]
+) -> None:
     """Have a kernel that is not in the cache compiled by `compile_it`, and load what that left in the cache.
 
     compile_it: called with the dispatcher and a signature; returns whether the kernel is in the cache then.
+    give_up: called where it should be there and cannot be loaded; this process compiles it then.
     """
     cache: Any = getattr(dispatcher, "_cache", None)
     load = getattr(cache, "load_overload", None)
@@ -31,6 +34,8 @@ def on_missing(dispatcher: Any, compile_it: Callable[[Any, Any], bool]) -> None:
         found = load(signature, target)
         if found is None and compile_it(dispatcher, signature):
             found = load(signature, target)
+            if found is None:
+                give_up()
         return found
 
     cache.load_overload = load_overload

@@ -35,8 +35,6 @@ found = {
 }
 np.savez(sys.argv[1], **{f"{one}.{name}": ds[name] for one, ds in found.items() for name in ds.variables})
 """
-# what compiles for other processes needs both; a process that cannot start it compiles for itself
-NOT_NEEDED = {"vibropipe.apart"}
 
 
 def run(code: str, *arguments: object, **environment: str) -> None:
@@ -72,7 +70,7 @@ def test_every_module_can_be_imported(bare):
     root = Path(vibropipe.__file__).parents[1]
     names = (path.relative_to(root).with_suffix("") for path in (root / "vibropipe").rglob("*.py"))
     modules = {".".join(name.parts).removesuffix(".__init__") for name in names}
-    modules = {name for name in modules if not name.endswith("__main__")} - NOT_NEEDED
+    modules = {name for name in modules if not name.endswith("__main__")}
     code = "import importlib, os, sys\nassert not hasattr(os, 'fork')\n"
     run(code + f"for name in {sorted(modules)!r}: importlib.import_module(name)", **bare)
 

@@ -29,13 +29,12 @@ from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number
 from vibropipe.physics.flow import ORDER
-from vibropipe.physics.limits import MAX_MARCH_STEPS
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD, within_text
 from vibropipe.physics.linear import keeps_off
 from vibropipe.status import Status
 
 # Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
 MARCH_LOG_CAPACITY = 1024
-MAX_SAMPLES = 200_000_000
 
 
 class Task(NamedTuple):
@@ -179,8 +178,10 @@ def _check_steps(task: Task, steps: float) -> None:
 
 def _check_samples(per_period: Any) -> None:
     whole = isinstance(per_period, (int, np.integer)) and not isinstance(per_period, bool)
-    if not whole or per_period < 0:
-        raise ParameterError(f"samples_per_period = {per_period!r}: allowed is a whole number >= 0")
+    least, most = SAMPLES_PER_PERIOD
+    if not whole or not least <= per_period <= most:
+        allowed = within_text(SAMPLES_PER_PERIOD)
+        raise ParameterError(f"samples_per_period = {per_period!r}: allowed is {allowed}")
 
 
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:

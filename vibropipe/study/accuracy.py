@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import AfterValidator, Field
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
-from vibropipe.physics.limits import STEPS_PER_PERIOD
+from vibropipe.physics.limits import MAX_TAU, STEPS_PER_PERIOD
 from vibropipe.study.base import BaseScene, each_once
 from vibropipe.study.grids import Keys
 from vibropipe.study.parts import ExciterKeys, Start
@@ -21,7 +21,6 @@ PEERS = METHODS[3:]
 
 
 Methods = Annotated[list[Method], Field(min_length=1), AfterValidator(each_once)]
-MAX_TAU = 1e9
 Steps = Annotated[int, Within(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, Within(1e-14, 0.1)]
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
-from vibropipe.physics.limits import MAX_MARCH_STEPS
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, MAX_TAU
 from vibropipe.physics.start import start_room
 from vibropipe.study.accuracy import AccuracyScene, raced_problems
 from vibropipe.study.base import BaseScene
@@ -29,8 +29,6 @@ from vibropipe.study.models import (
 from vibropipe.study.problems import Path, Problem, did_you_mean
 from vibropipe.study.values import takes
 from vibropipe.study.words import PARAMETERS
-
-MAX_TAU = 1e9
 
 Check = Callable[[Any], Iterator[Problem]]
 
@@ -191,11 +189,11 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
     period = 2 * math.pi / scene.resolved_exciter()["nu"]
     if end > MAX_TAU:
         path = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
-        yield Problem(path, f"a motion until tau = {end:g}", "at most tau = 1e9")
+        yield Problem(path, f"a motion until tau = {end:g}", f"at most tau = {MAX_TAU:g}")
         return
     samples = scene.tau_end / period * scene.samples_per_period
-    if samples > MAX_ROWS:
-        allowed = "at most 1e8 samples in a record"
+    if samples > MAX_SAMPLES:
+        allowed = f"at most {MAX_SAMPLES:g} samples in a record"
         yield Problem(("samples_per_period",), f"{samples:.3g} samples", allowed)
     steps = end / period * (scene.solver.steps_per_period or 0)
     if steps > MAX_MARCH_STEPS:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag
 
-from vibropipe.physics.limits import PATIENCE
+from vibropipe.physics.limits import MAX_TAU, PATIENCE, SAMPLES_PER_PERIOD
 from vibropipe.study.accuracy import AccuracyScene
 from vibropipe.study.base import DEFAULTS, BaseScene, Harmonics, Outputs, Prose, Title, each_once
 from vibropipe.study.effect_costs import EffectsScene
@@ -30,7 +30,7 @@ class MotionScene(BaseScene):
     """One motion from a given start."""
 
     kind: Literal["motion"] = Field(description="One motion from a given start.")
-    tau_end: Annotated[float, Within(0, 1e9, above=True)] = Field(
+    tau_end: Annotated[float, Within(0, MAX_TAU, above=True)] = Field(
         default=60.0, description="How long the recorded motion is, after the settling."
     )
     settle_periods: Annotated[int, Within(0, 10**9, whole=True)] = Field(
@@ -38,7 +38,7 @@ class MotionScene(BaseScene):
     )
     start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
     solver: Solver = Field(default_factory=Solver, description="How it is computed.")
-    samples_per_period: Annotated[int, Within(0, 10**6, whole=True)] = Field(
+    samples_per_period: Annotated[int, Within(*SAMPLES_PER_PERIOD, whole=True)] = Field(
         default=256, description="Recorded samples in a forcing period; 0 records no motion."
     )
     harmonics: Harmonics = Field(

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 from vibropipe.jobs.run import Run
 from vibropipe.store import read_sidecar
+from vibropipe.wording import share
 
 
 @dataclass(frozen=True)
@@ -41,14 +42,19 @@ def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> 
         asked = {part: paths & set(wanted) for part, paths in parts.items() if paths & set(wanted)}
         if not asked:
             continue
-        made = [part for part, paths in asked.items() if paths & set(planned)]
-        kept = [part for part in asked if part not in made]
-        missing += _outdated(run, name, [part for part in study.scenes if part in asked])
+        scenes = [scene for scene in study.scenes if scene in asked]
+        missing += _outdated(run, name, scenes)
+        failed = [part for part, paths in asked.items() if paths & set(missing)]
+        made = [
+            part for part, paths in asked.items() if paths & set(planned) and part not in failed
+        ]
+        kept = [part for part in asked if part not in (*made, *failed)]
         texts = [f"made {_listed(made)}"] if made else []
-        texts += [f"up to date: {_listed(kept)}" if made else "up to date"] if kept else []
+        texts += [f"not made: {_listed(failed)}"] if failed else []
+        texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []
         shown = run.report(name) if "report" in asked else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({shown})")
-        lines += _unresolved(run, name, list(study.scenes))
+        lines += _unresolved(run, name, scenes)
     return Summary(lines, list(dict.fromkeys(missing)))
 
 
@@ -86,7 +92,7 @@ def _unresolved(run: Run, name: str, scenes: list[str]) -> list[str]:
         count = int(read_sidecar(f"{run.results}/{name}/{scene}.nc").get("unresolved", 0))
         rows = run.plans[name][scene].rows
         if count:
-            lines.append(f"  {scene}: {count:,} of {rows:,} rows are unresolved; `status` says why")
+            lines.append(f"  {scene}: {share(count, rows, 'row')} unresolved; `status` says why")
     return lines
 
 

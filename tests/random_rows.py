@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.batch.label import coordinates, label_rows
-from vibropipe.batch.rows import OUTPUTS, solve_rows
-from vibropipe.batch.sweep import MAX_PERIODS
-from vibropipe.kernels.window import WINDOW
+from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.label import coordinates, label_rows
+from vibropipe.solve.rows import OUTPUTS, solve_rows
+from vibropipe.solve.sweep import MAX_PERIODS
 
 HARMONICS = 3
 

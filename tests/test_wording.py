@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibropipe.cutting import PlanError, row_range
 from vibropipe.figures.captions import odd_words
-from vibropipe.listing import plan_text
-from vibropipe.plan import plan_scene
+from vibropipe.jobs.plan import plan_scene
+from vibropipe.jobs.sharding import PlanError, row_range
+from vibropipe.jobs.terminal_tables import plan_text
+from vibropipe.jobs.verify import Verdict, _of
 from vibropipe.report.hard_cases import hard_case_words
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
-from vibropipe.verification import Verdict, _of
-from vibropipe.vocabulary import REGIMES
-from vibropipe.wording import count, series, share
+from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.wording import count, series, share
 
 
 def study_with(**scenes):

@@ -9,11 +9,11 @@ TYPE_CHECKING = False
 _FACE = {
     "Exciter": "vibropipe.physics.exciter",
     "ParameterError": "vibropipe.physics.exciter",
-    "simulate": "vibropipe.batch.motion",
-    "steady_state": "vibropipe.batch.steady",
-    "sweep": "vibropipe.batch.sweep",
-    "backbone": "vibropipe.batch.conservative",
-    "amplitude_frequency": "vibropipe.batch.conservative",
+    "simulate": "vibropipe.solve.motion",
+    "steady_state": "vibropipe.solve.steady",
+    "sweep": "vibropipe.solve.sweep",
+    "backbone": "vibropipe.solve.conservative",
+    "amplitude_frequency": "vibropipe.solve.conservative",
     "open_study": "vibropipe.store",
 }
 __all__ = [
@@ -31,11 +31,11 @@ __version__: str  # as installed; pyproject.toml states it
 if TYPE_CHECKING:
     from typing import Any
 
-    from vibropipe.batch.conservative import amplitude_frequency, backbone
-    from vibropipe.batch.motion import simulate
-    from vibropipe.batch.steady import steady_state
-    from vibropipe.batch.sweep import sweep
     from vibropipe.physics.exciter import Exciter, ParameterError
+    from vibropipe.solve.conservative import amplitude_frequency, backbone
+    from vibropipe.solve.motion import simulate
+    from vibropipe.solve.steady import steady_state
+    from vibropipe.solve.sweep import sweep
     from vibropipe.store import open_study
 
 

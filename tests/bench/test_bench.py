@@ -9,11 +9,11 @@ import pytest
 
 import vibropipe as vp
 from vibropipe import cli
-from vibropipe.batch import peers
 from vibropipe.bench import as_json, as_text, measure
 from vibropipe.bench.cases import by_the_book, in_lanes, one_motion, rows_near, swept
-from vibropipe.bench.rounds import Contestant, Item, Ready, Target
+from vibropipe.bench.measurement import Contestant, Item, Ready, Target
 from vibropipe.bench.textbook import textbook
+from vibropipe.lab import peers
 
 
 class Work:

@@ -24,10 +24,10 @@ MEASURE = """
 import json
 import numba
 import numpy as np
-from vibropipe.batch.motions import _drive
+from vibropipe.lab.simulate_rows import _drive
 from vibropipe.bench import measure
 from vibropipe.bench.cases import newmark
-from vibropipe.kernels.newmark_steps import SIZE, STRIDE, stride
+from vibropipe.march.newmark_steps import SIZE, STRIDE, stride
 
 item = newmark()
 measure([item], 7)

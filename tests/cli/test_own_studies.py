@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from sharded import PROGRAM
+from sharded_study import PROGRAM
 
 from vibropipe import __version__
 from vibropipe.study import load_study

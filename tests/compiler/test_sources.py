@@ -27,26 +27,26 @@ print(*(name for name in sys.modules if name.split(".")[0] == "vibropipe"))
 """
 # An edit of each of these is one of the numbers, of one measurement of the program, or of neither.
 NUMBERS = (
-    "regimes.py",
-    "status.py",
+    "words/regimes.py",
+    "words/status.py",
     "physics/saltation.py",
-    "kernels/march.py",
-    "batch/rows.py",
+    "march/loop.py",
+    "solve/rows.py",
     "compiler/flags.py",
     "compiler/server.py",
 )
 MEASUREMENTS = {
-    "batch/hard_cases/chatter.py": {"hard_cases"},
-    "batch/peers.py": {"accuracy", "effects"},
-    "kernels/crude.py": {"accuracy", "effects"},
-    "effect_costs.py": {"effects"},
+    "lab/hard_cases/chatter.py": {"hard_cases"},
+    "lab/peers.py": {"accuracy", "effects"},
+    "lab/crude.py": {"accuracy", "effects"},
+    "lab/effect_scenes.py": {"effects"},
 }
 NEITHER = (
-    "vocabulary.py",
+    "words/vocabulary.py",
     "figures/style.py",
     "report/data.py",
     "study/models.py",
-    "cli/verbs.py",
+    "cli/commands.py",
     "jobs/run.py",
     "bench/cases.py",
 )
@@ -82,7 +82,7 @@ def test_a_process_that_solves_imports_nothing_that_is_not_hashed():
         [sys.executable, "-c", SOLVING], capture_output=True, text=True, check=True, env=os.environ
     )
     imported = set(done.stdout.split())
-    assert "vibropipe.batch.row_errors" in imported
+    assert "vibropipe.solve.accuracy.row_errors" in imported
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS}
 
 
@@ -102,9 +102,9 @@ def test_an_edit_of_words_and_pictures_changes_no_hash(package, name):
 
 
 def test_another_number_of_a_regime_is_another_hash(package):
-    text = package.joinpath("regimes.py").read_text()
+    text = package.joinpath("words/regimes.py").read_text()
     before = hashes(package)["numbers"]
-    package.joinpath("regimes.py").write_text(text.replace("TWO_SIDED = 3", "TWO_SIDED = 9"))
+    package.joinpath("words/regimes.py").write_text(text.replace("TWO_SIDED = 3", "TWO_SIDED = 9"))
     assert hashes(package)["numbers"] != before
 
 
@@ -116,7 +116,7 @@ def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
     }
     lab = {name for roots in LAB.values() for name in closure(roots, STUDY)}
     # Newmark in lockstep is called from Python alone
-    others = {"vibropipe.kernels.lanes", "vibropipe.batch.motions"}
+    others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows"}
     assert compiled - set(closure(SOLVERS)) - lab == others
     assert len(compiled) > 20
 

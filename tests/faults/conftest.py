@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from sharded import PROGRAM, SHARDS, STUDY
+from sharded_study import PROGRAM, SHARDS, STUDY
 
 from vibropipe import cli
 

@@ -9,15 +9,15 @@ import xarray as xr
 from vibropipe.figures import caption, picture_of
 from vibropipe.figures.captions import describe_motion, describe_sweep, grid_words, place_words
 from vibropipe.figures.options import Options
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     mathtext,
     number,
     parameter_line,
     plain_parameters,
     regime_name,
 )
-from vibropipe.vocabulary import REGIMES
-from vibropipe.wording import count, series
+from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.wording import count, series
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ import xarray as xr
 from figures.test_work_precision import race as race
 
 from vibropipe.figures import draw, picture_of
-from vibropipe.figures.effects import describe_effects
+from vibropipe.figures.effect_costs import describe_effects
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import house_style, save
 from vibropipe.report.costs import NOT_REACHED, effect_table, effect_words, race_table
-from vibropipe.vocabulary import Outcome, describe
+from vibropipe.words.vocabulary import Outcome, describe
 
 DIMS = ("motion", "kernel")
 

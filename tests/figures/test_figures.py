@@ -12,7 +12,7 @@ from vibropipe.figures import draw, draw_scene, picture_of
 from vibropipe.figures.amplitude_frequency import parts
 from vibropipe.figures.options import Options, options_of
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE
-from vibropipe.vocabulary import quantity
+from vibropipe.words.vocabulary import quantity
 
 NAMES = [
     "forced",

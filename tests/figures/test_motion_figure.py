@@ -7,10 +7,10 @@ import pytest
 from figures.seen import words
 
 from vibropipe.figures import draw
+from vibropipe.figures.curves import curve, jumps
 from vibropipe.figures.options import Options
-from vibropipe.figures.pieces import curve, jumps
 from vibropipe.figures.style import SUPPORT_COLOURS, house_style
-from vibropipe.vocabulary import quantity
+from vibropipe.words.vocabulary import quantity
 
 
 def test_an_unforced_motion_has_no_force_panel(figures):

@@ -16,8 +16,8 @@ from vibropipe.figures.regime_map import widest_spot
 from vibropipe.figures.strips import cell_edges
 from vibropipe.figures.style import REGIME_STYLES, house_style
 from vibropipe.figures.sweep import isolated, row_kinds
-from vibropipe.figures.words import REGIME_WORDS, regime_name
-from vibropipe.vocabulary import REGIMES
+from vibropipe.figures.text import REGIME_WORDS, regime_name
+from vibropipe.words.vocabulary import REGIMES
 
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns", "map", "bands"])

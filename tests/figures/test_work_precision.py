@@ -8,9 +8,9 @@ import xarray as xr
 
 from vibropipe.figures import draw, picture_of
 from vibropipe.figures.options import Options
-from vibropipe.figures.race_words import conclusion
 from vibropipe.figures.style import house_style, save
-from vibropipe.vocabulary import PARAMETERS, Outcome, describe
+from vibropipe.figures.work_precision_text import conclusion
+from vibropipe.words.vocabulary import PARAMETERS, Outcome, describe
 
 DIMS = ("motion", "method", "setting")
 METHODS = ["crude", "newmark", "exact", "RK45"]

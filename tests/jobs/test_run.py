@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from vibropipe.compiler.sources import code_hash, kernel_hash
-from vibropipe.cutting import PlanError
 from vibropipe.jobs.run import read_run
+from vibropipe.jobs.sharding import PlanError
 
 SCENES = """\
 title: T

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe import store
-from vibropipe.vocabulary import describe
+from vibropipe.words.vocabulary import describe
 
 IDENTITY = {"kernel_hash": "0123456789abcdef", "fingerprint": "fedcba", "title": "Response"}
 

@@ -14,7 +14,7 @@ from store_datasets import motion, rows_of_sweep, shard
 from vibropipe import store
 from vibropipe.store import StoreError
 from vibropipe.store.encoding import CHUNK_BYTES, chunk_shape
-from vibropipe.vocabulary import VOCABULARY, describe
+from vibropipe.words.vocabulary import VOCABULARY, describe
 
 
 def written(dataset, folder, name="a.nc"):

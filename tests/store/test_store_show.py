@@ -14,7 +14,7 @@ from vibropipe.compiler import kernel_hash
 from vibropipe.store import StoreError
 from vibropipe.store.origin import _git_commit
 from vibropipe.store.show import plain_symbol
-from vibropipe.vocabulary import VOCABULARY
+from vibropipe.words.vocabulary import VOCABULARY
 
 
 @pytest.mark.parametrize(

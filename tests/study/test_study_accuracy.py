@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vibropipe.plan import plan_scene
+from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import StudyError, fingerprint, load_study
 
 TEXT = """

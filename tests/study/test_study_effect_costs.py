@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vibropipe.plan import plan_scene
+from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import StudyError, load_study
 
 TEXT = """

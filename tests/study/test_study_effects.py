@@ -3,7 +3,7 @@
 import pytest
 from study_texts import scene_faults, study_of
 
-from vibropipe.listing import plan_text
+from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.study import fingerprint, scene_effects
 
 FORCED = "{l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}"

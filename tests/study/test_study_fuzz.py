@@ -14,7 +14,7 @@ from vibropipe.study import (
     fingerprint,
     parse_study,
 )
-from vibropipe.study.reading import read_text
+from vibropipe.study.yaml_reader import read_text
 
 JUNK = [
     None,

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from sharded import SHARDS, STUDY, said_until
+from sharded_study import SHARDS, STUDY, said_until
 
 OFTEN = {"VIBROPIPE_SHARD_SECONDS": "0.01"}
 TARGET = "results/tiny/response.nc"

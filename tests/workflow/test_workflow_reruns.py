@@ -19,7 +19,7 @@ def test_a_shared_number_recomputes_the_scenes_that_use_it(project):
 def test_edited_kernels_recompute_all(project):
     project.own_package()
     assert project.planned() == set()
-    with project.path("vibropipe/kernels/march.py").open("a") as source:
+    with project.path("vibropipe/march/loop.py").open("a") as source:
         source.write("# an edit\n")
     assert project.planned() == {*SCENES, *FIGURES}
 

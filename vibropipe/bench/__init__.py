@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibropipe.bench.cases import items
-    from vibropipe.bench.rounds import measure
-    from vibropipe.bench.told import as_json, as_text
+    from vibropipe.bench.formatting import as_json, as_text
+    from vibropipe.bench.measurement import measure
 
 # Imported on first use: `vibropipe.bench.growth` measures the memory of processes that must not hold numba.
-_HOME = {"as_json": "told", "as_text": "told", "items": "cases", "measure": "rounds"}
+_HOME = {
+    "as_json": "formatting",
+    "as_text": "formatting",
+    "items": "cases",
+    "measure": "measurement",
+}
 __all__ = ["as_json", "as_text", "items", "measure"]
 
 

@@ -10,15 +10,16 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 
-from vibropipe.batch import contestant, peers
-from vibropipe.batch.contest import Judge
-from vibropipe.batch.contestant import Motion
-from vibropipe.batch.motions import march_rows
-from vibropipe.batch.sweep import sweep
-from vibropipe.bench.rounds import Contestant, Item, Ready, Target
+from vibropipe.bench.measurement import Contestant, Item, Ready, Target
 from vibropipe.bench.textbook import textbook
+from vibropipe.lab import peers
+from vibropipe.lab import work_precision_methods as contestant
+from vibropipe.lab.simulate_rows import march_rows
+from vibropipe.lab.work_precision import Judge
+from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.physics.exciter import Exciter
-from vibropipe.vocabulary import Outcome
+from vibropipe.solve.sweep import sweep
+from vibropipe.words.vocabulary import Outcome
 
 FORCED = Exciter(h=0.1, nu=1.0, f=1.0, l=1.0, R1=0.8, R2=0.8)
 SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)

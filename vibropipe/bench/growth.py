@@ -49,7 +49,7 @@ class Taken(NamedTuple):
 def sweep_of(points: int) -> SweepScene:
     """The sweep over so many points, in the middles of equal cells: every number of points then samples the
     same mixture of motions."""
-    from vibropipe.cutting import as_sweep
+    from vibropipe.jobs.sharding import as_sweep
     from vibropipe.study import parse_study
 
     fewer = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
@@ -76,7 +76,7 @@ def measure_growth(
     """
     import xarray as xr
 
-    from vibropipe.vocabulary import describe
+    from vibropipe.words.vocabulary import describe
 
     table: dict[str, list[Any]] = {}
     for count in points:
@@ -112,7 +112,7 @@ def measure_growth(
 
 def _solve_all(place: Path, points: int, threads: Sequence[int]) -> list[list[Taken]]:
     """What each shard took, for each number of threads; all in turn, under the same conditions."""
-    from vibropipe.plan import plan_scene
+    from vibropipe.jobs.plan import plan_scene
 
     taken: list[list[Taken]] = [[] for _ in threads]
     shards = plan_scene(sweep_of(points)).shards
@@ -129,7 +129,7 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     """
     import numba
 
-    from vibropipe.cutting import block_rows, row_range
+    from vibropipe.jobs.sharding import block_rows, row_range
     from vibropipe.scenes.sweep import store_sweep, sweep_blocks
 
     numba.set_num_threads(threads)

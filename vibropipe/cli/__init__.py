@@ -36,7 +36,7 @@ def _leave_out_dask() -> None:
 
 
 def _run(arguments: list[str] | None) -> None:
-    from vibropipe.cli.verbs import app
+    from vibropipe.cli.commands import app
 
     try:
         app(args=arguments, prog_name="vibropipe")
@@ -50,7 +50,7 @@ def _run(arguments: list[str] | None) -> None:
 
 def exit_code(error: Exception) -> int | None:
     """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
-    from vibropipe.cutting import PlanError
+    from vibropipe.jobs.sharding import PlanError
     from vibropipe.physics.exciter import ParameterError
     from vibropipe.store import NotWrittenError, StoreError
     from vibropipe.study import StudyError

@@ -18,19 +18,19 @@ PACKAGE = Path(__file__).parents[1]
 COMPILER = "vibropipe.compiler.server"
 # What turns parameters into numbers: the public faces.
 SOLVERS = (
-    "vibropipe.batch.conservative",
-    "vibropipe.batch.motion",
-    "vibropipe.batch.steady",
-    "vibropipe.batch.sweep",
+    "vibropipe.solve.conservative",
+    "vibropipe.solve.motion",
+    "vibropipe.solve.steady",
+    "vibropipe.solve.sweep",
     COMPILER,
 )
 # Names, units and long names of quantities: words beside the numbers, never part of them.
-WORDS = ("vibropipe.vocabulary",)
+WORDS = ("vibropipe.words.vocabulary",)
 # What measures the program itself, by kind of scene.
 LAB = {
-    "accuracy": ("vibropipe.batch.contest",),
-    "effects": ("vibropipe.batch.effects", "vibropipe.effect_costs"),
-    "hard_cases": ("vibropipe.batch.hard_cases",),
+    "accuracy": ("vibropipe.lab.work_precision",),
+    "effects": ("vibropipe.lab.effect_costs", "vibropipe.lab.effect_scenes"),
+    "hard_cases": ("vibropipe.lab.hard_cases",),
 }
 # What a measurement is told to do: the fingerprint of a scene stands for it.
 STUDY = ("vibropipe.study",)

@@ -24,16 +24,16 @@ from vibropipe.figures.captions import (
     describe_motion,
     describe_sweep,
 )
-from vibropipe.figures.effects import describe_effects, draw_effects
+from vibropipe.figures.effect_costs import describe_effects, draw_effects
 from vibropipe.figures.hard_cases import describe_hard_cases, draw_hard_cases
 from vibropipe.figures.impacts import draw_impacts_only
 from vibropipe.figures.motion import draw_motion
 from vibropipe.figures.options import Options, options_of
-from vibropipe.figures.race_words import describe_work_precision
 from vibropipe.figures.regime_map import draw_regime_map
 from vibropipe.figures.style import house_style, save
 from vibropipe.figures.sweep import MOST_LINES, axis_and_rest, draw_sweep
 from vibropipe.figures.work_precision import draw_work_precision
+from vibropipe.figures.work_precision_text import describe_work_precision
 from vibropipe.store import read_scenes
 
 __all__ = ["caption", "draw", "draw_scene", "draw_study", "picture_of"]

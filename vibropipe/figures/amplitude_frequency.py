@@ -25,8 +25,8 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.words import ORDINALS, REGIME_WORDS, parameter_line, regime_name
-from vibropipe.vocabulary import label, quantity
+from vibropipe.figures.text import ORDINALS, REGIME_WORDS, parameter_line, regime_name
+from vibropipe.words.vocabulary import label, quantity
 
 PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
 

@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import LINE_MARKERS, legend, line_style, new_figure
-from vibropipe.figures.words import mathtext
-from vibropipe.vocabulary import label, quantity
+from vibropipe.figures.text import mathtext
+from vibropipe.words.vocabulary import label, quantity
 
 
 def draw_backbone(dataset: xr.Dataset, options: Options) -> Figure:

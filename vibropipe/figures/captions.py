@@ -13,7 +13,7 @@ from vibropipe.figures.impacts import has_events
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.sweep import axis_and_rest, panels_of, row_kinds, swept
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     CURVES_NOT_ASKED,
     IMPACTS_NOT_ASKED,
     NO_SUPPORT_STRUCK,
@@ -25,9 +25,9 @@ from vibropipe.figures.words import (
     plain_parameters,
     regime_name,
 )
-from vibropipe.regimes import Regime
-from vibropipe.status import Status
-from vibropipe.wording import count, series
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
+from vibropipe.words.wording import count, series
 
 FEW_VALUES = 8
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new_figure
-from vibropipe.vocabulary import label
+from vibropipe.words.vocabulary import label
 
 HEIGHT_CM = 7.0
 FLAT = 0.1

@@ -20,7 +20,7 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.wording import count, series
+from vibropipe.words.wording import count, series
 
 LEFT, RIGHT = 1e-9, 1e2  # exactly right, and off the scale
 ROW_CM = 0.42

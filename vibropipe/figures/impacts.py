@@ -18,14 +18,14 @@ from vibropipe.figures.style import (
     new_figure,
     write_words,
 )
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     IMPACTS_NOT_ASKED,
     NO_SUPPORT_STRUCK,
     SAMPLES_NOT_ASKED,
     parameter_line,
 )
-from vibropipe.vocabulary import label
-from vibropipe.wording import count
+from vibropipe.words.vocabulary import label
+from vibropipe.words.wording import count
 
 
 def draw_impacts_only(dataset: xr.Dataset, options: Options) -> Figure:

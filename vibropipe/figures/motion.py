@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from vibropipe.figures.curves import Floats, curve, jumps, supports
 from vibropipe.figures.options import Options
-from vibropipe.figures.pieces import Floats, curve, jumps, supports
 from vibropipe.figures.style import (
     BLACK,
     EXACT_COLOUR,
@@ -31,8 +31,8 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.words import parameter_line
-from vibropipe.vocabulary import label
+from vibropipe.figures.text import parameter_line
+from vibropipe.words.vocabulary import label
 
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9

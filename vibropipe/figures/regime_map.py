@@ -24,8 +24,8 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.sweep import stack_columns, swept
-from vibropipe.figures.words import REGIME_SHORT, parameter_line, regime_name
-from vibropipe.vocabulary import REGIMES, label, quantity
+from vibropipe.figures.text import REGIME_SHORT, parameter_line, regime_name
+from vibropipe.words.vocabulary import REGIMES, label, quantity
 
 VELOCITY_COLOURS = "cividis"
 HIGHEST_SHARE = 0.995  # the colour bar ends here, so that a few hard rows do not darken the rest

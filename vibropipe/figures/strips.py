@@ -12,8 +12,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
-from vibropipe.figures.words import REGIME_WORDS, mathtext, regime_name
-from vibropipe.vocabulary import quantity
+from vibropipe.figures.text import REGIME_WORDS, mathtext, regime_name
+from vibropipe.words.vocabulary import quantity
 
 FEWEST_OF_LOG = 4
 

@@ -27,12 +27,12 @@ from vibropipe.figures.style import (
     new_figure,
     write_words,
 )
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     ORDINALS,
     mathtext,
     parameter_line,
 )
-from vibropipe.vocabulary import REGIMES, label, quantity
+from vibropipe.words.vocabulary import REGIMES, label, quantity
 
 MOST_LINES = len(LINES)
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit

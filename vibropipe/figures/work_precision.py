@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.analysis.work_precision import orders, sound, time_to_reach, worst_error
 from vibropipe.figures.options import Options
 from vibropipe.figures.style import LINE_MARKERS, SMALL_FONT_SIZE, legend, line_style, new_figure
-from vibropipe.vocabulary import Outcome
+from vibropipe.lab.work_precision_summary import orders, sound, time_to_reach, worst_error
+from vibropipe.words.vocabulary import Outcome
 
 COLUMNS = 3
 PANEL_HEIGHT_CM = 5.4

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.compiler.sources import code_hash
-from vibropipe.cutting import PlanError
-from vibropipe.plan import ScenePlan, plan_scene
+from vibropipe.jobs.plan import ScenePlan, plan_scene
+from vibropipe.jobs.sharding import PlanError
 from vibropipe.study import (
     Config,
     Study,

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 from vibropipe.jobs.run import Run
 from vibropipe.store import read_sidecar
-from vibropipe.wording import share
+from vibropipe.words.wording import share
 
 
 @dataclass(frozen=True)

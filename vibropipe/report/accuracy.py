@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.captions import departure
-from vibropipe.figures.race_words import conclusion
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     number,
 )
+from vibropipe.figures.work_precision_text import conclusion
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.wording import series
+from vibropipe.words.wording import series
 
 Sidecars = Mapping[str, Mapping[str, Any]]
 

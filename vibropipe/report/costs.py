@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.analysis.work_precision import time_to_reach
-from vibropipe.figures.effects import describe_effects
+from vibropipe.figures.effect_costs import describe_effects
 from vibropipe.figures.options import Options
-from vibropipe.figures.words import number
+from vibropipe.figures.text import number
+from vibropipe.lab.work_precision_summary import time_to_reach
 from vibropipe.physics.effects import NAMES
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.vocabulary import Outcome
+from vibropipe.words.vocabulary import Outcome
 
 NOT_REACHED = "not reached"
 MEDIAN_OF_ALL = "median of all"

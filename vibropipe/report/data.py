@@ -12,7 +12,7 @@ from vibropipe.figures import Scene, caption
 from vibropipe.figures import Study as Drawn
 from vibropipe.figures.captions import grid_words, hardest_words, peak_words, unresolved_words
 from vibropipe.figures.sweep import row_kinds
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     PLAIN_SYMBOLS,
     REGIME_WORDS,
     number,
@@ -23,8 +23,8 @@ from vibropipe.report.costs import effect_tables, effect_words, race_tables
 from vibropipe.report.hard_cases import hard_case_tables, hard_case_words
 from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
-from vibropipe.vocabulary import PARAMETERS
-from vibropipe.wording import count
+from vibropipe.words.vocabulary import PARAMETERS
+from vibropipe.words.wording import count
 
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.words import number
+from vibropipe.figures.text import number
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.status import Status
-from vibropipe.wording import count, share
+from vibropipe.words.status import Status
+from vibropipe.words.wording import count, share
 
 FAILED = "not passed: "
 JOINED = "\u00a0"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.words import (
+from vibropipe.figures.text import (
     PLAIN_SYMBOLS,
     REGIME_WORDS,
     number,
@@ -16,7 +16,7 @@ from vibropipe.figures.words import (
     scalar_parameters,
 )
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
-from vibropipe.wording import series
+from vibropipe.words.wording import series
 
 HARMONICS = 3
 DIGITS = 4

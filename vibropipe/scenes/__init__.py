@@ -11,11 +11,10 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.compiler.sources import code_hash, lab_hash
-from vibropipe.cutting import as_sweep, check_cut, row_range
-from vibropipe.effect_costs import motions_of, solve_effects
-from vibropipe.expectation import recall
-from vibropipe.progress import Progress
-from vibropipe.regimes import Regime
+from vibropipe.jobs.estimates import recall
+from vibropipe.jobs.progress import Progress
+from vibropipe.jobs.sharding import as_sweep, check_cut, row_range
+from vibropipe.lab.effect_scenes import motions_of, solve_effects
 from vibropipe.scenes.backbone import solve_backbone
 from vibropipe.scenes.motion import solve_motion
 from vibropipe.scenes.sweep import solve_sweep, store_sweep
@@ -39,6 +38,7 @@ from vibropipe.study import (
     fingerprint,
     scene_effects,
 )
+from vibropipe.words.regimes import Regime
 
 # What is raced beside the methods of this program.
 PEERS = ("scipy", "heyoka")
@@ -210,7 +210,7 @@ def chosen(dataset: xr.Dataset) -> dict[str, Any]:
 
 def solve_cases(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:
     """Measure the hard cases a scene names, or all of them, by every method."""
-    from vibropipe.batch.hard_cases import CASES, solve_hard_cases
+    from vibropipe.lab.hard_cases import CASES, solve_hard_cases
 
     named = [case for case in CASES if case.name in scene.cases]
     return solve_hard_cases(named or CASES, progress=progress)
@@ -218,13 +218,13 @@ def solve_cases(scene: HardCasesScene, progress: Progress | None = None) -> xr.D
 
 def solve_races(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
     """Race the methods of a scene on its motions; the times are of this run alone."""
-    from vibropipe.batch.contest import solve_accuracy
+    from vibropipe.lab.work_precision import solve_accuracy
 
     return solve_accuracy(**race_of(scene), progress=progress)
 
 
 def race_of(scene: AccuracyScene) -> dict[str, Any]:
-    """Return a race as the arguments of `batch.contest.solve_accuracy`."""
+    """Return a race as the arguments of `lab.work_precision.solve_accuracy`."""
     return {
         "motions": motions_of(scene),
         "methods": scene.methods,

@@ -7,15 +7,15 @@ import math
 import numpy as np
 import xarray as xr
 
-from vibropipe.batch.motion import simulate
 from vibropipe.physics.exciter import Exciter
 from vibropipe.scenes.motion import exciter_of
+from vibropipe.solve.motion import simulate
 from vibropipe.study import BackboneScene
 
 
 def solve_backbone(scene: BackboneScene) -> xr.Dataset:
     """Compute a backbone: over amplitude, or along eq. (10) with simulated points on its curves."""
-    from vibropipe.batch.conservative import amplitude_frequency, backbone
+    from vibropipe.solve.conservative import amplitude_frequency, backbone
 
     grids = scene.over_arrays()
     if scene.over_amplitude:

@@ -7,17 +7,17 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.batch.accuracy import settle_to_accuracy
-from vibropipe.batch.energy import TERMS
-from vibropipe.batch.motion import simulate
-from vibropipe.batch.run import Task
-from vibropipe.batch.steady import steady_state
+from vibropipe.jobs.progress import Progress
 from vibropipe.physics.effects import asked_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
-from vibropipe.progress import Progress
-from vibropipe.status import Status
+from vibropipe.solve.accuracy.request import settle_to_accuracy
+from vibropipe.solve.energy import TERMS
+from vibropipe.solve.motion import simulate
+from vibropipe.solve.run import Task
+from vibropipe.solve.steady import steady_state
 from vibropipe.study import MotionScene, Scene, grounds, scene_effects
+from vibropipe.words.status import Status
 
 # Names that a motion and its steady state share, and what they are called in the latter.
 OF_THE_ORBIT = {

@@ -9,10 +9,10 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.batch.sweep import assemble, solve_blocks
-from vibropipe.cutting import block_rows, row_range
-from vibropipe.progress import Progress
+from vibropipe.jobs.progress import Progress
+from vibropipe.jobs.sharding import block_rows, row_range
 from vibropipe.scenes.motion import exciter_of
+from vibropipe.solve.sweep import assemble, solve_blocks
 from vibropipe.store import write_grid, write_rows
 from vibropipe.study import SweepScene, scene_effects
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.vocabulary import VOCABULARY
+from vibropipe.words.vocabulary import VOCABULARY
 
 if TYPE_CHECKING:
     import netCDF4

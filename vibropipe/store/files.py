@@ -15,7 +15,7 @@ import numpy as np
 from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
 from vibropipe.store.encoding import PART_OF, create, encode, part_names
 from vibropipe.store.shards import OWN, opened
-from vibropipe.wording import series
+from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
     import xarray as xr

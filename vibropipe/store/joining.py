@@ -29,7 +29,7 @@ from vibropipe.store.encoding import (
 from vibropipe.store.grid import Grid
 from vibropipe.store.ragged import InOrder, OnDisk, Places, Turned
 from vibropipe.store.shards import ROW, Rows, Shard, Variable, counts_of, inspect
-from vibropipe.vocabulary import attributes
+from vibropipe.words.vocabulary import attributes
 
 __all__ = ["join"]
 

@@ -19,7 +19,7 @@ import numpy as np
 from vibropipe.store.atomic import StoreError, check_whole
 from vibropipe.store.encoding import NO_CACHE
 from vibropipe.store.grid import Grid
-from vibropipe.wording import count
+from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
     import h5py

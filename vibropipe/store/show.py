@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.vocabulary import flags, quantity
+from vibropipe.words.vocabulary import flags, quantity
 
 if TYPE_CHECKING:
     import xarray as xr

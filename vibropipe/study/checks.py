@@ -27,8 +27,8 @@ from vibropipe.study.models import (
     SweepScene,
 )
 from vibropipe.study.problems import Path, Problem, did_you_mean
+from vibropipe.study.spelling import PARAMETERS
 from vibropipe.study.values import takes
-from vibropipe.study.words import PARAMETERS
 
 Check = Callable[[Any], Iterator[Problem]]
 
@@ -254,7 +254,7 @@ def _hard_cases(scene: HardCasesScene) -> Iterator[Problem]:
     for name, value in scene.exciter.given().items():
         yield Problem(("exciter", name), repr(value), "no exciter: each case has its own")
     if scene.cases:
-        from vibropipe.batch.hard_cases import CASES
+        from vibropipe.lab.hard_cases import CASES
 
         known = [case.name for case in CASES]
         for place, name in enumerate(scene.cases):

@@ -22,10 +22,10 @@ from vibropipe.study.problems import (
     distinct,
     repeated,
 )
-from vibropipe.study.reading import MAX_DEPTH, read_file, read_text, too_deep
-from vibropipe.study.translation import plain_path, problem_of
+from vibropipe.study.pydantic_errors import plain_path, problem_of
+from vibropipe.study.spelling import latin
 from vibropipe.study.values import NAME, Name, NameRule, Words, refuse
-from vibropipe.study.words import latin
+from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
 # Brackets mark steps of a path that are pydantic's own (`<motion>`, `[key]`).
 _BRACKETS = re.compile(r"[<>\[\]]")

@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.study.grids import Keys
+from vibropipe.study.spelling import PARAMETERS, latin
 from vibropipe.study.values import NameRule, Number, Parameter, Within
-from vibropipe.study.words import PARAMETERS, latin
 
 ParameterName = Annotated[Literal["nu", "f", "h", "l", "delta", "R1", "R2"], BeforeValidator(latin)]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vibropipe.study.words import nearest, only_looks_right
+from vibropipe.study.spelling import nearest, only_looks_right
 
 Path = tuple[str | int, ...]
 

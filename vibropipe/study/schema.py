@@ -12,15 +12,15 @@ from typing import Any
 from pydantic import BaseModel
 
 from vibropipe.study.accuracy import RacedMotion
-from vibropipe.study.allowed import takes
 from vibropipe.study.base import BaseScene
 from vibropipe.study.effect_costs import TimedMotion
 from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.study.key_text import takes
 from vibropipe.study.loading import Config
 from vibropipe.study.models import KINDS, Study
 from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, Solver, Start
 from vibropipe.study.problems import Problem, StudyError
-from vibropipe.study.words import greek
+from vibropipe.study.spelling import greek
 
 BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
 END = "<!-- table of keys: end -->"

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
-from vibropipe.study.reading import NUMBER, Quoted
+from vibropipe.study.yaml_reader import NUMBER, Quoted
 
 REFUSED = "refused"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)

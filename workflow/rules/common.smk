@@ -5,11 +5,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vibropipe.cutting import PlanError
+from vibropipe.jobs.sharding import PlanError
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.summary import summarise
-from vibropipe.listing import plan_text
-from vibropipe.plan import drawing_hash
+from vibropipe.jobs.terminal_tables import plan_text
+from vibropipe.jobs.plan import drawing_hash
 from vibropipe.store.atomic import remove_leftovers
 from vibropipe.study import StudyError
 

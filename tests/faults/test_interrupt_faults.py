@@ -1,0 +1,90 @@
+"""Ctrl-C, at any moment: one line, exit code 130, nothing left behind; in Python an exception like any other."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from sharded_study import PROGRAM, said_until
+
+from vibropipe.store import check_whole
+
+MOMENTS = 40
+INTERRUPTED_IMPORT = """\
+import os, signal, sys
+
+class Interrupted:
+    def find_spec(self, name, path, target=None):
+        if name == {name!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupted())
+from vibropipe.cli import main
+main()
+"""
+INTERRUPTED_SWEEP = """\
+import os, signal, threading, time
+import numpy as np
+import vibropipe as vp
+
+exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
+few = {"f": [0.5, 1.0], "nu": [0.8, 1.0]}
+before = vp.sweep(exciter, few)
+threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+begin = time.perf_counter()
+try:
+    vp.sweep(exciter, {"f": np.linspace(0.1, 3, 2000), "nu": np.linspace(0.3, 3, 1000)})
+except KeyboardInterrupt:
+    print(f"{time.perf_counter() - begin:.1f}")
+assert vp.sweep(exciter, few).identical(before)
+print("as before")
+"""
+
+
+def check_end(process: subprocess.Popen) -> None:
+    """See that a program ends as it should after Ctrl-C, words of progress apart."""
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 130, said
+    lines = [line for line in said.splitlines() if not line.startswith("response")]
+    assert lines == ["vibropipe: interrupted; what was whole stays, nothing half-written was left"]
+
+
+@pytest.mark.parametrize("name", ["typer", "pydantic", "numba"])
+def test_ctrl_c_while_libraries_are_loaded(name, work, tmp_path):
+    code = INTERRUPTED_IMPORT.format(name=name)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [sys.executable, "-c", code, *work.asked(tmp_path / "1.nc", "--shard", "1/3")]
+    with subprocess.Popen(command, **pipes) as process:
+        check_end(process)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(MOMENTS))
+def test_ctrl_c_at_any_moment(seed, work, tmp_path):
+    """From the first line of this program to the end of a job, which takes some two seconds."""
+    code = "print('begun', flush=True)\n" + PROGRAM[-1]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    output = tmp_path / "response.nc"
+    with subprocess.Popen([*PROGRAM[:-1], code, *work.asked(output)], **pipes) as process:
+        said_until("begun", process)
+        # before that it is the interpreter that loads the package
+        time.sleep(0.05 + random.Random(seed).uniform(0, 2))
+        process.send_signal(signal.SIGINT)
+        if output.exists():  # all that was left was the end of the interpreter
+            assert "Traceback" not in process.communicate(timeout=60)[1]
+            check_whole(output)
+        else:
+            check_end(process)
+    assert {path.name for path in tmp_path.iterdir()} <= {"response.nc", "response.json"}
+
+
+def test_ctrl_c_in_python_ends_a_sweep_and_the_next_one_is_right():
+    command = [sys.executable, "-c", INTERRUPTED_SWEEP]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    seconds, then = done.stdout.splitlines()
+    assert float(seconds) < 30
+    assert then == "as before"

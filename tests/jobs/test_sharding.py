@@ -1,0 +1,107 @@
+"""How sweeps are cut: shards are short enough, blocks small enough, and no job that solves one holds much."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from vibropipe.jobs import sharding as cutting
+from vibropipe.jobs.plan import SECONDS_PER_ROW
+from vibropipe.scenes.sweep import solve_part
+from vibropipe.solve import rows
+from vibropipe.study import parse_study
+
+SLOW = {"nu": [0.01, 0.05, 300], "f": [0.5, 2, 300]}
+QUICK = {"nu": [2, 3, 1000], "f": [0.05, 0.5, 1000]}
+PRESSED = {"exciter": {"delta": 1.5}, "start": {"x0": 1.5}}
+ALL = {"outputs": ["harmonics", "impacts", "stability", "energy", "motion"]}
+DOWN = {"follow": {"along": "nu", "direction": "down"}}
+ACCURACY = {"solver": {"accuracy": 1e-6}}
+PEAK = """\
+import sys
+from pathlib import Path
+from vibropipe.bench.growth import peak_memory
+from vibropipe.scenes import solve_to_file
+from vibropipe.study import load_study
+study, output, shard = sys.argv[1:]
+solve_to_file(load_study(study), "s", Path(output), tuple(map(int, shard.split("/"))), 1)
+print(peak_memory())
+"""
+
+
+def study_of(grid: dict, R: float, points: int | None = None, **keys: object) -> dict:
+    """A study of one sweep over values from, to, so many (or `points` of each)."""
+    over = {
+        name: {"start": start, "stop": stop, "points": points or count}
+        for name, (start, stop, count) in grid.items()
+    }
+    exciter = {"l": 0.5, "h": 0.1, "R1": R, "R2": 0.5}
+    return {
+        "title": "t",
+        "exciter": exciter,
+        "scenes": {"s": {"kind": "sweep", "over": over} | keys},
+    }
+
+
+def sweep_of(*given: object, **keys: object) -> cutting.SweepScene:
+    return cutting.as_sweep(parse_study(study_of(*given, **keys)).scene("s"))
+
+
+def test_kernels_and_plan_agree_on_the_room_of_a_row():
+    assert cutting.MOST_IMPACTS == rows.ORBIT_LOG_CAPACITY
+    assert cutting.PHASE_SAMPLES == rows.PHASES
+
+
+@pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])
+@pytest.mark.parametrize(("grid", "keys"), [(SLOW, {}), (QUICK, ALL), (SLOW, ACCURACY)])
+def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
+    monkeypatch.setenv(cutting.SHARD_VARIABLE, str(seconds))
+    scene = sweep_of(grid, 0.7, **keys)
+    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
+    sizes = []
+    for shard in range(1, shards + 1):
+        start, stop = cutting.row_range(scene, shard, shards)
+        sizes.append(stop - start)
+    assert sum(sizes) == scene.row_count
+    assert cutting.block_rows(scene) * cutting.row_memory(scene) <= cutting.BLOCK_BYTES
+    if shards < cutting.MAX_SHARDS:
+        assert max(sizes) * SECONDS_PER_ROW <= seconds + SECONDS_PER_ROW
+
+
+@pytest.mark.parametrize(
+    ("grid", "R", "keys"),
+    [(SLOW, 0.7, {}), (SLOW, 0.9, {}), (SLOW, 0.99, {}), (QUICK, 0.99, {}), (QUICK, 0.9, PRESSED)],
+)
+def test_rows_take_no_more_memory_than_planned(grid, R, keys):
+    scene = sweep_of(grid, R, points=4, **keys)
+    solved = solve_part(scene, 0, scene.row_count)
+    assert solved["row_size"].values.mean() <= cutting.most_impacts(scene)
+    fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
+    planned = cutting.steady_bytes(scene.outputs, scene.harmonics, 0)
+    assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("grid", "R", "keys"),
+    [
+        (SLOW, 0.9, {}),
+        (SLOW, 0.99, {}),
+        (SLOW, 0.7, ALL | DOWN | {"harmonics": 20}),
+        (SLOW, 0.7, ALL | ACCURACY | {"harmonics": 20}),
+        (QUICK, 0.9, PRESSED),
+        (QUICK, 0.7, {}),
+        (QUICK, 0.7, {"harmonics": 200}),
+    ],
+)
+def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, monkeypatch):
+    """Long shards of what takes much memory: slow forces, hard supports, every output, an accuracy."""
+    monkeypatch.setenv(cutting.SHARD_VARIABLE, "300")
+    study = tmp_path / "t.yaml"
+    study.write_text(json.dumps(study_of(grid, R, **keys)))
+    scene = sweep_of(grid, R, **keys)
+    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
+    command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 500e6

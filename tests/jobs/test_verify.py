@@ -1,0 +1,203 @@
+"""Datasets computed again from what they say of their origin: what is the same, and each way not to be."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from vibropipe import cli
+from vibropipe.jobs.verify import verify
+from vibropipe.scenes import join_to_file, solve_to_file
+from vibropipe.store import read, write
+from vibropipe.study import load_study
+
+STUDY = """\
+title: A study of seconds
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  forced: {kind: motion, tau_end: 20, samples_per_period: 16}
+  curves: {kind: backbone, delta_over_l: [0, 0.2], tau_bar: {start: 2.5, stop: 6, points: 15}}
+  free: {kind: backbone, amplitude: [0.3, 0.6, 0.7, 0.8]}
+  followed:
+    kind: sweep
+    over: {nu: [0.9, 1, 1.1, 1.2], f: [0.2, 0.6, 1]}
+    follow: {along: nu, direction: down}
+  response: {kind: sweep, over: {f: [0.2, 1], nu: [0.9, 1, 1.1]}}
+  cases: {kind: hard_cases, cases: [plastic_for_ever, coexisting]}
+  race:
+    kind: accuracy
+    methods: [newmark, exact]
+    steps_per_period: [16, 32]
+    repeats: 2
+    motions: {struck: {periods: 2}, quiet: {exciter: {f: 0.1}, periods: 2}}
+  costs:
+    kind: effects
+    repeats: 2
+    motions: {full: {exciter: {nu: 0.3, f: 1.5}, periods: 4}, struck: {periods: 8}}
+"""
+SCENES = ("cases", "costs", "curves", "followed", "forced", "free", "race", "response")
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of every kind of scene, far from the study they were made of."""
+    folder = tmp_path_factory.mktemp("solved")
+    file = folder / "tiny.yaml"
+    file.write_text(STUDY)
+    study = load_study(file)
+    for name in study.scenes:
+        solve_to_file(study, name, folder / "results" / f"{name}.nc", None, 2)
+    moved = tmp_path_factory.mktemp("elsewhere") / "under another name"
+    shutil.move(folder / "results", moved)
+    file.unlink()
+    return moved
+
+
+@pytest.fixture
+def results(solved: Path, tmp_path: Path) -> Path:
+    """A copy to be changed at will."""
+    return Path(shutil.copytree(solved, tmp_path / "results"))
+
+
+def run(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(["verify", *(str(argument) for argument in arguments)])
+    return int(stopped.value.code or 0)
+
+
+def changed(path: Path, **attrs: str) -> None:
+    """Write other attributes into a whole file; its checksum is right again."""
+    write(read(path).assign_attrs(attrs), path)
+
+
+def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
+    assert run(solved, "--seed", 1) == 0
+    said = capsys.readouterr().out
+    for name, checked in zip(
+        SCENES,
+        ("all 2 cases", "all 2 motions", "all of it", "all 12 rows", "all of it", "all 4 amplitudes",
+         "all 6 races", "all 6 rows"),
+        strict=True,
+    ):  # fmt: skip
+        assert f"{name}: {checked}: same, bit for bit\n" in said
+    assert "not compared: times" in said
+    assert said.endswith("sample: --rows 100 --seed 1\n")
+
+
+def test_a_sample_is_of_whole_chains_and_repeated_by_its_seed(solved):
+    def told(seed: int) -> list[str]:
+        return [str(verdict) for verdict in verify(solved, rows=2, seed=seed)]
+
+    assert told(7) == told(7)
+    assert {line.splitlines()[0] for line in told(7)} >= {
+        "followed: 4 of 12 rows: same, bit for bit",
+        "response: 2 of 6 rows: same, bit for bit",
+        "free: 2 of 4 amplitudes: same, bit for bit",
+        "cases: all 2 cases: same, bit for bit",
+        "race: 3 of 6 races: same, bit for bit",
+    }
+
+
+@pytest.mark.parametrize(
+    ("scene", "quantity"),
+    [
+        ("forced", "velocity"), ("curves", "velocity_over_l"), ("free", "displacement_mean"),
+        ("followed", "displacement_mean"), ("response", "impact_velocity"),
+        ("response", "nu"), ("cases", "measured"), ("race", "error_end"),
+    ],
+)  # fmt: skip
+def test_one_changed_bit_is_found_though_the_checksum_is_right(scene, quantity, results, capsys):
+    path = results / f"{scene}.nc"
+    dataset = read(path)
+    values = dataset[quantity].values.copy()
+    place = tuple(int(at) for at in np.argwhere(np.isfinite(values))[-1])
+    values[place] = np.nextafter(values[place], np.inf)
+    write(
+        dataset.assign({quantity: (dataset[quantity].dims, values, dataset[quantity].attrs)}), path
+    )
+    assert run(results) == 1
+    said = capsys.readouterr().out
+    assert f"{scene}: " in said
+    assert f"  {quantity}" in said
+    assert "in the file" in said
+    assert said.count("same, bit for bit") == len(SCENES) - 1
+
+
+def test_a_damaged_file_is_told_and_the_others_are_verified(results, capsys):
+    whole = (results / "free.nc").read_bytes()
+    (results / "free.nc").write_bytes(whole[:-5])
+    flipped = bytearray((results / "forced.nc").read_bytes())
+    flipped[len(flipped) // 2] ^= 1
+    (results / "forced.nc").write_bytes(flipped)
+    assert run(results) == 1
+    said = capsys.readouterr().out
+    assert "free.nc is truncated" in said
+    assert "forced.nc is damaged (its checksum does not match)" in said
+    assert said.count("same, bit for bit") == len(SCENES) - 2
+
+
+def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
+    path = results / "forced.nc"
+    versions = json.loads(read(path).attrs["versions"]) | {"numba": "0.1"}
+    changed(path, kernel_hash="0123456789abcdef", versions=json.dumps(versions), machine="z80")
+    assert run(path) == 0
+    said = capsys.readouterr().out
+    assert "can differ here: kernel hash was 0123456789abcdef, here " in said
+    assert "machine was z80, here " in said
+    assert "numba was 0.1, here " in said
+
+    dataset = read(path)
+    write(dataset.assign(displacement=dataset["displacement"] + 1), path)
+    assert run(path) == 1
+    assert "a difference is expected here: kernel hash was" in capsys.readouterr().out
+
+
+def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsys):
+    file, shards = tmp_path / "tiny.yaml", [tmp_path / "1.nc", tmp_path / "2.nc"]
+    file.write_text(STUDY)
+    study = load_study(file)
+    for number, shard in enumerate(shards, 1):
+        solve_to_file(study, "response", shard, (number, 2), 1)
+    changed(shards[1], machine="z80")
+    join_to_file(study, "response", shards, tmp_path / "response.nc")
+    assert run(tmp_path / "response.nc") == 0
+    said = capsys.readouterr().out
+    assert "response: all 6 rows: same, bit for bit" in said
+    assert "machine was " in said
+    assert " and z80, here " in said
+    assert run(shards[0]) == 0
+    assert "1: not verified\n  not compared: it is a shard" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("attrs", "words"),
+    [
+        ({"study": STUDY.replace("tau_end: 20", "tau_end: 21")}, "study_hash differs"),
+        ({"title": "tiny: other"}, "names no scene"),
+    ],
+)
+def test_an_origin_that_contradicts_itself_is_a_fault(attrs, words, results, capsys):
+    changed(results / "forced.nc", **attrs)
+    assert run(results / "forced.nc") == 1
+    assert words in capsys.readouterr().out
+
+
+def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
+    write(xr.Dataset({"displacement_end": ((), 0.25)}), tmp_path / "bare.nc")
+    assert run(tmp_path) == 0
+    said = capsys.readouterr().out
+    assert "bare: not verified" in said
+    assert "it holds no study" in said
+
+
+@pytest.mark.parametrize("place", ["absent", "empty"])
+def test_no_study_is_one_message_and_exit_code_2(place, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    assert run(tmp_path / place) == 2
+    said = capsys.readouterr()
+    assert not said.out
+    assert place in said.err
+    assert "solve the study first" in said.err

@@ -1,0 +1,147 @@
+"""What is timed is what it is said to be: same contacts by all kernels, same rounds for all timers, true ratios."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.lab import timing
+from vibropipe.lab.effect_costs import KERNELS, Trial, measure_effects, own_effects, works_of
+from vibropipe.lab.timing import Timer, spent_on, take_turns
+from vibropipe.lab.work_precision_methods import March, Motion
+from vibropipe.march.grid import exact_grid
+from vibropipe.march.log import IMPACTS, RESTS
+from vibropipe.physics.effects import ALL_EFFECTS
+
+FULL = Motion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 4)
+PLAIN = Motion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
+UNFORCED = Motion(vp.Exciter(l=0.5, h=0.005, R1=0.99, R2=0.99), 0.0, 2.0, 20)
+FREE = Motion(vp.Exciter(l=0.5), 0.0, -0.51, 1000)
+QUIET = Motion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
+
+
+class Clock:
+    """A clock that goes only when something is done."""
+
+    def __init__(self):
+        self.now, self.done = 0.0, []
+
+    def timer(self, name, seconds, units):
+        def repeat(often):
+            self.done.append(name)
+            self.now += often * seconds
+
+        return Timer(repeat, units, lambda: self.now)
+
+
+def test_times_are_per_unit_and_all_take_turns():
+    clock = Clock()
+    quick, slow = clock.timer("quick", 1e-6, 4), clock.timer("slow", 0.05, 1)
+    told = []
+    take_turns([quick, slow], 3, lambda *counts: told.append(counts))
+    assert told == [(taken, 6) for taken in range(1, 7)]
+    assert quick.times == pytest.approx([250.0] * 3)
+    assert slow.times == pytest.approx([5e7] * 3)
+    assert quick.often * 1e-6 >= timing.SHORTEST
+    rounds = [name for i, name in enumerate(clock.done) if i == 0 or clock.done[i - 1] != name]
+    assert rounds == ["quick", "slow"] * 4  # the first of them warms
+
+
+def test_a_timer_stops_when_all_it_may_spend_is_spent():
+    timer = Clock().timer("long", 0.1, 1)
+    take_turns([timer], 50)
+    assert timer.spent == pytest.approx(0.3)
+    assert spent_on(0.1, 50) == pytest.approx(0.35)
+    assert spent_on(1e-6, 10) == pytest.approx(2 * 2e-3 + 10 * 3e-3)
+
+
+@pytest.mark.parametrize("motion", [FULL, PLAIN, UNFORCED], ids=["full", "plain", "unforced"])
+def test_every_kernel_marches_the_same_contacts(motion):
+    marches = []
+    for effects in (ALL_EFFECTS, own_effects(motion, False)):
+        march = March(motion, exact_grid(effects, motion.exciter.parameters()), effects)
+        march.repeat(3)
+        marches.append(march.log)
+    simulated = vp.simulate(
+        motion.exciter, motion.tau_end, motion.x0, motion.v0, samples_per_period=0
+    )
+    for log in marches:
+        n = int(log.counts[IMPACTS])
+        struck = log.support[:n] > 0
+        tau = log.position[:n][struck] * motion.exciter.period
+        np.testing.assert_allclose(tau, simulated.impact_tau.values, rtol=1e-11)
+        assert int(log.counts[RESTS]) == np.isfinite(simulated.rest_end.values).sum()
+
+
+@pytest.fixture(scope="module")
+def measured():
+    trials = {
+        "full": Trial(FULL),
+        "plain": Trial(PLAIN, at_most=1e6),
+        "free": Trial(FREE, at_most=1e-6),
+        "sampled": Trial(PLAIN, outputs=("impacts", "motion")),
+        "alone": Trial(PLAIN, against="sampled", at_most=0.9),
+        "row": Trial(PLAIN, row=True, outputs=("harmonics",)),
+        "quiet": Trial(QUIET, row=True, outputs=("harmonics",), against="row"),
+    }
+    return measure_effects(trials, FULL, lambda trial, motion: 8.0 + motion.periods, 9)
+
+
+def test_own_times_are_the_1_of_their_own_ratio(measured):
+    own = measured.sel(kernel="own")
+    np.testing.assert_array_equal(own.time_ratio, 1)
+    np.testing.assert_array_equal(own.bytes_ratio, 1)
+    assert measured.kernel.values.tolist() == list(KERNELS)
+    for name in ("kernel_time", "time_ratio"):
+        assert (measured[f"{name}_low"] <= measured[name]).all()
+        assert (measured[name] <= measured[f"{name}_high"]).all()
+
+
+@pytest.mark.benchmark
+def test_ratios_are_those_of_the_times(measured):
+    same = ["full", "plain", "free", "sampled", "row"]  # as long by every kernel
+    ratio = measured.kernel_time.sel(kernel="own") / measured.kernel_time.sel(kernel="all")
+    found = measured.time_ratio.sel(kernel="all").sel(motion=same)
+    np.testing.assert_allclose(found, ratio.sel(motion=same), rtol=0.5)
+
+
+def test_ratios_are_those_of_the_bytes(measured):
+    bytes_ratio = measured.bytes_ratio.sel(motion="free", kernel="full")
+    assert float(bytes_ratio) == pytest.approx(1008 / 12)
+
+
+@pytest.mark.benchmark
+def test_closed_forms_are_taken_where_there_are_any(measured):
+    assert float(measured.time_ratio.sel(motion="free", kernel="all")) < 0.5
+    assert float(measured.time_ratio.sel(motion="quiet", kernel="all")) < 0.5
+    assert 0.5 < float(measured.time_ratio.sel(motion="plain", kernel="all")) < 2
+
+
+def test_targets_are_judged_by_the_numbers(measured):
+    met = dict(zip(measured.motion.values, measured.target_met.values.tolist(), strict=True))
+    assert (met["plain"], met["free"], met["full"], met["row"]) == (1, 0, 2, 2)
+    alone = measured.sel(motion="alone")
+    assert (float(alone.target_ratio) <= 0.9) == bool(alone.target_met == 1)
+    assert alone.target_against.item() == "sampled"
+    assert np.isnan(measured.target.sel(motion="row"))
+
+
+def test_motions_are_what_they_are_said_to_be(measured):
+    one = measured.sel(motion="full", kernel="own")
+    assert one.rests_per_period > 0
+    assert one.effects_present.item() == "damping, forcing, support_1, support_2, restitution, rest"
+    np.testing.assert_array_equal(measured.sel(motion="plain").impacts_per_period[:2], 2)
+    assert measured.effects_present.sel(motion="quiet").item() == "damping, forcing"
+    assert (measured.impacts_per_period.sel(motion="quiet", kernel=["own", "all"]) == 0).all()
+    assert measured.outputs_asked.sel(motion="row").item() == "steady state, harmonics"
+
+
+def test_a_row_is_worth_the_periods_it_takes_to_settle():
+    works = works_of(Trial(PLAIN, row=True, outputs=("harmonics",)), FULL)
+    settled = vp.steady_state(PLAIN.exciter)
+    assert works["own"].periods == int(settled.periods_to_settle)
+    assert works["own"].units == 1
+    assert math.isclose(works["own"].impacts, float(settled.impacts_per_orbit.sum()))

@@ -1,0 +1,147 @@
+"""Motions in lockstep are those marched one by one, to the last bit, and are marched by the vector units."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import vibropipe as vp
+from vibropipe.lab.simulate_rows import simulate_rows
+from vibropipe.march import newmark_steps
+from vibropipe.words.status import Status
+
+OF_IMPACT = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
+OF_REST = ("rest_start", "rest_end", "rest_support")
+ENDS = ("displacement_end", "velocity_end", "status")
+FORCED = vp.Exciter(l=0.5, nu=1.1, f=0.8, h=0.1, delta=0.01, R1=0.7, R2=0.6)
+CHATTER = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7)
+PLASTIC = vp.Exciter(l=0.5, nu=0.4, f=1.2, h=0.1, R1=0.0, R2=0.3)
+FREE = vp.Exciter(l=1.0, delta=0.2)
+OUT_OF_REACH = vp.Exciter(l=1e3, f=0.5, h=0.1)
+
+
+def one_by_one(exciters, tau_end, xs, vs, steps):
+    return [
+        vp.simulate(e, end, x, v, "newmark", steps_per_period=steps, samples_per_period=0)
+        for e, end, x, v in zip(exciters, tau_end, xs, vs, strict=True)
+    ]
+
+
+def check_same(exciters, tau_end, xs, vs, steps):
+    """Every number of `simulate_rows` is that of `simulate`, nan where it is nan."""
+    rows = simulate_rows(exciters, tau_end, xs, vs, steps_per_period=steps)
+    cuts = {name: np.cumsum([0, *rows[name].values]) for name in ("row_size", "row_rests")}
+    for row, alone in enumerate(one_by_one(exciters, tau_end, xs, vs, steps)):
+        for name in ENDS:
+            np.testing.assert_array_equal(rows[name][row], alone[name], err_msg=f"{row} {name}")
+        for size, names in (("row_size", OF_IMPACT), ("row_rests", OF_REST)):
+            part = slice(cuts[size][row], cuts[size][row + 1])
+            for name in names:
+                np.testing.assert_array_equal(rows[name][part], alone[name], f"{row} {name}")
+    return rows
+
+
+def exciters():
+    """Weak and strong forcing, slow and fast, either support near, plastic to elastic."""
+    return st.builds(
+        vp.Exciter,
+        l=st.floats(0.1, 1.0),
+        nu=st.floats(0.1, 5.0),
+        f=st.one_of(st.just(0.0), st.floats(-3.0, 3.0)),
+        h=st.one_of(st.just(0.0), st.floats(0.0, 3.0)),
+        delta=st.floats(-1.5, 1.5),
+        R1=st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)),
+        R2=st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)),
+    )
+
+
+rows_of_motions = st.lists(
+    st.tuples(exciters(), st.floats(0.0, 40.0), st.floats(0.0, 1.0), st.floats(-2.0, 2.0)),
+    min_size=1,
+    max_size=8,
+)
+
+
+@settings(max_examples=150)
+@example([(CHATTER, 30.0, 0.5, 0.0), (PLASTIC, 31.0, 0.0, 0.0), (FREE, 9.0, 1.0, 2.0)], 2000)
+@example([(FORCED, 20.0, 0.5, 0.3), (OUT_OF_REACH, 20.0, 0.5, 0.3)], 9000)
+@example([(FORCED, 0.0, 0.5, 0.3)], 10)
+@given(rows_of_motions, st.sampled_from([1, 3, 8, 20, 100, 257]))
+def test_each_row_is_the_motion_marched_alone(motions, steps):
+    listed, ends, shares, vs = zip(*motions, strict=True)
+    # A share of 0 or 1 is a start on a support.
+    xs = [
+        min(max(e.lower + share * 2 * e.l, e.lower), e.upper)
+        for e, share in zip(listed, shares, strict=True)
+    ]
+    check_same(list(listed), ends, xs, vs, steps)
+
+
+def test_rows_fill_several_blocks_and_none_sees_another():
+    rng = np.random.default_rng(7)
+    listed = [
+        vp.Exciter(l=0.5, nu=nu, f=f, h=0.1, R1=R1, R2=R2)
+        for nu, f, R1, R2 in rng.uniform((0.3, 0.2, 0.3, 0.3), (2, 2, 1, 1), (150, 4))
+    ]
+    ends = rng.uniform(5, 60, 150)
+    rows = check_same(listed, ends, np.zeros(150), np.zeros(150), 200)
+    assert (rows.row_size > 0).any()
+    assert (rows.row_rests > 0).any()
+    again = simulate_rows(listed[::-1], ends[::-1], steps_per_period=200)
+    np.testing.assert_array_equal(again.displacement_end[::-1], rows.displacement_end)
+
+
+def test_a_row_of_many_contacts_gets_the_room_it_needs():
+    many = vp.Exciter(l=0.05, nu=0.1, f=1.0, h=0.1, R1=0.9, R2=0.9)
+    rows = check_same([FORCED, many], [900.0, 900.0], [0.0, 0.0], [0.0, 0.0], 100)
+    # many times what it is given at first, six for each of 14 periods and some
+    assert rows.row_size[1] > 2000
+
+
+def test_too_many_contacts_are_told_and_leave_no_end():
+    rows = simulate_rows([FORCED, OUT_OF_REACH], 60.0, steps_per_period=100, max_impacts=5)
+    assert rows.status.values.tolist() == [Status.MAX_IMPACTS, Status.OK]
+    assert math.isnan(rows.displacement_end[0])
+    assert rows.row_size[0] == 6
+    assert np.isfinite(rows.displacement_end[1])
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"exciters": []}, "exciters is empty"),
+        ({"tau_end": [1.0, 2.0]}, "tau_end has shape (2,)"),
+        ({"tau_end": -1.0}, "tau_end = -1.0"),
+        ({"x0": 7.0}, "x0 = 7.0"),
+        ({"steps_per_period": 0}, "steps_per_period = 0"),
+        ({"max_impacts": -1}, "max_impacts = -1"),
+    ],
+)
+def test_bad_input_is_named(changed, said):
+    asked = {"exciters": [FORCED], "tau_end": 1.0, "steps_per_period": 10, **changed}
+    with pytest.raises(vp.ParameterError, match=re.escape(said)):
+        simulate_rows(**asked)
+
+
+@pytest.mark.skipif(not llvm.get_host_cpu_features().get("avx"), reason="no wide vector registers")
+def test_a_stride_is_made_of_packed_instructions():
+    """Products and sums of all steps, each on as many motions as a register holds."""
+    stride = newmark_steps.stride
+    # Compiled anew: of code from the cache there is nothing to be read.
+    fresh = numba.jit(**stride.targetoptions)(stride.py_func)
+    block, sin_cos = np.zeros(newmark_steps.SIZE), np.zeros(2 * newmark_steps.STRIDE)
+    fresh(block, sin_cos, newmark_steps.STRIDE)
+    (code,) = fresh.inspect_asm().values()
+    packed = {
+        name: len(re.findall(rf"\bv{name}pd\s[^\n]*%[yz]mm", code)) for name in ("mul", "add")
+    }
+    # A step has eight products and eight sums of its own.
+    assert packed["mul"] >= 8 * newmark_steps.STRIDE
+    assert packed["add"] >= 8 * newmark_steps.STRIDE

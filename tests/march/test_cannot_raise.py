@@ -1,0 +1,111 @@
+"""A kernel cannot raise: what its compiled code could raise is read off, of all that solves rows and motions."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import vibropipe as vp
+from vibropipe.compiler import jit
+from vibropipe.lab.simulate_rows import simulate_rows
+from vibropipe.solve.rows import OUTPUTS, drive
+
+# What is left is no fault of a row: arrays are made once per row or motion, their sizes bounded by constants, so only
+# a machine without memory refuses them. numba looks at the size of every one.
+OF_ALLOCATION = {
+    (MemoryError, "Allocation failed (probably too large)."),
+    (ValueError, "negative dimensions not allowed"),
+    (
+        ValueError,
+        "array is too big; `arr.size * arr.dtype.itemsize` is larger than the maximum possible size.",
+    ),
+}
+# The same of the threads that numba divides a loop among; not of what they solve.
+OF_THREADS = {(RuntimeError, "Invalid number of threads. This likely indicates a bug in Numba.")}
+CONSTANT = re.compile(
+    r'^@(\S*pickledata\S*) = .*constant \[\d+ x i8\] c"(.*?)"(?:, align \d+)?$', re.M
+)
+ESCAPE = re.compile(rb"\\([0-9A-Fa-f]{2})")
+EXCITER = vp.Exciter(l=0.5, nu=0.9, f=1.0, h=0.2, R1=0.7, R2=0.7)
+
+
+def raised_by(dispatcher: Any) -> Iterator[tuple[type, str]]:
+    """(exception, message) of all that the compiled code of a function can raise, and of what it calls.
+
+    numba keeps each as a pickle among the constants of the module; optimised code has those it can still reach.
+    """
+    for compiled in dispatcher.overloads.values():
+        text = str(compiled.library._get_module_for_linking())
+        for _name, escaped in CONSTANT.findall(text):
+            raw = ESCAPE.sub(lambda m: bytes([int(m[1], 16)]), escaped.encode("latin1"))
+            try:
+                kept = pickle.loads(raw)
+            except Exception:  # the hash beside it
+                continue
+            if isinstance(kept, tuple) and isinstance(kept[0], type):
+                yield kept[0], " ".join(map(str, kept[1] or ()))
+
+
+def compiled_functions() -> dict[str, Any]:
+    """All functions of the package that have been compiled for some arguments, by name."""
+    return {
+        f"{name}.{key}": value
+        for name, module in list(sys.modules.items())
+        if name.startswith("vibropipe.") and not name.startswith("vibropipe.bench.")
+        for key, value in vars(module).items()
+        if isinstance(value, Dispatcher) and value.py_func.__module__ == name and value.overloads
+    }
+
+
+@pytest.fixture(scope="module")
+def functions() -> dict[str, Any]:
+    """Compiled functions, after something of every kind was solved."""
+    vp.sweep(EXCITER, {"nu": [0.9]}, outputs=OUTPUTS)
+    vp.simulate(EXCITER, 20.0, energy=True)
+    vp.simulate(EXCITER, 20.0, method="newmark", steps_per_period=64, energy=True)
+    vp.simulate(EXCITER, 2.0, accuracy=1e-6)
+    vp.simulate(vp.Exciter(l=0.5), 20.0, x0=0.4, v0=1.0)
+    vp.simulate(vp.Exciter(l=5.0, f=0.1, h=0.2), 20.0)
+    simulate_rows([EXCITER], 20.0, steps_per_period=64)
+    return compiled_functions()
+
+
+def test_nothing_that_solves_can_raise(functions: dict[str, Any]) -> None:
+    for needed in (
+        "solve.rows.drive", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
+        "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
+        "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
+    ):  # fmt: skip
+        assert f"vibropipe.{needed}" in functions
+    found = {name: set(raised_by(function)) - OF_ALLOCATION for name, function in functions.items()}
+    assert found.pop("vibropipe.lab.simulate_rows._drive") <= OF_THREADS
+    assert not {name: raised for name, raised in found.items() if raised}
+
+
+def test_what_can_raise_is_seen() -> None:
+    @jit
+    def divided(a: complex, b: complex) -> complex:
+        return a / b
+
+    @numba.njit
+    def refused(a: int) -> int:
+        if a > 3:
+            raise KeyError("too many")
+        return a // (a - 1)
+
+    divided(1j, 2j)
+    refused(2)
+    assert (ZeroDivisionError, "complex division by zero") in set(raised_by(divided))
+    assert {kind for kind, _message in raised_by(refused)} == {KeyError, ZeroDivisionError}
+
+
+def test_drivers_keep_what_they_may_raise_to_allocation(functions: dict[str, Any]) -> None:
+    """The list of what is let pass is no longer than it must be."""
+    assert set(raised_by(drive)) == OF_ALLOCATION

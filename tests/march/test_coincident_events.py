@@ -1,0 +1,212 @@
+"""What happens when events fall on one another, on the start or on the end: stated rules.
+
+Events at tau <= tau_end are processed, and the end state is the one after them. A mass at rest on a
+support and pushed into it stays; one that moves in strikes once, at the start; one that moves out,
+or is pulled off, leaves without an impact.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from comparisons import disagreements, impacts_of, judge, methods, reference, rests_of
+from textbook import Flight, Parameters, digits
+
+import vibropipe as vp
+
+TURN = 2 * math.pi
+mirrors = pytest.mark.parametrize("side", [1, -1], ids=["support 1", "support 2"])
+
+
+def exciter(side: int = 1, **parameters: float) -> Any:
+    """An exciter given for support 1, mirrored for support 2."""
+    made = vp.Exciter(**parameters)
+    return made if side == 1 else made.mirrored()
+
+
+# -- starting on a support ---------------------------------------------------------------------
+
+# force f sin(nu tau) at tau = 0 is zero: the spring alone pushes (delta < -l) or pulls (delta > -l)
+PUSHED = {"l": 0.5, "delta": -0.8, "R1": 0.6}
+PULLED = {"l": 0.5, "delta": 0.0, "R1": 0.6}
+BALANCED = {"l": 0.5, "delta": -0.5, "R1": 0.6}
+
+
+@methods
+@mirrors
+@pytest.mark.parametrize("speed", [0.3, 1e-7, 1e-12])
+@pytest.mark.parametrize("where", [PUSHED, PULLED, BALANCED])
+def test_a_start_that_moves_in_strikes_once_at_the_start(
+    where: dict[str, float], speed: float, side: int, method: dict[str, Any]
+) -> None:
+    e = exciter(side, **where)
+    start = {"x0": side * (0.5 + where["delta"]), "v0": side * speed}
+    for tau_end in (0.0, 0.1):
+        ds = vp.simulate(e, tau_end=tau_end, **start, **method)
+        first = impacts_of(ds)[0]
+        assert first[:2] == (0.0, 1 if side == 1 else 2)
+        assert first[2:] == pytest.approx((side * speed, -side * 0.6 * speed), rel=1e-15)
+        assert ds.impact_tau.values.tolist().count(0.0) == 1
+
+
+@methods
+@mirrors
+@pytest.mark.parametrize("where", [PUSHED, PULLED, BALANCED])
+def test_a_start_that_moves_out_does_not_strike_at_the_start(
+    where: dict[str, float], side: int, method: dict[str, Any]
+) -> None:
+    e = exciter(side, **where)
+    ds = vp.simulate(e, tau_end=0.1, x0=side * (0.5 + where["delta"]), v0=-side * 0.3, **method)
+    assert ds.impact_tau.size == 0
+    assert ds.rest_start.size == 0
+    assert side * float(ds.displacement_end) < 0.5 + where["delta"]
+
+
+@methods
+@mirrors
+@pytest.mark.parametrize("where", [PUSHED, BALANCED])
+def test_a_start_at_rest_and_not_pulled_stays(
+    where: dict[str, float], side: int, method: dict[str, Any]
+) -> None:
+    ds = vp.simulate(
+        exciter(side, **where), tau_end=30.0, x0=side * (0.5 + where["delta"]), **method
+    )
+    assert ds.impact_tau.size == 0
+    assert rests_of(ds) == [(0.0, math.inf, 1 if side == 1 else 2)]
+    assert float(ds.displacement_end) == side * (0.5 + where["delta"])
+    assert float(ds.velocity_end) == 0
+
+
+@methods
+@mirrors
+def test_a_start_at_rest_and_pulled_leaves(side: int, method: dict[str, Any]) -> None:
+    ds = vp.simulate(exciter(side, **PULLED), tau_end=1.0, x0=side * 0.5, **method)
+    assert ds.impact_tau.size == 0
+    assert rests_of(ds) == []
+    coarse = 1e-12 if not method else 0.4 / method["steps_per_period"]
+    assert float(ds.displacement_end) == pytest.approx(side * 0.5 * math.cos(1), abs=coarse)
+
+
+@methods
+@mirrors
+@pytest.mark.parametrize("f", [0.4, -0.4])
+def test_a_balanced_start_goes_where_the_force_will_go(
+    f: float, side: int, method: dict[str, Any]
+) -> None:
+    """Support at the equilibrium: the growing force pushes in (half a period of rest) or pulls."""
+    e = exciter(side, **BALANCED, f=f, nu=2.0)
+    ds = vp.simulate(e, tau_end=1.0, x0=0.0, **method)
+    assert ds.impact_tau.size == 0
+    if f > 0:
+        assert rests_of(ds)[0][0] == 0.0
+        assert float(ds.displacement_end) == 0
+        late = vp.simulate(e, tau_end=2.0, x0=0.0, **method)
+        assert rests_of(late)[0][1] == pytest.approx(math.pi / 2, abs=1e-12)
+        assert side * float(late.displacement_end) < 0
+    else:
+        assert rests_of(ds) == []
+        assert side * float(ds.displacement_end) < 0
+
+
+@methods
+@mirrors
+def test_a_force_that_only_just_balances_does_not_release(
+    side: int, method: dict[str, Any]
+) -> None:
+    """f equals the spring's push exactly: the push touches zero once a period and never turns."""
+    e = exciter(side, l=0.5, delta=-1.0, f=-0.5, R1=0.5)
+    ds = vp.simulate(e, tau_end=40.0, x0=-side * 0.5, **method)
+    assert rests_of(ds) == [(0.0, math.inf, 1 if side == 1 else 2)]
+    assert ds.impact_tau.size == 0
+
+
+# -- events at one instant ---------------------------------------------------------------------
+
+
+@methods
+@pytest.mark.parametrize("name", ["fig9_offset", "one_sided_at_equilibrium", "plastic_R0"])
+def test_an_impact_at_tau_end_is_counted_and_the_end_is_after_it(
+    name: str, method: dict[str, Any]
+) -> None:
+    entry = reference("motions")[name]
+    e = vp.Exciter(**{key: float(entry[key]) for key in Parameters._fields})
+    start = {"x0": float(entry["x0"]), "v0": float(entry["v0"])}
+    whole = impacts_of(vp.simulate(e, tau_end=10.0, **start, **method))
+    for k, (tau, support, before, after) in enumerate(whole):
+        if method and tau % (TURN / e.nu / method["steps_per_period"]) == 0:
+            continue
+        late = vp.simulate(e, tau_end=tau + 1e-9, **start, **method)
+        early = vp.simulate(e, tau_end=tau - 1e-9, **start, **method)
+        assert late.impact_tau.size == k + 1
+        assert early.impact_tau.size == k
+        assert float(late.velocity_end) == pytest.approx(after, abs=1e-7)
+        assert float(early.velocity_end) == pytest.approx(before, abs=1e-7)
+        if not method:
+            there = vp.simulate(e, tau_end=tau, **start)
+            assert impacts_of(there)[-1][1] == support
+            assert there.impact_tau.size == k + 1
+            assert float(there.velocity_end) == pytest.approx(after, abs=1e-13)
+            assert float(there.displacement[-1]) == float(there.displacement_end)
+
+
+@methods
+def test_a_rest_that_ends_at_tau_end(method: dict[str, Any]) -> None:
+    e = vp.Exciter(l=0.5, nu=0.7, f=1.2, h=0.2, R1=0.0, R2=0.0)
+    start, end, _ = rests_of(vp.simulate(e, tau_end=5.0, **method))[0]
+    for tau_end in (end, (start + end) / 2):
+        ds = vp.simulate(e, tau_end=tau_end, **method)
+        assert float(ds.displacement_end) == 0.5
+        assert float(ds.velocity_end) == pytest.approx(0, abs=1e-15)
+        assert rests_of(ds)[0][1] >= tau_end
+    after = vp.simulate(e, tau_end=end + 0.1, **method)
+    assert float(after.displacement_end) < 0.5
+
+
+def test_an_impact_at_the_instant_of_release() -> None:
+    """Struck when the push is zero to rounding and about to turn: one impact, and it leaves."""
+    p = Parameters(nu=1.0, f=1.0, h=0.0, l=0.5, R1=0.0, R2=0.0)
+    release = math.pi - math.asin(0.5)  # sin(tau) falls below l here
+    c = digits(p)
+    back = Flight(c, c.mpf(1), c.mpf(1), c.mpf(0), (c.mpf(release), c.mpf("0.5"), c.mpf(1)))
+    for off in (0.0, 1e-9, -1e-9):
+        x0, v0 = (float(part) for part in back(c.mpf(release) + off - c.mpf("0.3")))
+        start = {"x0": x0, "v0": v0, "tau_start": release + off - 0.3}
+        ds = vp.simulate(vp.Exciter(**p._asdict()), tau_end=release + 2, **start)
+        judged = judge(p, release + 2, **start)
+        struck = [i for i in impacts_of(ds) if i[0] < release + 0.1]
+        assert [i[1] for i in struck] == [1]
+        x, _ = judged.motion.state(judged.motion.pieces[0][0])
+        assert x0 == x
+        # leaving a support at the very instant of release forgets when it came, up to off
+        assert float(ds.displacement_end) == pytest.approx(
+            float(judged.motion.displacement_end), abs=1e-9
+        )
+
+
+@pytest.mark.parametrize("nu", [0.1, 1.0, 20.0])
+def test_a_mass_that_lost_its_speed_touches_its_support_for_ever(nu: float) -> None:
+    """R = 0 and no loss elsewhere: back where it was stopped it has no speed, and is not stopped again."""
+    e = vp.Exciter(l=0.7, delta=-0.1, nu=nu, f=1e-300, R1=0.0, R2=0.0)
+    ds = vp.simulate(e, 1000.0, 0.0, 1.0, samples_per_period=0)
+    start = math.asin(0.6)
+    assert ds.impact_tau.values == pytest.approx([start], abs=1e-15)
+    known = start + TURN * np.arange(1, ds.grazing_tau.size + 1)
+    assert ds.grazing_tau.size == (1000 - start) // TURN
+    np.testing.assert_allclose(ds.grazing_tau, known, rtol=0, atol=1e-6)
+    # a touch forgets when it came within the root of rounding, but not where and how fast
+    x, v = float(ds.displacement_end), float(ds.velocity_end)
+    assert math.hypot(x, v) == pytest.approx(0.6, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_both_supports_at_one_place(length: float) -> None:
+    """l -> 0 at fixed force: to and fro between the supports, every impact on the other one."""
+    p = Parameters(nu=1.0, f=1.0, h=0.2, l=length, R1=0.9, R2=0.9)
+    tau_end = 12 * length
+    ds = vp.simulate(vp.Exciter(**p._asdict()), tau_end=tau_end, x0=0.0, v0=1.0)
+    judged = judge(p, tau_end, 0.0, 1.0)
+    assert len(judged.motion.impacts) >= 3
+    assert not disagreements(p, ds, judged, tau_end)

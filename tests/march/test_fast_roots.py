@@ -1,0 +1,144 @@
+"""The quick ways to an impact: where they are sure, there is one root, and it is this one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from vibropipe.march.fast_path import crosses_once, refine
+from vibropipe.march.grid import Grid, exact_grid
+from vibropipe.march.roots import hop_root, only_root
+from vibropipe.physics.effects import ALL_EFFECTS, NAMES, of_names
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import ORDER, combine, motion
+from vibropipe.physics.forcing import TWO_PI
+
+FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
+GRID: Grid = exact_grid(ALL_EFFECTS, FORCED)
+NOT_SURE = -1.0
+SOME = st.floats(-1, 1)
+
+
+def padded(c: list[float]) -> np.ndarray:
+    full = np.zeros(ORDER + 1)
+    full[: len(c)] = c
+    return full
+
+
+def closings(c: np.ndarray, span: float) -> list[float]:
+    """Places on (0, span] at which a polynomial turns negative, from 20,001 samples."""
+    at = np.linspace(0, span, 20001)
+    values = np.polyval(c[::-1], at)
+    return list(at[1:][(values[1:] <= 0) & (values[:-1] > 0)])
+
+
+@given(
+    first=st.floats(1e-3, 1), rest=st.lists(SOME, min_size=2, max_size=8), room=st.floats(0.1, 3)
+)
+@example(first=0.5, rest=[-1.0, 0.2], room=1.0)
+@example(first=0.5, rest=[1.0, -2.0], room=1.0)
+@example(first=0.5, rest=[1.0, -2.0], room=0.55)
+def test_the_only_root_is_the_only_one(first: float, rest: list[float], room: float) -> None:
+    c = padded([first, *rest])
+    theta = only_root(GRID, c, 1.0, 0.0, first, float(c.sum()), 1.0, room)
+    if theta == NOT_SURE:
+        return
+    (found,) = closings(c, 1.0)
+    assert theta == pytest.approx(found, abs=1e-4)
+    assert abs(np.polyval(c[::-1], theta)) < 1e-14
+    if c[1] > 0:
+        assert np.polyval(c[::-1], np.linspace(0, theta, 1001)).max() < room
+
+
+@pytest.mark.parametrize(
+    ("rest", "room", "sure"),
+    [
+        ([-1.0, 0.2], 1.0, True),  # falls all the way
+        ([1.0, -2.0], 1.5, True),  # rises first, bent back
+        ([1.0, -2.0], 1.0, False),  # may reach the other support before
+        ([-3.0, 3.1], 1.0, False),  # closes and opens again
+        ([-0.1], 1.0, False),  # stays open
+    ],
+)
+def test_the_quick_way_is_sure_of_the_usual(rest: list[float], room: float, sure: bool) -> None:
+    c = padded([0.5, *rest])
+    theta = only_root(GRID, c, 1.0, 0.0, 0.5, float(c.sum()), 1.0, room)
+    assert (theta != NOT_SURE) == sure
+
+
+@given(
+    speed=st.floats(1e-9, 1), rest=st.lists(SOME, min_size=1, max_size=8), far=st.floats(0.01, 1)
+)
+@example(speed=1e-9, rest=[-1.0, 0.3], far=1.0)
+@example(speed=0.4, rest=[-1.0, 0.1], far=1.0)
+def test_a_hop_ends_where_it_first_comes_back(speed: float, rest: list[float], far: float) -> None:
+    c = padded([0.0, speed, *rest])
+    theta = hop_root(GRID, c, far, float(c.sum()), 1.0)
+    if theta == NOT_SURE:
+        return
+    quotient = c[1:]
+    assert abs(np.polyval(quotient[::-1], theta)) < 1e-14
+    before = np.linspace(0, theta * (1 - 1e-9), 1001)
+    assert (np.polyval(quotient[::-1], before) > 0).all()
+    assert np.polyval(c[::-1], before).max() < far
+
+
+def test_a_hop_that_is_bent_back_is_sure() -> None:
+    for speed in (1e-12, 1e-3, 0.4):
+        c = padded([0.0, speed, -1.0, 0.1])
+        known = np.roots([0.1, -1.0, speed]).min()
+        assert hop_root(GRID, c, 1.0, float(c.sum()), 1.0) == pytest.approx(known, rel=1e-14)
+
+
+@given(
+    y=SOME, w=st.floats(-3, 3), load=SOME, turn=st.floats(0, 1), near=SOME, room=st.floats(0.1, 2)
+)
+@example(y=0.1, w=-1.0, load=0.0, turn=0.2, near=-0.1, room=1.0)
+@example(y=0.02, w=0.3, load=-1.0, turn=0.75, near=0.0, room=1.0)
+def test_a_step_is_certified_to_cross_once_from_its_ends(
+    y: float, w: float, load: float, turn: float, near: float, room: float
+) -> None:
+    s, rate = FORCED.f * np.sin(TWO_PI * turn), FORCED.f * np.cos(TWO_PI * turn)
+    c = np.empty(ORDER + 1)
+    combine(GRID.basis, c, y, w, load, s, rate)
+    y1, w1 = motion(c, 1.0, GRID.dt)
+    ends = y - near, y1 - near, w * GRID.dt, w1 * GRID.dt
+    if not crosses_once(GRID, y, w, load, *ends, room):
+        return
+    gap = c.copy()
+    gap[0] -= near
+    (found,) = closings(gap, 1.0)
+    if w > 0:
+        assert np.polyval(gap[::-1], np.linspace(0, found, 1001)).max() < room
+    theta, slope = refine(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
+    if theta <= 1.0:
+        assert theta == pytest.approx(found, abs=1e-4)
+        assert abs(np.polyval(gap[::-1], theta)) < 1e-15
+        assert slope == pytest.approx(np.polyval(np.polyder(gap[::-1]), theta), abs=1e-12)
+
+
+@pytest.mark.parametrize(("y", "w", "load"), [(0.1, -1.0, 0.0), (0.02, 0.3, -2.0)])
+def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: float) -> None:
+    c = np.empty(ORDER + 1)
+    combine(GRID.basis, c, y, w, load, 0.0, 0.0)
+    y1, w1 = motion(c, 1.0, GRID.dt)
+    assert crosses_once(GRID, y, w, load, y, y1, w * GRID.dt, w1 * GRID.dt, 1.0)
+
+
+@given(y=st.floats(0.01, 0.2), w=st.floats(-3, -0.5), load=SOME)
+@example(y=0.1, w=-1.0, load=0.0)
+def test_without_a_force_the_equation_refines_like_the_polynomial(
+    y: float, w: float, load: float
+) -> None:
+    c = np.empty(ORDER + 1)
+    combine(GRID.basis, c, y, w, load, 0.0, 0.0)
+    y1, w1 = motion(c, 1.0, GRID.dt)
+    ends = y, y1, w * GRID.dt, w1 * GRID.dt
+    if not crosses_once(GRID, y, w, load, *ends, 1.0):
+        return
+    asked = FORCED, GRID, c, load, 1.0, 0.0, *ends
+    theta, slope = refine(ALL_EFFECTS, *asked)
+    unforced = of_names([name for name in NAMES if name != "forcing"])
+    assert refine(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)

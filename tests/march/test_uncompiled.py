@@ -1,0 +1,116 @@
+"""The kernels as plain Python say the same as compiled: nothing hangs on what the compiler makes of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from comparisons import parameters_of, reference
+
+import vibropipe as vp
+from vibropipe.physics.effects import NAMES
+from vibropipe.words.status import Status
+
+# high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
+MOTIONS = [name for name in reference("motions") if name != "high_frequency"]
+NEWMARK = ["fig9_offset", "chatter_and_rest", "plastic_R0"]
+ORBITS = ["fig6_symmetric", "plastic_R0", "one_sided_at_equilibrium"]
+CONTACTS = ("impact_tau", "impact_velocity", "impact_support", "rest_start", "rest_end")
+ENDS = ("displacement_end", "velocity_end", "energy_residual")
+ORBIT = ("displacement_amplitude", "impact_velocity", "period_multiple", "regime", "energy_input")
+
+
+def numbers() -> dict[str, list[float]]:
+    """Contacts, ends and orbits of the sample, by name."""
+    found = {}
+    for name in MOTIONS:
+        entry = reference("motions")[name]
+        exciter = vp.Exciter(**parameters_of(entry)._asdict())
+        x0, v0 = float(entry["x0"]), float(entry["v0"])
+        asked = [{}, {"method": "newmark", "steps_per_period": 40}][: 1 + (name in NEWMARK)]
+        for how in asked:
+            tau_end = min(float(entry["tau_end"]), 25.0)
+            ds = vp.simulate(exciter, tau_end, x0, v0, samples_per_period=0, energy=True, **how)
+            for quantity in (*CONTACTS, *ENDS):
+                found[f"{name} {len(how)} {quantity}"] = np.ravel(ds[quantity].values).tolist()
+        if name in ORBITS:
+            orbit = vp.steady_state(exciter, x0, v0)
+            for quantity in ORBIT:
+                found[f"{name} orbit {quantity}"] = np.ravel(orbit[quantity].values).tolist()
+    return found
+
+
+def status_at_the_bound() -> int:
+    """Of a motion whose searches for a contact all reach their bound, which only plain Python can lower."""
+    import vibropipe.march.roots as roots
+
+    roots.MAX_STRIDES = 0
+    e = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.5, R2=0.5)
+    ds = vp.simulate(e, 20.0, samples_per_period=0)
+    assert np.isnan(float(ds.displacement_end))
+    return int(ds.status)
+
+
+# striking both supports but for the first, which keeps off by itself
+LEFT_OUT = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7), {"f": [0.02, 1.0, 2.0]}
+
+
+def rows_with_a_support_left_out() -> list[list[int]]:
+    """Status and regime of rows marched without support 1, which is only watched (kernels that no other test
+    asks for: compiled they would be the dearest of all)."""
+    effects = [name for name in NAMES if name != "support_1"]
+    ds = vp.sweep(*LEFT_OUT, outputs=["impacts"], effects=effects)
+    return [ds.status.values.tolist(), ds.regime.values.tolist()]
+
+
+@pytest.fixture(scope="module")
+def uncompiled() -> dict[str, Any]:
+    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+    code = (
+        "import json, test_uncompiled as t; found = t.numbers(); "
+        "found['left out'] = t.rows_with_a_support_left_out(); "
+        "found['bound'] = t.status_at_the_bound(); print(json.dumps(found))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_search_that_reaches_its_bound_is_named(uncompiled: dict[str, Any]) -> None:
+    assert uncompiled["bound"] == Status.ROOT_BOUND
+
+
+def test_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
+    """Two rows of three; what the third does is known by its own bound alone."""
+    status, regime = uncompiled["left out"]
+    assert status == [Status.OK, Status.SUPPORT_REACHED, Status.SUPPORT_REACHED]
+    full = vp.sweep(*LEFT_OUT, outputs=["impacts"])
+    assert regime[0] == int(full.regime[0])
+    assert full.status.values.tolist() == [Status.OK] * 3
+
+
+@pytest.mark.slow
+def test_compiled_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
+    assert rows_with_a_support_left_out() == uncompiled["left out"]
+
+
+def test_plain_python_agrees_with_the_compiled_kernels(uncompiled: dict[str, Any]) -> None:
+    compiled = numbers()
+    assert {*compiled, "bound", "left out"} == uncompiled.keys()
+    assert sum(len(values) for values in compiled.values()) > 2000
+    for name, values in compiled.items():
+        np.testing.assert_allclose(
+            uncompiled[name], values, rtol=1e-10, atol=1e-10, err_msg=name, equal_nan=False
+        )

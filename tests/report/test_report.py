@@ -1,0 +1,273 @@
+"""The report says what the datasets hold, its PDF holds all of it, and a title is only text."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import typst
+from figures.made import Scene, backbone, hard_cases, motion, steady, sweep
+
+from vibropipe.figures import draw_study
+from vibropipe.figures.text import number
+from vibropipe.report import build_report, laid_out, typeset
+from vibropipe.report.data import paragraphs, report_data
+from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
+from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
+from vibropipe.store import StoreError, write, write_sidecar
+
+HOSTILE = (
+    '#panic("no") $x$ *b* _i_ `c` @a <l> \\ // /* "q" #import "x": * https://a.b'
+    ' = - + ~ {{}} [#read("/etc/passwd")]'
+)
+PROVENANCE = {
+    "source": "vibropipe 0.1.0",
+    "git_commit": "0123456789abcdef",
+    "kernel_hash": "f4b9249e4ecc5c1e",
+    "study_hash": "0636f6f3127e35600f6b",
+    "fingerprint": "764a982da44fcee6fb30",
+    "versions": '{"python": "3.11.7", "numpy": "2.4.6"}',
+    "accuracy_asked": 1e-8,
+    "accuracy_reached": "none",
+}
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """Return a study with its results on disk, figures drawn: (study, results, datasets)."""
+    datasets = {
+        "law": backbone(),
+        "free": motion(f=0.0, h=0.0, R1=1.0, R2=1.0, v=-0.51, tau_end=10.0),
+        "symmetric": steady(tau_end=13.0),
+        "offset": steady(0.035, delta=0.01, tau_end=13.0),
+        "very_unequal_scene": steady(-0.02, R1=0.6, R2=0.8, tau_end=13.0),
+        "response": sweep(f=[0.1, 0.2, 0.5], all_regimes=True),
+        "hard": hard_cases(),
+    }
+    datasets = {name: dataset.assign_attrs(PROVENANCE) for name, dataset in datasets.items()}
+    kinds = {"law": "backbone", "response": "sweep", "hard": "hard_cases"}
+    scenes = {name: Scene(kinds.get(name, "motion"), title="") for name in datasets}
+    scenes["offset"].title = HOSTILE
+    scenes["offset"].caption = f"Look at {HOSTILE}."
+    study = SimpleNamespace(
+        name="small",
+        title=HOSTILE,
+        description=f"First {HOSTILE}\n\nSecond one.",
+        scenes=scenes,
+        fingerprints={},
+    )
+    results = tmp_path_factory.mktemp("results")
+    for name, dataset in datasets.items():
+        write(dataset, results / "small" / f"{name}.nc")
+    write_sidecar(results / "small" / "response.nc", seconds=1.25, threads=2)
+    draw_study(study, results)
+    return study, results, datasets
+
+
+@pytest.fixture(scope="module")
+def data(solved):
+    study, _, datasets = solved
+    return report_data(study, datasets, {"response": {"seconds": 1.25}})
+
+
+@pytest.fixture(scope="module")
+def typeset_text(solved, data):
+    """Return what the typesetter made of the data: {kind of element: its fields as JSON text}."""
+    study, results, _ = solved
+    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
+    with laid_out(data, pictures) as folder:
+        compiler = typst.Compiler(folder / "template.typ", root=folder, ignore_system_fonts=True)
+        return {
+            kind: json.loads(compiler.query(kind))
+            for kind in ("figure", "heading", "par", "image", "table", "math.equation")
+        }
+
+
+def plain(element) -> str:
+    """Return all text inside a queried element, spaces run together."""
+    if isinstance(element, dict):
+        if element.get("func") == "space":
+            return " "
+        parts = [plain(value) for key, value in element.items() if key not in ("func", "alt")]
+        return "".join(parts)
+    if isinstance(element, list):
+        return "".join(plain(item) for item in element)
+    return element if isinstance(element, str) else ""
+
+
+def test_two_runs_give_the_same_bytes(solved, tmp_path):
+    study, results, _ = solved
+    first = build_report(study, results, tmp_path / "a.pdf")
+    second = build_report(study, results, tmp_path / "b.pdf")
+    assert first.read_bytes() == second.read_bytes()
+    assert first.read_bytes().startswith(b"%PDF-")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "b.pdf"]
+
+
+def test_a_title_is_only_text(typeset_text, solved, data):
+    study, results, _ = solved
+    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
+    # the PDF's own title stands in its metadata as XML
+    assert b"#panic(&quot;no&quot;)" in typeset(data, pictures).replace(b'"', b"&quot;")
+    texts = [plain(element) for element in typeset_text["par"]]
+    assert any(text.endswith(f"First {HOSTILE}") for text in texts)
+    captions = [plain(element["caption"]) for element in typeset_text["figure"]]
+    assert any(HOSTILE in text and f"Look at {HOSTILE}." in text for text in captions)
+
+
+def test_every_figure_is_there_with_its_caption(typeset_text, data):
+    captions = " ".join(plain(element["caption"]) for element in typeset_text["figure"])
+    for entry in data["figures"]:
+        assert entry["caption"] in captions
+    paths = {element["source"] for element in typeset_text["image"]}
+    assert paths == {entry["path"] for entry in data["figures"]}
+    assert all(element["alt"] for element in typeset_text["image"])
+
+
+def test_equations_of_the_model_are_numbered_as_in_the_paper(typeset_text):
+    numbered = [e for e in typeset_text["math.equation"] if e.get("block")]
+    assert len(numbered) == 7
+
+
+def test_eq_10_is_set_only_where_a_scene_shows_it(solved):
+    study, _, datasets = solved
+    without = {name: dataset for name, dataset in datasets.items() if name != "law"}
+    assert report_data(study, datasets, {})["free_law"]
+    assert not report_data(study, without, {})["free_law"]
+
+
+def test_captions_of_the_author_stand_before_those_from_data(data):
+    by_scene = {entry["scene"]: entry for entry in data["figures"]}
+    assert by_scene["offset"]["caption"] == f"Look at {HOSTILE}."
+    assert by_scene["offset"]["title"] == HOSTILE
+    assert "struck" in by_scene["free"]["caption"]
+    assert by_scene["offset"]["alt"] != by_scene["offset"]["caption"]
+
+
+def test_parameters_of_each_scene(data):
+    rows = {row[0].split(":")[0]: row for row in data["parameters"]["rows"]}
+    assert data["parameters"]["head"] == ["scene", "nu", "f", "h", "l", "delta", "R1", "R2"]
+    assert rows["offset"][1:] == ["1", "−1", "0.2", "0.5", "0.01", "0.7", "0.7"]
+    assert rows["response"][1:3] == ["0.3 … 3 (121 values)", "0.1, 0.2, 0.5"]
+    assert rows["law"][1:] == ["–"] * 7
+
+
+def test_steady_states_stand_side_by_side(solved, data):
+    _, _, datasets = solved
+    assert list(steady_scenes(datasets)) == ["symmetric", "offset", "very_unequal_scene"]
+    (table,) = data["steady"]
+    assert table["head"][-1].replace(ZERO_WIDTH_SPACE, "") == "very_unequal_scene"
+    rows = {row[0]: row[1:] for row in table["rows"]}
+    assert rows["delta"] == ["0", "0.01", "0"]
+    assert rows["R1"] == ["0.7", "0.7", "0.6"]
+    assert "nu" not in rows
+    assert rows["regime"] == ["two-sided"] * 3
+    assert rows["multiple"] == ["1"] * 3
+    assert rows["impacts_1"] == ["0.89", "0.855", "0.91"]
+    assert rows["impacts_2"] == ["−0.89", "−0.925", "−0.87"]
+    assert rows["mean"] == ["0", "−0.035", "0.02"]
+    assert rows["harmonic 2"] == ["0", "0.035", "0.02"]
+    assert rows["multipliers"] == ["0.35 ± 0.01 i"] * 3
+    assert rows["stable"] == ["yes"] * 3
+
+
+def test_many_steady_states_are_cut_into_tables_that_fit(solved):
+    _, _, datasets = solved
+    many = {f"scene_{n}": datasets["offset"] for n in range(12)}
+    tables = steady_tables(many)
+    assert [len(table.head) for table in tables] == [6, 6, 3]
+
+
+def test_what_each_asymmetry_does_is_computed(solved):
+    _, _, datasets = solved
+    said = asymmetry(steady_scenes(datasets))
+    assert said["opening"] == "Compared with the symmetric scene, symmetric:"
+    names = [item["name"].replace(ZERO_WIDTH_SPACE, "") for item in said["items"]]
+    assert names == ["offset", "very_unequal_scene"]
+    offset, unequal = (item["text"] for item in said["items"])
+    assert offset.startswith("δ = 0.01 instead of 0: ")
+    assert "the constant part of displacement goes from 0 to −0.035" in offset
+    assert "the impact on support 1 from 0.89 to 0.855 (−3.9 %)" in offset
+    assert "the second harmonic from 0 to 0.035" in offset
+    assert unequal.startswith("R₁ = 0.6 instead of 0.7 and R₂ = 0.8 instead of 0.7: ")
+    assert "differ most in offset, by 7.6 % of the harder one" in said["closing"]
+    # another result, another sentence
+    other = steady(0.07, delta=0.01, tau_end=5.0)
+    said = asymmetry({"symmetric": datasets["symmetric"], "offset": other})
+    assert "goes from 0 to −0.07" in said["items"][0]["text"]
+
+
+def test_one_steady_state_is_compared_with_nothing(solved):
+    _, _, datasets = solved
+    assert asymmetry({"symmetric": datasets["symmetric"]})["items"] == []
+
+
+def test_regimes_of_sweeps_are_counted(solved, data):
+    regime = solved[2]["response"]["regime"].values
+    (table,) = data["sweeps"]
+    rows = {row[0]: row[1] for row in table["rows"]}
+    assert rows["rows"] == str(regime.size)
+    for code, says in ((3, "two-sided"), (4, "with rest"), (6, "unbounded"), (7, "unresolved")):
+        amount = int((regime == code).sum())
+        assert rows[says] == f"{amount} ({number(100 * amount / regime.size, 3)} %)"
+    hardest = float(solved[2]["response"]["impact_velocity_max"].sel(support=1).max())
+    assert f"Support 1 is struck hardest, {number(hardest)}, at" in data["extremes"][0]["text"]
+
+
+def test_accuracy_and_provenance(data):
+    rows = {row[0].replace(ZERO_WIDTH_SPACE, ""): row[1:] for row in data["accuracy"]["rows"]}
+    assert rows["offset"] == ["newmark", "1 × 10⁻⁸", "–", "0.001", "1 × 10⁻¹⁵", "–"]
+    assert rows["response"][-1] == "1.2"
+    assert "at most 0.001 in displacement" in data["accuracy"]["text"]
+    provenance = dict(data["provenance"]["rows"])
+    assert provenance["made by"] == "vibropipe 0.1.0"
+    assert provenance["kernels"] == "f4b9249e4ecc"
+    assert provenance["versions"] == "python 3.11.7, numpy 2.4.6"
+
+
+def test_datasets_of_different_origin_are_told_apart(solved):
+    study, _, datasets = solved
+    mixed = datasets | {"free": datasets["free"].assign_attrs(kernel_hash="another")}
+    provenance = dict(report_data(study, mixed, {})["provenance"]["rows"])
+    assert "another (free)" in provenance["kernels"]
+
+
+def test_a_study_of_one_scene_without_steady_states(solved, tmp_path):
+    study, results, datasets = solved
+    alone = SimpleNamespace(
+        name="small", title="One", description="", scenes={"free": study.scenes["free"]}
+    )
+    bare = {"free": datasets["free"].drop_attrs()}
+    pictures = {"free": results / "small" / "figures" / "free.pdf"}
+    assert typeset(report_data(alone, bare, {}), pictures).startswith(b"%PDF-")
+
+
+def test_a_missing_figure_or_dataset_is_named(solved, tmp_path):
+    study, _, datasets = solved
+    write(datasets["free"], tmp_path / "small" / "free.nc")
+    alone = SimpleNamespace(
+        name="small",
+        title="One",
+        description="",
+        scenes={"free": study.scenes["free"]},
+        fingerprints={},
+    )
+    with pytest.raises(StoreError, match=r"free\.pdf.*draw the figures"):
+        build_report(alone, tmp_path, tmp_path / "report.pdf")
+    with pytest.raises(StoreError, match=r"no dataset of law, symmetric, offset"):
+        build_report(study, tmp_path, tmp_path / "report.pdf")
+    assert not (tmp_path / "report.pdf").exists()
+
+
+def test_paragraphs_and_tables():
+    assert paragraphs("one\ntwo\n\n \n\nthree") == ["one two", "three"]
+    assert paragraphs("") == []
+    with pytest.raises(ValueError, match="2 columns has a row of 1"):
+        Table(["a", "b"], [["only"]]).as_data()
+
+
+def test_data_is_json_without_loss(data):
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert not np.isnan([len(row) for row in data["accuracy"]["rows"]]).any()

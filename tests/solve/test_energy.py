@@ -1,0 +1,107 @@
+"""The energy balance of a motion: its terms by independent means, and that its gap tells of errors."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.lab.hard_cases import energy as independent
+from vibropipe.lab.hard_cases.analytic import flights
+from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.solve.energy import TERMS, work_of_flights
+
+MOTIONS = independent.MOTIONS
+
+
+def terms(ds: Any) -> np.ndarray:
+    return np.concatenate([np.atleast_1d(ds[name].values) for name in TERMS])
+
+
+def test_nothing_is_drawn_up_unasked() -> None:
+    assert not set(TERMS) & set(vp.simulate(vp.Exciter(l=1.0), tau_end=1.0).variables)
+
+
+def test_damping_alone_in_closed_form() -> None:
+    h, tau = 0.3, 7.0
+    ds = vp.simulate(vp.Exciter(l=5.0, h=h), tau_end=tau, x0=1.0, energy=True)
+    w = math.sqrt(1 - h * h / 4)
+    x = math.exp(-h * tau / 2) * (math.cos(w * tau) + h / (2 * w) * math.sin(w * tau))
+    v = -math.exp(-h * tau / 2) * math.sin(w * tau) / w
+    stored = 0.5 * (x * x + v * v - 1.0)
+    assert float(ds.energy_change) == pytest.approx(stored, rel=1e-13)
+    assert float(ds.energy_damping) == pytest.approx(-stored, rel=1e-13)
+    assert float(ds.energy_input) == 0.0
+    assert ds.energy_impact.values.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_exact_terms_agree_with_matrix_exponentials(motion: Any) -> None:
+    p, tau_end, x0, v0 = motion
+    ds = vp.simulate(p, tau_end, x0, v0, samples_per_period=0, energy=True)
+    work, damped = independent.work_of_flights(p, *flights(p, ds, tau_end, x0, v0))
+    size = abs(work) + damped + 1.0
+    assert float(ds.energy_input) == pytest.approx(work, abs=1e-12 * size)
+    assert float(ds.energy_damping) == pytest.approx(damped, abs=1e-12 * size)
+    assert abs(float(ds.energy_residual)) < 1e-13 * size
+
+
+@pytest.mark.parametrize("motion", [MOTIONS[0], MOTIONS[2], MOTIONS[4]])
+def test_newmark_closes_its_balance_and_nears_the_exact_one_by_the_square(motion: Any) -> None:
+    exact = terms(vp.simulate(*motion, samples_per_period=0, energy=True))
+    errors = []
+    for steps in (250, 1000):
+        coarse = {"method": "newmark", "steps_per_period": steps}
+        ds = vp.simulate(*motion, samples_per_period=0, energy=True, **coarse)
+        assert abs(float(ds.energy_residual)) < 1e-12 * (abs(float(ds.energy_input)) + 1)
+        errors.append(np.abs(terms(ds) - exact)[:-1].max())
+    assert 10 < errors[0] / errors[1] < 25
+
+
+def test_a_contact_out_of_place_opens_the_balance() -> None:
+    p, tau_end, x0, v0 = MOTIONS[2]
+    ds = vp.simulate(p, tau_end, x0, v0, samples_per_period=0)
+    contacts = {name: ds[name].values for name in ds.data_vars if ds[name].ndim}
+    turns = (0.0, tau_end / p.period)
+    # of those that bounce: a mass that stays has no velocity after to be moved
+    fastest = np.abs(contacts["impact_velocity_after"]).argmax()
+    right = work_of_flights(p, ALL_EFFECTS, (x0, v0), turns, contacts)
+    for name in ("impact_tau", "impact_velocity", "impact_velocity_after"):
+        wrong = {key: value.copy() for key, value in contacts.items()}
+        wrong[name][fastest] *= 1 + 1e-6
+        moved = work_of_flights(p, ALL_EFFECTS, (x0, v0), turns, wrong)
+        gap = (moved - right) @ [1, -1, -1, -1]
+        assert abs(gap) > 1e-9, name
+
+
+def test_a_motion_that_breaks_off_has_no_balance() -> None:
+    ds = vp.simulate(*MOTIONS[0], max_impacts=3, energy=True)
+    assert np.isnan(terms(ds)).all()
+
+
+def test_an_accuracy_stands_beside_every_term() -> None:
+    ds = vp.simulate(*MOTIONS[0], accuracy=1e-6, energy=True)
+    for name in TERMS:
+        assert (ds[f"{name}_error"].values > 0).all()
+    exact = terms(vp.simulate(*MOTIONS[0], energy=True))
+    bound = np.concatenate([np.atleast_1d(ds[f"{name}_error"].values) for name in TERMS])
+    assert (np.abs(terms(ds) - exact) <= bound).all()
+
+
+def test_a_scene_stores_the_balance_of_its_motion_beside_that_of_its_orbit(tmp_path: Any) -> None:
+    from vibropipe.scenes import solve_scene
+    from vibropipe.study import load_study
+
+    file = tmp_path / "balance.yaml"
+    file.write_text(
+        "title: t\nexciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}\n"
+        "scenes: {run: {kind: motion, tau_end: 40, outputs: [impacts, energy]}}\n"
+    )
+    ds = solve_scene(load_study(file), "run")
+    assert abs(float(ds.energy_residual)) < 1e-12
+    assert abs(float(ds.orbit_energy_residual)) < 1e-12
+    assert float(ds.energy_input) > float(ds.orbit_energy_input) > 0
+    assert "orbit_energy_change" not in ds

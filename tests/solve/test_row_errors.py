@@ -1,0 +1,105 @@
+"""Errors of steady states: the distance to the true orbit, found by Newton's method on the twin."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from comparisons import parameters_of, reference
+from oracles import Twin
+from textbook import Parameters, digits
+
+import vibropipe as vp
+from vibropipe.solve.accuracy.row_errors import nudged_rows
+from vibropipe.solve.sweep import assemble, solve_shard
+from vibropipe.words.status import Status
+
+NUDGE = mpmath.mpf("1e-18")
+
+
+def distance_to_orbit(p: Parameters, ds: Any) -> float:
+    """How far the strobe lies from the orbit of the twin: (1 - J)^-1 of what fails to close."""
+    context = digits(p, 45)
+    span = 2 * context.pi / context.mpf(p.nu) * int(ds.period_multiple)
+
+    def returned(x: Any, v: Any) -> Any:
+        motion = Twin(p, context).run(span, x, v)
+        return context.matrix([motion.displacement_end, motion.velocity_end])
+
+    start = [context.mpf(float(ds[name])) for name in ("displacement_strobe", "velocity_strobe")]
+    nudge = context.mpf(NUDGE)
+    base = returned(*start)
+    columns = [
+        (returned(start[0] + nudge, start[1]) - base) / nudge,
+        (returned(start[0], start[1] + nudge) - base) / nudge,
+    ]
+    matrix = context.matrix(2)
+    for j in (0, 1):
+        for i in (0, 1):
+            matrix[i, j] = (i == j) - columns[j][i]
+    away = context.lu_solve(matrix, base - context.matrix(start))
+    return max(abs(float(value)) for value in away)
+
+
+def test_the_error_of_a_row_holds_against_the_true_orbit() -> None:
+    draw = np.random.default_rng(31)
+    judged = 0
+    for _ in range(30):
+        p = Parameters(
+            nu=draw.uniform(0.5, 3), f=draw.uniform(0.2, 3), h=draw.uniform(0.02, 0.5), l=0.5,
+            delta=draw.uniform(-0.3, 0.3), R1=draw.uniform(0.3, 0.9), R2=draw.uniform(0.3, 0.9),
+        )  # fmt: skip
+        ds = vp.steady_state(vp.Exciter(**p._asdict()), accuracy=1e-9)
+        if ds.period_multiple == 0 or ds.sizes["impact"] == 0 or ds.rests_per_orbit.sum() > 0:
+            continue
+        judged += 1
+        assert distance_to_orbit(p, ds) <= 3 * float(ds.error), p
+        assert float(ds.error) < 1e-9 or int(ds.status) == Status.INACCURATE
+    assert judged >= 10
+
+
+@pytest.mark.parametrize("name", sorted(reference("steady")))
+def test_the_error_holds_for_harmonics_and_impacts_of_the_references(name: str) -> None:
+    entry = reference("steady")[name]
+    ds = vp.steady_state(vp.Exciter(**parameters_of(entry)._asdict()), accuracy=1e-10)
+    allowed = 3 * float(ds.error) + 2e-16
+    assert allowed < 1e-12
+    for k in range(6):
+        assert abs(float(ds.displacement_amplitude[k]) - float(entry["x_amplitude"][k])) <= allowed
+        assert abs(float(ds.velocity_amplitude[k]) - float(entry["v_amplitude"][k])) <= allowed
+    assert int(ds.status) == Status.OK
+
+
+def test_a_sweep_to_an_accuracy_is_cut_and_joined_like_any_other() -> None:
+    exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
+    over = {"f": [0.2, 1.0], "nu": [0.8, 1.0, 1.2]}
+    whole = vp.sweep(exciter, over, accuracy=1e-8)
+    parts = [solve_shard(exciter, over, *cut, accuracy=1e-8) for cut in ((0, 2), (2, 6))]
+    assert whole.identical(assemble(parts, over))
+    assert whole.error.dims == ("f", "nu")
+    assert (whole.error < 1e-12).all()
+    assert not vp.sweep(exciter, over).variables.keys() & {"error"}
+
+
+def test_a_row_that_misses_the_accuracy_says_so() -> None:
+    ds = vp.steady_state(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), accuracy=1e-15)
+    assert float(ds.error) > 1e-15
+    assert int(ds.status) == Status.INACCURATE
+
+
+def test_nudges_leave_absent_effects_and_ties_alone() -> None:
+    rows = np.array([[1.0, 0.0, 0.0, 0.5, -0.5, 1.0, 0.0]])
+    moved = nudged_rows(rows)
+    assert moved[0, 0] != 1.0
+    assert moved[0, 0] == pytest.approx(1.0, rel=1e-15)
+    assert moved[0, [1, 2, 5, 6]].tolist() == [0.0, 0.0, 1.0, 0.0]
+    assert moved[0, 4] == -moved[0, 3] != -0.5
+
+
+@pytest.mark.parametrize("bad", [0.0, 0.2, math.inf, "fine"])
+def test_an_accuracy_that_is_none_is_refused(bad: Any) -> None:
+    with pytest.raises(vp.ParameterError, match="accuracy"):
+        vp.sweep(vp.Exciter(l=0.5), {"nu": [1.0]}, accuracy=bad)

@@ -1,0 +1,131 @@
+"""The table of quantities: complete, drawable, and refused names."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.mathtext import MathTextParser
+
+from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import (
+    PARAMETERS,
+    REGIMES,
+    VOCABULARY,
+    attributes,
+    describe,
+    flags,
+    label,
+    quantity,
+)
+
+REQUIRED = """
+nu f h l delta R1 R2 tau displacement velocity force impact_tau impact_support impact_velocity
+impact_velocity_after rest_start rest_end rest_support grazing_tau grazing_support
+displacement_end velocity_end status displacement_exact velocity_exact orbit_impact_phase
+orbit_impact_support orbit_impact_velocity regime period_multiple support impacts_per_orbit
+rests_per_orbit base_frequency residual periods_to_settle displacement_strobe velocity_strobe
+window_periods harmonic displacement_mean velocity_mean displacement_amplitude displacement_phase
+velocity_amplitude velocity_phase impact_phase impact_period row_size impact_velocity_max
+floquet_multiplier stable phase energy_input energy_damping energy_residual energy_impact
+delta_over_l tau_bar velocity_over_l omega_bar simulated_tau_bar simulated_velocity_over_l
+amplitude eigenfrequency row
+"""
+
+
+@pytest.mark.parametrize("name", REQUIRED.split())
+def test_every_name_is_in_the_table(name):
+    assert name in VOCABULARY
+
+
+def test_parameters_are_scalars_of_the_table():
+    assert PARAMETERS == ("nu", "f", "h", "l", "delta", "R1", "R2")
+    assert all(VOCABULARY[name].dims == () for name in PARAMETERS)
+
+
+@pytest.mark.parametrize("name", VOCABULARY)
+def test_entries_are_well_formed(name):
+    entry = VOCABULARY[name]
+    assert entry.units in ("1", "rad", "ns", "ms", "byte", "MB", "MB s-1")
+    assert entry.long_name
+    assert entry.long_name == entry.long_name.strip()
+    assert all(dim in VOCABULARY for dim in entry.dims)
+    assert entry.symbol.count("$") in (0, 2)
+
+
+def test_every_symbol_is_mathtext():
+    parser = MathTextParser("path")
+    for entry in VOCABULARY.values():
+        parser.parse(entry.symbol)
+    with pytest.raises(ValueError, match="Unknown symbol"):
+        parser.parse(r"$\nosuchsymbol$")
+
+
+def test_labels_tell_units_only_where_there_are_any():
+    assert label("displacement") == r"displacement $x$"
+    assert label("nu") == r"frequency of excitation $\nu$"
+    assert label("velocity_phase").endswith("(rad)")
+
+
+def test_labels_are_unambiguous_among_harmonics():
+    names = [f"{of}_{part}" for of in ("displacement", "velocity") for part in ("mean", "phase")]
+    assert len({label(name) for name in names}) == len(names)
+
+
+def test_flags_of_regimes_are_the_contract():
+    assert list(REGIMES.values()) == list(range(8))
+    assert " ".join(REGIMES) == (
+        "no_impact one_sided_1 one_sided_2 two_sided with_rest aperiodic unbounded unresolved"
+    )
+    attrs = attributes("regime")
+    assert attrs["flag_values"].dtype == np.int8
+    assert attrs["flag_meanings"].split()[3] == "two_sided"
+
+
+def test_flags_of_status_are_its_members():
+    assert flags("status") == {member.name.lower(): member.value for member in Status}
+    attrs = attributes("status")
+    assert attrs["flag_meanings"].split()[0] == "ok"
+    assert len(attrs["flag_values"]) == len(Status)
+
+
+def test_flag_meanings_are_single_words():
+    for name in VOCABULARY:
+        for word in flags(name) or {}:
+            assert re.fullmatch(r"[a-z][a-z0-9_]*", word)
+
+
+def test_an_error_estimate_has_the_units_of_its_quantity():
+    entry = quantity("displacement_phase_error")
+    assert entry.units == "rad"
+    assert entry.long_name == "error estimate of harmonic phase of displacement"
+
+
+@pytest.mark.parametrize("name", ["speed", "_error", "speed_error", ""])
+def test_names_outside_the_table_are_refused(name):
+    with pytest.raises(KeyError, match="not in the vocabulary"):
+        quantity(name)
+
+
+def test_describe_sets_attributes_and_keeps_those_of_others():
+    dataset = xr.Dataset(
+        {
+            "regime": ("nu", np.zeros(2, np.int8)),
+            "row_size": ("nu", [1, 2], {"note": "kept"}),
+            "impact_support": ("impact", np.array([1, 2, 1], np.int16)),
+            "stable": ("nu", [True, False]),
+        },
+        coords={"nu": [0.5, 1.0]},
+    )
+    assert describe(dataset) is dataset
+    assert dataset["nu"].attrs["long_name"] == "frequency of excitation"
+    assert dataset["row_size"].attrs["sample_dimension"] == "impact"
+    assert dataset["row_size"].attrs["note"] == "kept"
+    assert dataset["impact_support"].attrs["flag_values"].dtype == np.int16
+    assert dataset["stable"].attrs["flag_values"].tolist() == [0, 1]
+    assert dataset["stable"].attrs["flag_values"].dtype == np.int8
+
+
+def test_describe_refuses_a_name_outside_the_table():
+    with pytest.raises(KeyError, match="'speed'"):
+        describe(xr.Dataset({"speed": 1.0}))

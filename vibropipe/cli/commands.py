@@ -1,0 +1,289 @@
+"""The verbs of the command line; imports of what they need stay inside them, so that help is there at once."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vibropipe.cli.run import new, run
+
+PLOT_SUFFIXES = (".svg", ".pdf", ".png")
+
+app = typer.Typer(
+    help="Laws of motion of vibro-impact exciters over whole ranges of parameters.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command()(new)
+app.command()(run)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from vibropipe import __version__
+
+        typer.echo(f"vibropipe {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    from vibropipe.compiler.client import on_compiling
+
+    on_compiling.append(_tell_of_compiling)
+
+
+def _tell_of_compiling(kernel: str) -> None:
+    typer.echo(f"compiling {kernel}, once for this version", err=True)
+
+
+StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
+SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
+OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
+ResultsFolder = Annotated[
+    Path,
+    typer.Option(
+        "--results", metavar="DIR", help="Folder of all results; the study has its own in it."
+    ),
+]
+Threads = Annotated[
+    int | None, typer.Option(min=1, metavar="T", help="Threads to use; all there are if left out.")
+]
+
+
+@app.command()
+def plan(
+    file: StudyFile,
+    rough: Annotated[
+        bool, typer.Option("--rough", help="Guess the times at once, without solving samples.")
+    ] = False,
+) -> None:
+    """Check a study and say, scene by scene, what it will compute and how long it will take here."""
+    from vibropipe.jobs.terminal_tables import plan_text
+    from vibropipe.study import load_study
+
+    study = load_study(file)
+    if rough:
+        typer.echo(plan_text(study))
+        return
+
+    from vibropipe.jobs.calibration import calibrate, compiled
+
+    if compiled() == 0:
+        typer.echo("compiling the kernels, once, to take times with them", err=True)
+    typer.echo(plan_text(study, calibrate(study)))
+
+
+@app.command()
+def simulate(
+    l: Annotated[float, typer.Option("--l", help="Half distance between the supports.")],  # noqa: E741
+    nu: Annotated[float, typer.Option("--nu", help="Frequency of excitation.")] = 1.0,
+    f: Annotated[float, typer.Option("--f", help="Amplitude of excitation.")] = 0.0,
+    h: Annotated[float, typer.Option("--h", help="Damping.")] = 0.0,
+    delta: Annotated[float, typer.Option("--delta", help="Offset of the equilibrium.")] = 0.0,
+    R1: Annotated[float, typer.Option("--R1", help="Restitution of support 1.")] = 1.0,
+    R2: Annotated[float, typer.Option("--R2", help="Restitution of support 2.")] = 1.0,
+    x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
+    v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
+    tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
+    method: Annotated[str, typer.Option("--method", help="exact or newmark.")] = "exact",
+    steps_per_period: Annotated[
+        int | None, typer.Option("--steps-per-period", help="Steps of newmark per forcing period.")
+    ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option("--accuracy", help="Error allowed, in place of a method and its steps."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="F", help="Draw it: .svg, .pdf or .png.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="F", help="Keep it: .nc.")
+    ] = None,
+) -> None:
+    """Compute one motion and print its impacts, rests and end as a table."""
+    from vibropipe.jobs.terminal_tables import motion_text
+    from vibropipe.physics.exciter import Exciter
+    from vibropipe.solve.motion import simulate as solve_motion
+
+    if plot is not None and plot.suffix not in PLOT_SUFFIXES:
+        allowed = ", ".join(PLOT_SUFFIXES)
+        raise typer.BadParameter(
+            f"found {plot.name}, allowed endings {allowed}", param_hint="--plot"
+        )
+    exciter = Exciter(l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2)
+    motion = solve_motion(
+        exciter,
+        tau_end=tau_end,
+        x0=x0,
+        v0=v0,
+        method=method,
+        steps_per_period=steps_per_period,
+        accuracy=accuracy,
+        samples_per_period=0 if plot is None and output is None else 256,
+    )
+    typer.echo(motion_text(motion))
+    if plot is not None:
+        from vibropipe.figures import draw
+
+        plot.parent.mkdir(parents=True, exist_ok=True)
+        draw("motion", motion).savefig(plot)
+    if output is not None:
+        from vibropipe.store import write
+
+        write(motion, output)
+
+
+@app.command()
+def solve(
+    file: StudyFile,
+    scene: SceneName,
+    output: OutputFile,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Solve the I-th of N shards of a sweep, from 1 to N."),
+    ] = None,
+    threads: Threads = None,
+) -> None:
+    """Solve one scene of a study, or one shard of it, into a dataset."""
+    from vibropipe.jobs.sharding import check_cut
+    from vibropipe.study import load_study
+
+    study = load_study(file)
+    part = None if shard is None else shard_of(shard)
+    check_cut(study.scene(scene), part)
+
+    # only now, so that a mistake is told at once
+    from vibropipe.jobs.progress import shown
+    from vibropipe.scenes import UNITS, solve_to_file
+
+    title = scene if shard is None else f"{scene}, shard {shard}"
+    with shown(title, UNITS[study.scene(scene).kind]) as progress:
+        solve_to_file(study, scene, output, part, use_threads(threads), progress)
+
+
+@app.command()
+def join(
+    file: StudyFile,
+    shards: Annotated[list[Path], typer.Argument(metavar="SHARDS...", help="All shards.")],
+    scene: SceneName,
+    output: OutputFile,
+) -> None:
+    """Join all shards of a sweep, in any order, into its dataset."""
+    from vibropipe.jobs.sharding import as_sweep
+    from vibropipe.study import load_study
+
+    study = load_study(file)
+    as_sweep(study.scene(scene))
+
+    from vibropipe.jobs.progress import shown
+    from vibropipe.scenes import join_to_file
+
+    with shown(f"{scene}, joined", "rows") as progress:
+        join_to_file(study, scene, shards, output, progress)
+
+
+@app.command()
+def figure(file: StudyFile, results: ResultsFolder = Path("results")) -> None:
+    """Draw every figure of a study from its datasets."""
+    from vibropipe.figures import draw_study
+    from vibropipe.study import load_study
+
+    for path in draw_study(load_study(file), results):
+        typer.echo(path)
+
+
+@app.command()
+def report(file: StudyFile, output: OutputFile, results: ResultsFolder = Path("results")) -> None:
+    """Typeset the report of a study from its datasets and figures."""
+    from vibropipe.report import build_report
+    from vibropipe.study import load_study
+
+    typer.echo(build_report(load_study(file), results, output))
+
+
+@app.command()
+def show(
+    dataset: Annotated[
+        Path, typer.Argument(metavar="DATASET", help="A .nc file, or a study's folder.")
+    ],
+) -> None:
+    """Say what a dataset holds: parameters, dimensions, quantities and where it came from."""
+    from vibropipe.store import open_study, read, summary
+
+    if dataset.is_dir():
+        tree = open_study(dataset)
+        texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
+    else:
+        texts = [summary(read(dataset))]
+    typer.echo("\n".join(texts))
+
+
+@app.command()
+def verify(
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS", help="A study's folder, or a .nc file of it.")
+    ],
+    rows: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Rows of each sweep to compute again.")
+    ] = 100,
+    seed: Annotated[
+        int | None, typer.Option(min=0, metavar="S", help="Seed of the sample, to repeat one.")
+    ] = None,
+) -> None:
+    """Compute a random sample of each dataset again and compare it bit for bit."""
+    from vibropipe.jobs.verify import new_seed, verify
+
+    chosen = new_seed() if seed is None else seed
+    verdicts = []
+    for verdict in verify(results, rows, chosen):
+        typer.echo(verdict)
+        verdicts.append(verdict)
+    typer.echo(f"sample: --rows {rows} --seed {chosen}")
+    if not all(verdict.good for verdict in verdicts):
+        raise typer.Exit(1)
+
+
+@app.command()
+def bench(
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Solve all 160,000 points of the sweep.")
+    ] = False,
+    rounds: Annotated[int, typer.Option(min=1, metavar="N", help="Times taken of each.")] = 7,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON with every time taken.")] = False,
+) -> None:
+    """Measure how fast this is, side by side with the peers that are installed."""
+    from vibropipe.bench import as_json, as_text, items, measure
+
+    measured = items(whole=whole)
+    measure(measured, rounds)
+    typer.echo(as_json(measured) if json else as_text(measured))
+
+
+def shard_of(text: str) -> tuple[int, int]:
+    """Read `I/N`, the I-th of N shards."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
+    if found is None:
+        raise typer.BadParameter(f"found {text!r}, allowed I/N such as 3/8", param_hint="--shard")
+    return int(found[1]), int(found[2])
+
+
+def use_threads(threads: int | None) -> int:
+    """Let the kernels use `threads` threads, as far as this machine has them; return how many."""
+    import numba
+
+    if threads is not None:
+        there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(min(threads, there_are))
+    return int(numba.get_num_threads())

@@ -1,0 +1,130 @@
+"""Words and numbers as figures and the report spell them: plain text or mathtext, never markup.
+
+A user's own text never passes through here: only values and names of the vocabulary do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import xarray as xr
+
+from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import PARAMETERS, REGIMES, quantity
+
+REGIME_WORDS = {
+    "no_impact": "no impact",
+    "one_sided_1": "one-sided, support 1",
+    "one_sided_2": "one-sided, support 2",
+    "two_sided": "two-sided",
+    "with_rest": "with rest",
+    "aperiodic": "aperiodic",
+    "unbounded": "unbounded",
+    "unresolved": "unresolved",
+}
+REGIME_SHORT = {
+    "no_impact": "no impact",
+    "one_sided_1": "one-sided 1",
+    "one_sided_2": "one-sided 2",
+    "two_sided": "two-sided",
+    "with_rest": "rest",
+    "aperiodic": "aperiodic",
+    "unbounded": "unbounded",
+    "unresolved": "unresolved",
+}
+# Why a row is unresolved, by status.
+UNRESOLVED_WORDS = {
+    Status.MAX_IMPACTS: "more impacts in a forcing period than are marched",
+    Status.MAX_PERIODS: "still growing at the end of the march",
+    Status.ROOT_BOUND: "an impact was not located",
+    Status.NOT_FINITE: "numbers out of range",
+    Status.LOG_FULL: "more contacts than are kept",
+    Status.SUPPORT_REACHED: "a support is reached that was left out",
+    Status.MAX_STEPS: "more steps in a forcing period than are marched",
+}
+PLAIN_SYMBOLS = {
+    "nu": "ν",
+    "f": "f",
+    "h": "h",
+    "l": "l",
+    "delta": "δ",
+    "R1": "R₁",
+    "R2": "R₂",
+    "delta_over_l": "δ\u2060/\u2060l",
+    "tau_bar": "τ̄",
+    "amplitude": "A",
+}
+# what stands where there is nothing to draw
+SAMPLES_NOT_ASKED = (
+    "Displacement and velocity were not asked for: add motion to outputs, "
+    "with samples_per_period above 0"
+)
+IMPACTS_NOT_ASKED = "Impacts were not asked for: add impacts to outputs"
+CURVES_NOT_ASKED = (
+    "Only the regimes are drawn: neither harmonics nor impacts were asked for in outputs"
+)
+NO_SUPPORT_STRUCK = "No support is struck"
+ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+
+
+def regime_name(code: int) -> str:
+    """Return the name of a regime's integer value; KeyError on a value without one."""
+    for name, value in REGIMES.items():
+        if value == code:
+            return name
+    raise KeyError(f"{code} is not a regime (vibropipe/vocabulary.py)")
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Write ``value`` with ``digits`` significant digits, a true minus and powers of ten.
+
+    >>> number(-0.035367)
+    '−0.03537'
+    >>> number(1.5e-13)
+    '1.5 × 10⁻¹³'
+    """
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    mantissa, _, exponent = f"{value + 0.0:.{digits}g}".partition("e")
+    text = mantissa.replace("-", "−")
+    if not exponent:
+        return text
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{text} × 10{raised}"
+
+
+def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
+    """Return the exciter's parameters that have one value in ``dataset`` (swept ones have not)."""
+    return {
+        name: float(dataset[name])
+        for name in PARAMETERS
+        if name in dataset.variables and dataset[name].ndim == 0
+    }
+
+
+def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
+    """Write the scalar parameters of ``dataset`` as one line of mathtext: nu = 1, f = -1, ..."""
+    left_out = set(leave_out)
+    parts = [
+        f"{quantity(name).symbol} = {mathtext(value)}"
+        for name, value in scalar_parameters(dataset).items()
+        if name not in left_out
+    ]
+    return ",  ".join(parts)
+
+
+def plain_parameters(values: dict[str, float]) -> str:
+    """Write parameters as plain text, for a sentence of the report."""
+    return ", ".join(f"{PLAIN_SYMBOLS.get(name, name)} = {number(v)}" for name, v in values.items())
+
+
+def mathtext(value: float) -> str:
+    """Write a number for matplotlib: as ``number`` does, powers of ten raised by mathtext."""
+    text = number(value)
+    if " × 10" not in text:
+        return text
+    mantissa, exponent = f"{value:.4g}".split("e")
+    return rf"${mantissa}\times 10^{{{int(exponent)}}}$"

@@ -1,0 +1,108 @@
+"""Hard cases of the energy balance: work of the force = lost by damping + lost at the supports + stored."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibropipe.lab.hard_cases.analytic import Floats, flights, propagators, rests_of, with_force
+from vibropipe.lab.hard_cases.case import Bound, Case, Solver
+from vibropipe.physics.exciter import Exciter
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+MOTIONS = (
+    (Exciter(nu=1.0, f=-1.0, h=0.2, l=0.5, R1=0.7, R2=0.7), 40.0, 0.1, 1.0),
+    (Exciter(nu=1.3, f=2.0, h=0.0, l=0.5, delta=0.1, R1=0.5, R2=0.9), 40.0, 0.0, 0.0),
+    (Exciter(nu=0.4, f=1.5, h=0.1, l=0.5, R1=0.3, R2=0.0), 40.0, 0.0, 0.0),
+    (Exciter(nu=2.5, f=6.0, h=0.05, l=0.5, delta=0.6, R1=0.8, R2=0.8), 40.0, 0.2, 0.0),
+    (Exciter(nu=1.0, f=0.4, h=2.0, l=9.0), 40.0, 1.0, 0.0),
+)
+
+
+def work_of_flights(p: Exciter, came: Floats, arrived: Floats) -> tuple[float, float]:
+    """Work of the force and loss by damping over flights of the exact motion, by Gauss quadrature."""
+    spans = arrived[:, 0] - came[:, 0]
+    pieces = max(1, math.ceil(float(spans.max(initial=0.0)) * max(1.0, p.nu, p.h)))
+    part = propagators(p, spans / pieces)
+    inner = [propagators(p, spans / pieces * (0.5 + 0.5 * node)) for node in NODES]
+    states = with_force(p, came)
+    work = loss = 0.0
+    for _ in range(pieces):
+        for weight, to_node in zip(WEIGHTS, inner, strict=True):
+            _, v, force, _ = np.einsum("nij,nj->in", to_node, states)
+            share = 0.5 * weight * spans / pieces
+            work += float(np.sum(share * force * v))
+            loss += float(np.sum(share * p.h * v * v))
+        states = np.einsum("nij,nj->ni", part, states)
+    return work, loss
+
+
+def work_of_steps(p: Exciter, motion: xr.Dataset) -> tuple[float, float]:
+    """The same by Newmark's steps, from samples at their ends and the contacts between them.
+
+    A step of constant average acceleration closes its own balance: its mean force works over its way.
+    """
+    place = {1: p.upper, 2: p.lower}
+    columns = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
+    nodes = list(
+        zip(*(motion[name].values for name in ("tau", "displacement", "velocity")), strict=True)
+    )
+    for tau, support, before, after in zip(*(motion[n].values for n in columns), strict=True):
+        nodes += [(tau, place[int(support)], before), (tau, place[int(support)], after)]
+    for start, end, support in rests_of(motion):
+        nodes += [(at, place[support], 0.0) for at in (start, end) if at < float(motion["tau"][-1])]
+    tau, x, v = np.array(sorted(nodes, key=lambda node: node[0])).T
+    force = p.f * np.sin(p.nu * tau)
+    way = np.diff(x)
+    work = 0.5 * (force[1:] + force[:-1]) * way
+    return float(np.sum(work)), float(np.sum(0.5 * p.h * (v[1:] + v[:-1]) * way))
+
+
+def balance(solver: Solver) -> float:
+    """Largest gap in the balance of a motion, relative to all that was put in and stored."""
+    worst = 0.0
+    for p, tau_end, x0, v0 in MOTIONS:
+        found = solver.motion(p, tau_end, x0, v0, samples_per_period=solver.steps or 0)
+        if solver.steps is None:
+            work, damped = work_of_flights(p, *flights(p, found, tau_end, x0, v0))
+        else:
+            work, damped = work_of_steps(p, found)
+        lost = found["impact_velocity"].values ** 2 - found["impact_velocity_after"].values ** 2
+        at_supports = 0.5 * float(np.sum(lost))
+        x, v = float(found["displacement_end"]), float(found["velocity_end"])
+        stored = 0.5 * (x * x + v * v - x0 * x0 - v0 * v0)
+        gap = work - damped - at_supports - stored
+        worst = max(worst, abs(gap) / (abs(work) + damped + at_supports + abs(stored)))
+    return worst
+
+
+def balance_of_orbits(solver: Solver) -> float:
+    """Largest gap in the balance of an orbit, relative to the work of the force in it."""
+    worst = 0.0
+    for p, _, _, _ in MOTIONS[:3]:
+        found = solver.settled(p)
+        worst = max(worst, abs(float(found["energy_residual"]) / float(found["energy_input"])))
+    return worst
+
+
+ENERGY = (
+    Case(
+        "energy_of_motions",
+        "five motions, with impacts, chatter, rest, without damping, without impacts",
+        "work of the force = damping + losses at the supports + stored; newmark: over its own steps",
+        balance,
+        Bound(1e-12, 1e-12),
+    ),
+    Case(
+        "energy_of_orbits",
+        "three orbits, with impacts and rest",
+        "work of the force = damping + losses at the supports, per orbit",
+        balance_of_orbits,
+        Bound(1e-11, None),
+    ),
+)

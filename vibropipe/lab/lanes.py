@@ -1,0 +1,211 @@
+"""Many motions by Newmark's method in lockstep: whole steps side by side, contacts one motion at a time.
+
+A motion leaves the block for what is not plain flight (contact, chatter, rest, its end) and goes through the
+very functions of `march.loop`, so it is the same motion to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.contacts import meet_at_end, rest, strike_first
+from vibropipe.march.flight import fly
+from vibropipe.march.grid import Grid, newmark_numbers
+from vibropipe.march.log import Log, is_full
+from vibropipe.march.newmark_steps import (
+    STRIDE,
+    STRUCK,
+    UNTIL,
+    WIDTH,
+    W,
+    Y,
+    coast_newmark,
+    enter,
+    gather,
+    leave,
+    set_map,
+    stride,
+)
+from vibropipe.march.state import FLIGHT, REST, State, begin, is_before, is_watched
+from vibropipe.orbits.return_map import section
+from vibropipe.orbits.row import row_parameters
+from vibropipe.words.status import Status
+
+OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
+NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
+SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
+# Numbers kept of a motion: its State, and at EVENTS the contacts and releases it has made.
+STATE, EVENTS = 9, 8
+
+
+class Tasks(NamedTuple):
+    """Motions from (x, v) at tau = 0, one per row: parameters (rows, 7), starts (rows, 2), ends (rows, 3) as
+    (period, step, theta); sin and cos at every step of the period (`grid.waves`), and an array of no size."""
+
+    parameters: np.ndarray
+    starts: np.ndarray
+    ends: np.ndarray
+    steps: int
+    max_events: int
+    sines: np.ndarray
+    cosines: np.ndarray
+    basis: np.ndarray
+
+
+class Left(NamedTuple):
+    """What the motions leave: (x, v) at the end (rows, 2), State (rows, STATE) as numbers, Status (rows,)."""
+
+    end: np.ndarray
+    state: np.ndarray
+    status: np.ndarray
+
+
+class Room(NamedTuple):
+    """Work arrays of one block."""
+
+    block: np.ndarray
+    sin_cos: np.ndarray
+    c: np.ndarray
+
+
+@jit
+def grid_of(tasks, p):
+    """Newmark's grid of a row, on the tables that all rows share."""
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_numbers(p, tasks.steps)
+    return Grid(
+        None, tasks.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
+        tasks.sines, tasks.cosines, tasks.basis,
+    )  # fmt: skip
+
+
+@jit
+def log_of(logs, row):
+    """The log of a row, of logs (rows, room)."""
+    return Log(
+        logs.position[row], logs.velocity[row], logs.impulse[row], logs.support[row],
+        logs.rest_start[row], logs.rest_end[row], logs.rest_support[row],
+        logs.grazing[row], logs.grazing_support[row], logs.counts[row],
+    )  # fmt: skip
+
+
+@jit
+def keep(state, kept) -> None:
+    """Write a state down as numbers."""
+    kept[0], kept[1], kept[2], kept[3] = state.period, state.step, state.theta, state.home
+    kept[4], kept[5], kept[6], kept[7] = state.y, state.w, state.order, state.rest_start
+
+
+@jit
+def kept_state(kept):
+    """The state that was written down."""
+    return State(
+        int(kept[0]), int(kept[1]), kept[2], int(kept[3]), kept[4], kept[5], int(kept[6]), kept[7]
+    )
+
+
+@jit
+def go_on(e, p, grid, state, at_step, end, log, c, max_events):
+    """(state, events, Status, whether it goes on) of a motion outside the block, on to flight at the start of
+    step `at_step` or a later one, or to its end: the loop of `march`, paused at whole steps."""
+    end_period, end_step, end_theta = int(end[0]), int(end[1]), end[2]
+    pause_period, pause_step = at_step // grid.steps, at_step % grid.steps
+    if is_before(end_period, end_step, end_theta, pause_period, pause_step, 0.0):
+        pause_period, pause_step = end_period, end_step
+    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
+    while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
+        if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
+            return state, events, NOT_FINITE, False
+        if is_full(log):
+            return state, events, LOG_FULL, False
+        if is_watched(state.home, e.watched):
+            return state, events, SUPPORT_REACHED, False
+        if e.rest is not None and state.order == REST:
+            state = rest(e, p, grid, state, end_period, end_step, end_theta, log, None)
+            events += 1
+        else:
+            if state.order == FLIGHT and state.theta == 0.0:
+                if is_before(state.period, state.step, 0.0, pause_period, pause_step, 0.0):
+                    state = coast_newmark(e, p, grid, state, pause_period, pause_step, log.counts)
+                if not is_before(state.period, state.step, 0.0, end_period, end_step, end_theta):
+                    break
+                if state.period * grid.steps + state.step >= at_step:
+                    return state, events, OK, True
+            state, status = fly(e, p, grid, state, end_period, end_step, end_theta, log, None, c)
+            if status != OK:
+                return state, events, status, False
+            events += state.order != FLIGHT
+        if events > max_events:
+            return state, events, MAX_IMPACTS, False
+    state = meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log)
+    status = SUPPORT_REACHED if is_watched(state.home, e.watched) else OK
+    return state, events, status, False
+
+
+@jit
+def take_up(e, tasks, left, logs, room, row, i, now) -> bool:
+    """Bring the motion of a row, in place i of a block, through the stride that begins at step `now`; whether it
+    goes on after that."""
+    p = row_parameters(tasks.parameters, row)
+    grid, log = grid_of(tasks, p), log_of(logs, row)
+    kept, end, block = left.state[row], tasks.ends[row], room.block
+    state = kept_state(kept)
+    if state.period * grid.steps + state.step < now:
+        # It has flown in the block since it was written down.
+        y, w, steps = block[Y + i], block[W + i], grid.steps
+        state = State(now // steps, now % steps, 0.0, state.home, y, w, FLIGHT, 0.0)
+    after = now + STRIDE
+    most = tasks.max_events - int(kept[EVENTS])
+    state, events, status, goes_on = go_on(e, p, grid, state, after, end, log, room.c, most)
+    keep(state, kept)
+    kept[EVENTS] += events
+    left.status[row] = status
+    at_step = state.period * grid.steps + state.step
+    if not goes_on:
+        leave(math.inf, block, i)
+        left.end[row, 0], left.end[row, 1] = section(p, state)
+    elif at_step > after:
+        leave(at_step, block, i)
+    else:
+        last = end[0] * grid.steps + end[1]
+        enter(e, p, grid, state.home, state.y, state.w, last, block, i)
+    return goes_on
+
+
+@jit
+def start_block(e, tasks, left, room, first) -> int:
+    """Line up the motions of WIDTH rows from `first`; returns how many there are."""
+    rows = min(WIDTH, tasks.parameters.shape[0] - first)
+    room.block[:] = 0.0
+    for i in range(WIDTH):
+        leave(math.inf, room.block, i)
+    for i in range(rows):
+        row = first + i
+        p = row_parameters(tasks.parameters, row)
+        grid = grid_of(tasks, p)
+        keep(begin(e, p, grid, 0.0, tasks.starts[row, 0], tasks.starts[row, 1]), left.state[row])
+        left.state[row, EVENTS] = 0.0
+        set_map(grid, room.block, i)
+        room.block[UNTIL + i] = 0.0
+    return rows
+
+
+@jit
+def march_block(e, tasks, left, logs, room, first) -> None:
+    """March the motions of WIDTH rows from `first` to their ends.
+
+    A row whose log has no room for another contact ends with LOG_FULL, one that makes more than max_events
+    contacts and releases with MAX_IMPACTS.
+    """
+    going = start_block(e, tasks, left, room, first)
+    now = 0
+    while going > 0:
+        gather(tasks.sines, tasks.cosines, tasks.steps, now, room.sin_cos)
+        if stride(room.block, room.sin_cos, now + STRIDE) > 0:
+            for i in range(WIDTH):
+                if room.block[STRUCK + i] != 0.0:
+                    going -= not take_up(e, tasks, left, logs, room, first + i, i, now)
+        now += STRIDE

@@ -1,0 +1,209 @@
+"""Many motions by Newmark's method, marched in lockstep on the vector units: the face `simulate_rows`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numba import prange
+
+from vibropipe.compiler import jit_parallel
+from vibropipe.lab.lanes import STATE, Left, Room, Tasks, march_block
+from vibropipe.march.grid import locate, waves
+from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
+from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
+from vibropipe.march.state import REST
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.solve.motion import check_steps
+from vibropipe.solve.run import turns_of
+from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Room for contacts of a row at first, that for each forcing period, and by how much it grows for rows that it is
+# too small for.
+FIRST_ROOM, ROOM_PER_PERIOD, GROWTH = 64, 6, 4
+# Contacts that the logs of one call have room for, all rows together.
+MOST_ROOM = 2_000_000
+# Columns of a log, and where it counts their entries.
+OF_IMPACTS = ("position", "velocity", "impulse", "support")
+OF_RESTS = ("rest_start", "rest_end", "rest_support")
+COLUMNS = {IMPACTS: OF_IMPACTS, RESTS: OF_RESTS}
+
+
+class Marched(NamedTuple):
+    """What motions leave, in the order of rows: (x, v) at their ends, Status and counts of each; and columns of
+    their logs, flat, with `row_of` the row of each impact (at IMPACTS) and rest (at RESTS)."""
+
+    end: np.ndarray
+    status: np.ndarray
+    counts: np.ndarray
+    columns: dict[str, np.ndarray]
+    row_of: dict[int, np.ndarray]
+
+
+def simulate_rows(
+    exciters: Sequence[Exciter],
+    tau_end: Any,
+    x0: Any = None,
+    v0: Any = 0.0,
+    *,
+    steps_per_period: int,
+    max_impacts: int = 1_000_000,
+) -> xr.Dataset:
+    """The motions of eqs. (5), (6) of many exciters from (x0, v0) at tau = 0 to tau_end, by Newmark's method.
+
+    Each row is the motion of `simulate(..., method="newmark")` to the last bit, several times cheaper: rows are
+    marched WIDTH at a time in lockstep, blocks of them on all threads. Rows that last about as many forcing
+    periods share a block.
+
+    exciters: one per row; tau_end, x0, v0: a number for all rows, or one per row; x0 left out as for `simulate`.
+    Returns a dataset over `row` (all non-dimensional): the parameters as coordinates, `displacement_end,
+    velocity_end`, `status` (as of `simulate`); `impact_tau, impact_support, impact_velocity,
+    impact_velocity_after` over `impact`, a contiguous ragged array with `row_size` impacts of each row;
+    `rest_start, rest_end, rest_support` over `rest`, `row_rests` of each row. A row with more than max_impacts
+    contacts has status `max_impacts`, an end of nan and the contacts up to there.
+    Raises ParameterError for a value outside what is allowed, or another number of them than exciters.
+    """
+    steps = check_steps(steps_per_period)
+    rows = len(exciters)
+    if rows == 0:
+        raise ParameterError("exciters is empty: allowed is at least one")
+    if not isinstance(max_impacts, (int, np.integer)) or max_impacts < 0:
+        raise ParameterError(f"max_impacts = {max_impacts!r}: allowed is a whole number >= 0")
+    ends, xs, vs = (
+        _per_row(name, value, rows)
+        for name, value in (("tau_end", tau_end), ("x0", x0), ("v0", v0))
+    )
+    starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
+    turns = np.array([turns_of(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
+    parameters = np.array([e.parameters() for e in exciters])
+    return _to_dataset(parameters, march_rows(parameters, starts, turns, steps, max_impacts))
+
+
+def _per_row(name: str, value: Any, rows: int) -> np.ndarray:
+    array = np.asarray(value)
+    if array.ndim > 1 or (array.ndim == 1 and array.size != rows):
+        raise ParameterError(
+            f"{name} has shape {array.shape}: allowed is a number, or one for each of {rows} exciters"
+        )
+    return np.broadcast_to(array, rows)
+
+
+def march_rows(
+    parameters: np.ndarray,
+    starts: np.ndarray,
+    turns: np.ndarray,
+    steps: int,
+    max_impacts: int,
+    effects: Effects = ALL_EFFECTS,
+) -> Marched:
+    """The motions of parameters (rows, 7) from starts (rows, 2) over turns (rows,) forcing periods of so many
+    Newmark steps; rows whose logs were too small are marched again with larger ones."""
+    ends = np.array([locate(turn, steps) for turn in turns], float)
+    sines, cosines = waves(effects, steps)
+    shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
+    done: list[dict[str, np.ndarray]] = []
+    waiting = np.argsort(turns, kind="stable")
+    room = int(FIRST_ROOM + ROOM_PER_PERIOD * min(turns.max(), max_impacts))
+    while waiting.size:
+        again = []
+        per_call = max(1, MOST_ROOM // room // WIDTH) * WIDTH
+        for first in range(0, waiting.size, per_call):
+            part = waiting[first : first + per_call]
+            left, logs = _room_for(len(part), room)
+            _drive(effects, Tasks(parameters[part], starts[part], ends[part], *shared), left, logs)
+            is_full = left.status == Status.LOG_FULL
+            again.append(part[is_full])
+            done.append(_compact(part, left, logs, ~is_full))
+        waiting, room = np.concatenate(again), room * GROWTH
+    return _in_order(done)
+
+
+def _room_for(rows: int, room: int) -> tuple[Left, Log]:
+    def zeros(kind: type = float, share: int = 1) -> np.ndarray:
+        return np.zeros((rows, room // share), kind)
+
+    logs = Log(
+        zeros(), zeros(), zeros(), zeros(np.int8), zeros(share=4), zeros(share=4),
+        zeros(np.int8, 4), zeros(share=4), zeros(np.int8, 4), np.zeros((rows, COUNTS), np.int64),
+    )  # fmt: skip
+    return Left(np.zeros((rows, 2)), np.zeros((rows, STATE)), np.zeros(rows, np.int64)), logs
+
+
+@jit_parallel
+def _drive(e: Effects, tasks: Tasks, left: Left, logs: Log) -> None:
+    """March all rows of `tasks`, a block on a thread."""
+    rows = tasks.parameters.shape[0]
+    for number in prange((rows + WIDTH - 1) // WIDTH):
+        room = Room(np.empty(SIZE), np.empty(2 * STRIDE), np.empty(3))
+        march_block(e, tasks, left, logs, room, number * WIDTH)
+
+
+def _compact(rows: np.ndarray, left: Left, logs: Log, keep: np.ndarray) -> dict[str, np.ndarray]:
+    """State, status, counts and flat logs of the rows to keep, as columns; "row" and "row_of_<count>" number them."""
+    counts = logs.counts[keep]
+    found = {name: getattr(left, name)[keep] for name in ("end", "state", "status")}
+    found |= {"row": rows[keep], "counts": counts}
+    for place, names in COLUMNS.items():
+        found[f"row_of_{place}"] = np.repeat(found["row"], counts[:, place])
+        for name in names:
+            column = getattr(logs, name)[keep]
+            found[name] = column[np.arange(column.shape[1]) < counts[:, place, None]]
+    return found
+
+
+def _in_order(done: list[dict[str, np.ndarray]]) -> Marched:
+    """All parts together, in the order of rows, rests that go on at the end among them."""
+    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+    order = np.argsort(whole["row"])
+    state, counts = whole["state"][order], whole["counts"][order]
+    resting = np.flatnonzero(state[:, 6] == REST)
+    whole["rest_start"] = np.append(whole["rest_start"], state[resting, 7])
+    whole["rest_end"] = np.append(whole["rest_end"], np.full(resting.size, math.inf))
+    whole["rest_support"] = np.append(whole["rest_support"], state[resting, 3].astype(np.int8))
+    whole[f"row_of_{RESTS}"] = np.append(whole[f"row_of_{RESTS}"], resting)
+    columns: dict[str, np.ndarray] = {}
+    row_of: dict[int, np.ndarray] = {}
+    for place, names in COLUMNS.items():
+        by_row = np.argsort(whole[f"row_of_{place}"], kind="stable")
+        row_of[place] = whole[f"row_of_{place}"][by_row]
+        columns |= {name: whole[name][by_row] for name in names}
+    status = whole["status"][order].astype(np.int8)
+    short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
+    status[short] = Status.SHORT_FLIGHTS
+    end = whole["end"][order]
+    end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
+    return Marched(end, status, counts, columns, row_of)
+
+
+def _to_dataset(parameters: np.ndarray, marched: Marched) -> xr.Dataset:
+    import xarray as xr
+
+    rows, columns, row_of = len(parameters), marched.columns, marched.row_of
+    period = 2 * math.pi / parameters[:, 0]
+    # Tails of chatters stand in the log beside the impacts.
+    struck = columns["support"] > 0
+    of_impact, of_rest = row_of[IMPACTS][struck], row_of[RESTS]
+    before = columns["velocity"][struck]
+    variables: dict[str, Any] = {
+        "displacement_end": ("row", marched.end[:, 0]),
+        "velocity_end": ("row", marched.end[:, 1]),
+        "status": ("row", marched.status),
+        "row_size": ("row", np.bincount(of_impact, minlength=rows)),
+        "impact_tau": ("impact", columns["position"][struck] * period[of_impact]),
+        "impact_support": ("impact", columns["support"][struck]),
+        "impact_velocity": ("impact", before),
+        "impact_velocity_after": ("impact", before + columns["impulse"][struck]),
+        "row_rests": ("row", np.bincount(of_rest, minlength=rows)),
+        "rest_start": ("rest", columns["rest_start"] * period[of_rest]),
+        "rest_end": ("rest", columns["rest_end"] * period[of_rest]),
+        "rest_support": ("rest", columns["rest_support"]),
+    }
+    coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
+    return describe(xr.Dataset(variables, coords))

@@ -1,0 +1,118 @@
+"""How long a race will take on this machine, without running it: `race_seconds`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from vibropipe.lab.peers import MOST_WORK, RESTART
+from vibropipe.lab.timing import spent_on
+from vibropipe.lab.work_precision import MOST_STEPS, OWN, Entry, enter, entries
+from vibropipe.lab.work_precision_methods import MOST_CONTACTS, Motion
+from vibropipe.march.log import STEPS
+from vibropipe.solve.accuracy.method_choice import least_cost
+from vibropipe.solve.run import Run, Task, run_motion
+from vibropipe.words.vocabulary import Outcome
+
+# Seconds of the twin that judges: for a motion, for each of its impacts.
+JUDGED, JUDGED_IMPACT = 5e-3, 7e-4
+# Runs of an own method beside its rounds: with and without samples, and to warm. A peer is run with samples only.
+RUNS = 3
+# What a peer's run is worth in seconds of the one sampled, in work: (seconds, work), or None if it is not there.
+Sampled = tuple[float, float] | None
+
+
+class Solved(NamedTuple):
+    """A motion to be raced with the exact run of it, by which the work of others is guessed."""
+
+    motion: Motion
+    run: Run
+
+    @property
+    def rests(self) -> bool:
+        """Whether it comes to rest: a chatter, which peers do not get through."""
+        return self.run.contacts["rest_start"].size > 0
+
+
+def race_seconds(
+    motions: Mapping[str, Motion],
+    methods: Sequence[str],
+    steps: Sequence[int],
+    tolerances: Sequence[float],
+    peer_periods: int,
+    repeats: int,
+) -> float:
+    """Seconds of one core that `solve_accuracy` will take with these arguments, about.
+
+    Own methods by the prices of their work; peers by one period of one motion, each at each tolerance, in
+    which those that are not installed cost nothing. Where the mass comes to rest they are taken to use
+    up all the work that they may do.
+    """
+    listed = [(methods[entry.method], entry) for entry in entries(methods, steps, tolerances)]
+    own = [(method, entry) for method, entry in listed if method in OWN]
+    peers = [(method, entry) for method, entry in listed if method not in OWN]
+    solved = [Solved(motion, exact_run(motion)) for motion in motions.values()]
+    plain = min(solved, key=lambda one: one.rests)
+    sampled = {entry: sample(plain.motion, method, entry) for method, entry in peers}
+    seconds = 0.0
+    for one in solved:
+        seconds += own_seconds(one, own, repeats) + judge_seconds(one, one.motion.periods)
+        periods = min(one.motion.periods, peer_periods)
+        if peers:
+            seconds += judge_seconds(one, periods)
+        for _method, entry in peers:
+            seconds += peer_seconds(sampled[entry], periods, one.rests, repeats)
+    return seconds
+
+
+def exact_run(motion: Motion) -> Run:
+    """The exact method on a motion, without samples."""
+    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, 0, MOST_CONTACTS)
+    return run_motion(motion.exciter, task)
+
+
+def judge_seconds(one: Solved, periods: int) -> float:
+    """Seconds of the twin; a closed form costs it next to nothing for each impact."""
+    if one.run.counts[STEPS] == 0:
+        return JUDGED
+    share = periods / one.motion.periods
+    return JUDGED + JUDGED_IMPACT * share * one.run.contacts["impact_tau"].size
+
+
+def own_seconds(one: Solved, listed: Sequence[tuple[str, Entry]], repeats: int) -> float:
+    """Seconds of own methods on a motion."""
+    spent = 0.0
+    for method, entry in listed:
+        steps = 1 if method == "exact" else int(entry.value)
+        if steps * one.motion.periods <= MOST_STEPS:
+            each = least_cost(steps, one.motion.periods, one.run) * 1e-9
+            spent += RUNS * each + spent_on(each, repeats)
+    return spent
+
+
+def sample(motion: Motion, method: str, entry: Entry) -> Sampled:
+    """Seconds and work of a peer on one period of a motion."""
+    entered = enter(method, entry.value, motion._replace(periods=1))
+    if isinstance(entered, Outcome):
+        return None
+    entered.show()  # loads and compiles
+    begin = time.thread_time()
+    shown = entered.show()
+    seconds = time.thread_time() - begin
+    if shown.outcome == Outcome.DID_NOT_END:
+        return seconds, MOST_WORK
+    steps, evaluations, _ = shown.work
+    work = steps if math.isnan(evaluations) else evaluations
+    return seconds, work + RESTART * shown.impact_tau.size
+
+
+def peer_seconds(sampled: Sampled, periods: int, rests: bool, repeats: int) -> float:
+    """Seconds of a peer on a motion over so many periods."""
+    if sampled is None:
+        return 0.0
+    seconds, work = sampled
+    if rests or work >= MOST_WORK:
+        return seconds / work * MOST_WORK * periods  # stopped, and not timed
+    return seconds * periods + spent_on(seconds * periods, repeats)

@@ -1,0 +1,295 @@
+"""Whole steps in flight, and the usual impact: one in a step, met on the only way to it and left unhindered.
+
+What is not certified to be of this kind goes by `march.flight`, which can do everything and takes thrice as
+long. Here the step is taken by the one-step map as if the support were not there; the impact adds to its end
+the response to an impulse, so the motion after it needs no polynomial of its own. Without a force no phase ties
+steps to a grid: there the next one begins at the impact.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.march.contacts import side_of
+from vibropipe.march.grid import force_part, stays_between
+from vibropipe.march.log import POLYNOMIALS, STEPS, is_full, log_impact
+from vibropipe.march.state import (
+    FLIGHT,
+    WITH_SPEED,
+    State,
+    departure,
+    is_watched,
+    restitution_of,
+)
+from vibropipe.physics.contact import force_at, frame, reset
+from vibropipe.physics.flow import combine, combine_unforced, motion_with_curvature
+
+# A cubic through both ends of a step errs in its slope by at most so many times its error in place.
+SLOPE_MARGIN = 3.1
+# And in its curvature by at most so many times.
+BEND_MARGIN = 32.0
+# The inverse of a gap that begins or ends with less than this share of its mean slope is no cubic.
+STEEP = 0.2
+MAX_REFINEMENTS = 4
+# A correction whose cube, and whose square times the change of the acceleration, is below rounding.
+REFINED = 1e-8
+# Impacts this near the end of a step leave a departure too short to be told from rounding.
+LATEST = 0.999
+# A departure that rises in a step by less than this share of the distance between the frame and the support
+# struck would lose digits to it.
+LEAST_RISE = 1.0 / 64.0
+
+
+class Side(NamedTuple):
+    """The frame of a motion written from `home`, and which of the supports it can reach."""
+
+    home: int
+    sigma: float
+    load: float
+    near: float
+    far: float
+    to_near: bool
+    to_far: bool
+
+
+@jit_inline
+def crosses_once(grid, y, w, load, first, last, slope0, slope1, room) -> bool:
+    """Whether a gap surely closes once over a whole step from `first` > 0 to `last` < 0 and stays below `room`
+    before; slopes by theta.
+
+    It falls all the way: its slope lies within a margin of the hull of the cubic's, its slopes at the ends and
+    the Bezier point between them. Or it is concave: so is the cubic, by as much at both ends.
+    """
+    margin = grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))
+    if not (first > 0.0 and last < 0.0):
+        return False
+    fall = last - first
+    if max(max(slope0, slope1), 3.0 * fall - slope0 - slope1) < -SLOPE_MARGIN * margin:
+        return True
+    bend0, bend1 = (
+        6.0 * fall - 4.0 * slope0 - 2.0 * slope1,
+        2.0 * slope0 + 4.0 * slope1 - 6.0 * fall,
+    )
+    return max(bend0, bend1) < -BEND_MARGIN * margin and first + max(slope0, 0.0) < room
+
+
+@jit_inline
+def refine(e, p, grid, c, load, sign, offset, first, last, slope0, slope1):
+    """(theta, slope there) of the one root of a gap; theta = 2 if it was not found to rounding.
+
+    By Halley's method, two evaluations as a rule, from the cubic through both ends of the inverse of the gap;
+    of one that rises first or turns at the end, from the parabola through both ends.
+    """
+    change = last - first
+    if slope0 < STEEP * change and slope1 < STEEP * change:
+        s = -first / change
+        r = 1.0 - s
+        begins, ends = change / slope0, change / slope1
+        theta = s * s * (1.0 + 2.0 * r) + s * r * (r * begins - s * ends)
+    else:
+        bend = 4.0 * (change - slope0) * first
+        theta = 2.0 * first / (math.sqrt(max(slope0 * slope0 - bend, 0.0)) - slope0)
+    for _ in range(MAX_REFINEMENTS):
+        value, slope, curvature = motion_with_curvature(c, theta)
+        if e.forcing is None:
+            # By eq. (5), which without a force takes less than the polynomial.
+            curvature = grid.dt * (grid.dt * (load - value))
+            if e.damping is not None:
+                curvature -= p.h * grid.dt * slope
+        value, slope, curvature = offset + sign * value, sign * slope, sign * curvature
+        # One division: the chain of an impact is as long as its divisions.
+        inverse = 1.0 / slope
+        newton = -value * inverse
+        # Halley's step to the order that counts.
+        step = newton * (1.0 - 0.5 * newton * (curvature * inverse))
+        theta += step
+        if abs(step) <= REFINED:
+            return theta, slope + step * curvature
+    return 2.0, 0.0
+
+
+@jit_inline
+def side_at(e, p, home):
+    """The `Side` of a support, or of the equilibrium (home 0).
+
+    With support 1 alone the equilibrium's is turned round, so that the one support there is stands near.
+    """
+    sigma, load, near, far = frame(p, home)
+    if e.support_2 is None:
+        if home == 0:
+            sigma, near = -1.0, -far
+        return Side(home, sigma, load, near, far, e.support_1 is not None, False)
+    return Side(home, sigma, load, near, far, True, e.support_1 is not None)
+
+
+@jit_inline
+def turned(e, home):
+    """-1 where `side_at` turns the frame round, else 1."""
+    return -1.0 if e.support_2 is None and home == 0 else 1.0
+
+
+@jit_inline
+def keeps_clear(grid, departs, side, y, w, y1, w1, span):
+    """`stays_between` in the frame of a side."""
+    return stays_between(
+        grid, departs, y, w, y1, w1, span, side.load, side.near, side.far, side.to_near, side.to_far
+    )
+
+
+@jit_inline
+def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
+    """(whether so, side, theta, y, w) of a step from `at` (in steps) with one plain impact, which is logged: the
+    motion at its end or, without forcing, at the impact, theta later.
+
+    y, w, y1, w1: at the ends of the step, as if there were no support.
+    """
+    at_near = w1 < 0.0
+    if e.support_1 is None or e.support_2 is None:
+        # Seen from either frame, the one support there is stands near.
+        struck = 1 if e.support_2 is None else 2
+        if not (at_near and side.to_near):
+            return False, side, 0.0, y, w
+        at_near = True
+    else:
+        struck = side_of(side.home, at_near)
+    if is_watched(struck, e.watched):
+        return False, side, 0.0, y, w
+    sign, offset = (1.0, -side.near) if at_near else (-1.0, side.far)
+    first, last = offset + sign * y, offset + sign * y1
+    slope0, slope1 = sign * w * grid.dt, sign * w1 * grid.dt
+    room = side.far - side.near
+    if not crosses_once(grid, y, w, side.load, first, last, slope0, slope1, room):
+        return False, side, 0.0, y, w
+    if e.forcing is not None:
+        s, s_rate = force_at(p, side.sigma, at / grid.steps)
+        combine(grid.basis, c, y, w, side.load, s, s_rate)
+    else:
+        combine_unforced(grid.basis, c, y, w, side.load)
+    theta, slope = refine(e, p, grid, c, side.load, sign, offset, first, last, slope0, slope1)
+    if not theta < LATEST:
+        return False, side, 0.0, y, w
+    per_step = 1.0 / grid.dt
+    approach = -slope * per_step
+    speed = reset(restitution_of(e, p, struck), approach)
+    turn = (at + theta) / grid.steps
+    new = side_at(e, p, struck)
+    order, _wait = departure(e, p, grid, struck, speed, turn)
+    if order != WITH_SPEED:
+        return False, side, 0.0, y, w
+    if e.forcing is None:
+        # No grid of phases to come back to: the next step begins here.
+        y1, w1 = 0.0, speed
+    else:
+        left = 1.0 - theta
+        rise, rise_slope, _bend = motion_with_curvature(grid.basis[1], left)
+        kick = speed + approach
+        y1, w1 = last + kick * rise, sign * w1 + (kick * per_step) * rise_slope
+        if not (
+            speed * grid.dt > LEAST_RISE * abs(offset)
+            and keeps_clear(grid, 1, new, 0.0, speed, y1, w1, left)
+        ):
+            return False, side, 0.0, y, w
+    outward = 1.0 if struck == 1 else -1.0
+    impulse = -outward * (approach + speed)
+    log_impact(log, period + turn, struck, outward * approach, impulse)
+    return True, new, theta if e.forcing is None else 0.0, y1, w1
+
+
+@jit
+def may_coast(e, state) -> bool:
+    """Whether `coast` can go on from here: in flight at the start of a step or, as without forcing any instant
+    is as good, in flight or off a support at any time."""
+    if e.forcing is None:
+        return state.order <= WITH_SPEED
+    return state.order == FLIGHT and state.theta == 0.0
+
+
+@jit
+def steps_left(grid, period, step, theta, end_period, end_step, end_theta):
+    """Whole steps from a time to the end."""
+    return (end_period - period) * grid.steps + (end_step - step) - (theta > end_theta)
+
+
+@jit_inline
+def parts(e, grid, side, step):
+    """The parts of the load and of the force in a step of the one-step map."""
+    part_y, part_w = grid.b1 * side.load, grid.b2 * side.load
+    if e.forcing is not None:
+        force_y, force_w = force_part(grid, step)
+        part_y += side.sigma * force_y
+        part_w += side.sigma * force_w
+    return part_y, part_w
+
+
+@jit_inline
+def mapped(a11, a12, a21, a22, y, w, part_y, part_w):
+    """(y, w) after a step; the parts first: the chain from y to the next y is then two operations long."""
+    return a11 * y + (a12 * w + part_y), a21 * y + (a22 * w + part_w)
+
+
+@jit_inline
+def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
+    """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
+    them at most, up to the step in which something else may happen.
+
+    With one support alone flights are long: two steps at once are tried first, and without a force off a support.
+    """
+    a11, a12, a21, a22 = grid.a11, grid.a12, grid.a21, grid.a22
+    twice_11, twice_12 = a11 * a11 + a12 * a21, a11 * a12 + a12 * a22
+    twice_21, twice_22 = a21 * a11 + a22 * a21, a21 * a12 + a22 * a22
+    period, step, theta, sign = state.period, state.step, state.theta, turned(e, state.home)
+    y, w, departs = sign * state.y, sign * state.w, 0
+    if e.forcing is None:
+        departs = state.order
+    side = side_at(e, p, state.home)
+    made, struck = 0, 0
+    left = steps_left(grid, period, step, theta, end_period, end_step, end_theta)
+    while left > 0:
+        part_y, part_w = parts(e, grid, side, step)
+        long = e.support_1 is None or e.support_2 is None or (e.forcing is None and departs == 1)
+        if long and left > 1:
+            second = step + 1 if step + 1 < grid.steps else 0
+            later_y, later_w = parts(e, grid, side, second)
+            later_y, later_w = mapped(a11, a12, a21, a22, part_y, part_w, later_y, later_w)
+            y1, w1 = mapped(twice_11, twice_12, twice_21, twice_22, y, w, later_y, later_w)
+            if keeps_clear(grid, departs, side, y, w, y1, w1, 2.0):
+                y, w, departs = y1, w1, 0
+                made += 2
+                left -= 2
+                step += 2
+                if step >= grid.steps:
+                    step, period = step - grid.steps, period + 1
+                continue
+        y1, w1 = mapped(a11, a12, a21, a22, y, w, part_y, part_w)
+        if not keeps_clear(grid, departs, side, y, w, y1, w1, 1.0):
+            if struck >= most or is_full(log):
+                break
+            plain, side, wait, y1, w1 = through(
+                e, p, grid, side, period, step + theta, y, w, y1, w1, log, c
+            )
+            if not plain:
+                break
+            struck += 1
+            if e.forcing is None:
+                y, w, departs = y1, w1, 1
+                theta += wait
+                if theta >= 1.0:
+                    theta -= 1.0
+                    step += 1
+                    if step == grid.steps:
+                        step, period = 0, period + 1
+                left = steps_left(grid, period, step, theta, end_period, end_step, end_theta)
+                continue
+        y, w, departs = y1, w1, 0
+        made += 1
+        left -= 1
+        step += 1
+        if step == grid.steps:
+            step, period = 0, period + 1
+    log.counts[STEPS] += made
+    log.counts[POLYNOMIALS] += struck
+    sign = turned(e, side.home)
+    order = WITH_SPEED if departs == 1 else FLIGHT
+    return State(period, step, theta, side.home, sign * y, sign * w, order, 0.0), struck

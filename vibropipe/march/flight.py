@@ -1,0 +1,225 @@
+"""Flight: certified whole steps, and inside a step the polynomial of the method and its first contact."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.march.contacts import contact, settle
+from vibropipe.march.grid import evaluate, stays_between
+from vibropipe.march.log import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
+from vibropipe.march.roots import BOUND, CROSSING, NONE, first_root, hop_root, only_root
+from vibropipe.march.state import (
+    FLIGHT,
+    WITH_CURVATURE,
+    WITH_PULL,
+    WITH_SPEED,
+    State,
+    departure,
+    looked_at,
+    restitution_of,
+)
+from vibropipe.physics.contact import force_at, frame
+from vibropipe.physics.flow import combine, combine_unforced
+from vibropipe.physics.newmark import quadratic, step
+from vibropipe.words.status import Status
+
+OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
+# Secants free to go where they like, and all of them: from then on every other one is a bisection, of the
+# exponent, so that the last leave a bracket of rounding.
+FREE_SECANTS, MAX_SECANTS = 12, 150
+# Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
+# the next step.
+SHORTEST_FLIGHT = 1e-4
+
+
+@jit_inline
+def fill(e, p, grid, state, sigma, load, limit, c):
+    """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
+    s, s_rate = 0.0, 0.0
+    if e.forcing is not None:
+        s, s_rate = force_at(p, sigma, (state.step + state.theta) / grid.steps)
+    if grid.exact is not None:
+        if e.forcing is not None:
+            combine(grid.basis, c, state.y, state.w, load, s, s_rate)
+        else:
+            combine_unforced(grid.basis, c, state.y, state.w, load)
+    else:
+        end = s
+        if e.forcing is not None:
+            end, _rate = force_at(p, sigma, (state.step + limit) / grid.steps)
+        span = (limit - state.theta) * grid.dt
+        if e.damping is not None:
+            quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
+        else:
+            quadratic(c, state.y, state.w, s + load, end + load, None, span, grid.dt)
+    if e.rest is not None and grid.exact is not None and state.order >= WITH_PULL:
+        # As `departure` has it: to the last bit, or zero but for rounding.
+        c[2] = 0.5 * grid.dt * grid.dt * (s + load) if state.order == WITH_PULL else 0.0
+        c[3] = 0.0 if state.order == WITH_CURVATURE else c[3]
+
+
+@jit_inline
+def first_contact(e, grid, state, load, near, far, c, y, span, counts):
+    """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
+    to_near, to_far = looked_at(e, state.home)
+    if state.order == FLIGHT:
+        if to_near:
+            theta = only_root(grid, c, 1.0, -near, state.y - near, y - near, span, far - near)
+            if theta >= 0.0:
+                return theta, CROSSING, True
+        if to_far:
+            theta = only_root(grid, c, -1.0, far, far - state.y, far - y, span, far - near)
+            if theta >= 0.0:
+                return theta, CROSSING, False
+    elif grid.exact is not None and state.order == WITH_SPEED:
+        if to_near:
+            theta = hop_root(grid, c, far, y, span)
+            if theta >= 0.0:
+                return theta, CROSSING, True
+        if to_far:
+            # A gap to the far support that falls all the way is a near one that only opens.
+            theta = only_root(grid, c, -1.0, far, far, far - y, span, math.inf)
+            if theta >= 0.0:
+                return theta, CROSSING, False
+    p = 0
+    if state.order > FLIGHT:
+        p = state.order if grid.exact is not None else min(state.order, 2)
+    offset = -near if p == 0 else 0.0
+    theta, kind = span, NONE
+    if to_near:
+        theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
+    if not to_far:
+        return theta, kind, True
+    # Both over the same span: the way to a root goes by it, and mirrored motions shall agree to the last bit.
+    # numba compiles a literal zero to code of its own: the order of flight is the same number.
+    other, other_kind = first_root(c, p - p, -1.0, far, load, span, counts)
+    if other_kind != NONE and (kind == NONE or other < theta):
+        return other, other_kind, False
+    return theta, kind, True
+
+
+@jit
+def step_by(e, p, grid, state, sigma, load, theta):
+    """(y, w) by one Newmark step over `theta` of the grid's step."""
+    start, end = 0.0, 0.0
+    if e.forcing is not None:
+        turn = (state.step + state.theta) / grid.steps
+        start, _rate = force_at(p, sigma, turn)
+        end, _rate = force_at(p, sigma, turn + theta / grid.steps)
+    if e.damping is None:
+        return step(state.y, state.w, start + load, end + load, None, theta * grid.dt)
+    return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)
+
+
+@jit
+def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room):
+    """theta of the support by a Newmark step that ends on it, from the quadratic's theta; -1 if none does.
+
+    The velocity of a quadratic over the whole step errs by the square of the step, differently at every
+    impact; a step of the method down to the contact keeps that error smooth in the step. Secants, kept
+    between a step that ends inside and one that ends outside; where the whole step ends inside (a graze,
+    nearly) there may be no such contact. Where the force hardly acts yet the step is far longer than the
+    quadratic's, and secants from both alike get nowhere.
+    """
+    # What rounding leaves of a distance made of these terms.
+    least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
+    outside, y_outside = room, step_by(e, p, grid, state, sigma, load, room)[0] - target
+    side = -1.0 if at_near else 1.0
+    if not y_outside * side > 0.0:
+        return -1.0
+    inside, found = 0.0, theta
+    before, y_before = outside, y_outside
+    for secant in range(MAX_SECANTS):
+        y = step_by(e, p, grid, state, sigma, load, found)[0] - target
+        if abs(y) <= least:
+            return found
+        if y * side > 0.0:
+            outside = found
+        else:
+            inside = found
+        change = y * (found - before) / (y - y_before) if y != y_before else 0.0
+        before, y_before = found, y
+        found -= change
+        if not inside < found < outside or (secant > FREE_SECANTS and secant % 2 == 1):
+            found = math.sqrt(inside * outside) if inside > 0.0 else 0.5 * outside
+        if abs(found - before) <= 2.0**-51 * found:
+            return found
+    return found
+
+
+@jit
+def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c):
+    """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
+    would arrive moving away, or pass the other support, both stay those of the quadratic."""
+    target = near if at_near else far
+    room = limit - state.theta
+    found = step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room)
+    if found < 0.0:
+        return theta
+    fill(e, p, grid, state, sigma, load, state.theta + found, c)
+    _y, rate = evaluate(grid, c, found)
+    turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
+    extreme = evaluate(grid, c, min(max(turn, 0.0), found))[0]
+    if (rate < 0.0 and extreme <= far) if at_near else (rate > 0.0 and extreme >= near):
+        return found
+    fill(e, p, grid, state, sigma, load, limit, c)
+    return theta
+
+
+@jit_inline
+def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
+    """(state, status) from a state in flight to its next contact, or to the end of its step."""
+    sigma, load, near, far = frame(p, state.home)
+    last = state.period == end_period and state.step == end_step
+    limit = end_theta if last else 1.0
+    fill(e, p, grid, state, sigma, load, limit, c)
+    log.counts[POLYNOMIALS] += 1
+    at_step = state.period * grid.steps + state.step
+    order = state.order
+    stuck = False
+    if e.rest is not None:
+        stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
+    to_near, to_far = looked_at(e, state.home)
+    kind, at_near, theta = NONE, True, limit - state.theta
+    y, w = evaluate(grid, c, theta)
+    if not stuck and not (
+        order <= WITH_SPEED
+        and stays_between(
+            grid, order, state.y, state.w, y, w, theta, load, near, far, to_near, to_far
+        )
+    ):
+        theta, kind, at_near = first_contact(
+            e, grid, state, load, near, far, c, y, theta, log.counts
+        )
+    if kind == BOUND:
+        return state, ROOT_BOUND
+    if grid.exact is None and kind == CROSSING:
+        theta = end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c)
+    until = limit if kind == NONE else state.theta + theta
+    record(
+        samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
+    )
+    if kind != NONE:
+        after = contact(e, p, grid, state, kind, at_near, c, theta, log)
+        hops = grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT
+        if hops and restitution_of(e, p, after.home) >= 1.0:
+            return State(
+                state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
+            ), OK
+        return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
+    log.counts[STEPS] += 1
+    period, step, at = state.period, state.step, limit
+    if not last:
+        step, at = (state.step + 1, 0.0)
+        if step == grid.steps:
+            period, step = period + 1, 0
+    if stuck:
+        # The method's own motion can not leave within this step: the mass stays until the next one.
+        log.counts[SHORT_FLIGHTS] += 1
+        turn = (step + at) / grid.steps
+        order, _wait = departure(e, p, grid, state.home, 0.0, turn)
+        return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
+    # An impact at the very end of a step leaves nothing of it to fly in: the mass departs in the next one.
+    left = FLIGHT if theta > 0.0 else order
+    return State(period, step, at, state.home, y, w, left, 0.0), OK

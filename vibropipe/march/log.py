@@ -1,0 +1,133 @@
+"""What a march keeps: a log of contacts, and samples of the motion where they are asked for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating
+from vibropipe.march.grid import evaluate
+from vibropipe.physics.contact import to_displacement, to_velocity
+
+# Places in the array of counts.
+IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
+COUNTS = 9
+
+
+class Log(NamedTuple):
+    """Contacts in order of time; times in forcing periods, velocities of x, impulses as changes of x'.
+
+    An impact has support 1 or 2; the tail of a chatter, completed in one piece, has support -1 or -2 and
+    carries the impulse of all impacts left out. counts: the number of entries and of work done.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    impulse: np.ndarray
+    support: np.ndarray
+    rest_start: np.ndarray
+    rest_end: np.ndarray
+    rest_support: np.ndarray
+    grazing: np.ndarray
+    grazing_support: np.ndarray
+    counts: np.ndarray
+
+
+class Samples(NamedTuple):
+    """Arrays for the motion at start + i stride/per_period periods; the start as (absolute step, theta)."""
+
+    displacement: np.ndarray
+    velocity: np.ndarray
+    stride: int
+    per_period: int
+    start_step: int
+    start_theta: float
+
+
+@jit_allocating
+def new_log(impacts, rests):
+    """An empty log with room for so many impacts, and for so many rests and grazings."""
+    return Log(
+        np.empty(impacts),
+        np.empty(impacts),
+        np.empty(impacts),
+        np.empty(impacts, np.int8),
+        np.empty(rests),
+        np.empty(rests),
+        np.empty(rests, np.int8),
+        np.empty(rests),
+        np.empty(rests, np.int8),
+        np.zeros(COUNTS, np.int64),
+    )
+
+
+@jit
+def log_impact(log, position, support, velocity_before, impulse) -> None:
+    """Append an impact (or, with a negative support, the tail of a chatter); beyond the room only counted."""
+    n = log.counts[IMPACTS]
+    if n < log.position.size:
+        log.position[n] = position
+        log.velocity[n] = velocity_before
+        log.impulse[n] = impulse
+        log.support[n] = support
+    log.counts[IMPACTS] = n + 1
+    if support < 0:
+        log.counts[TAILS] += 1
+
+
+@jit
+def log_rest(log, start, end, support) -> None:
+    """Append a rest that has ended."""
+    n = log.counts[RESTS]
+    if n < log.rest_start.size:
+        log.rest_start[n] = start
+        log.rest_end[n] = end
+        log.rest_support[n] = support
+    log.counts[RESTS] = n + 1
+
+
+@jit
+def log_grazing(log, position, support) -> None:
+    """Append a touch with zero velocity."""
+    n = log.counts[GRAZINGS]
+    if n < log.grazing.size:
+        log.grazing[n] = position
+        log.grazing_support[n] = support
+    log.counts[GRAZINGS] = n + 1
+
+
+@jit
+def is_full(log) -> bool:
+    """Whether the next entry of any kind would not find room."""
+    return (
+        log.counts[IMPACTS] + 1 >= log.position.size
+        or log.counts[RESTS] + 1 >= log.rest_start.size
+        or log.counts[GRAZINGS] + 1 >= log.grazing.size
+    )
+
+
+@jit
+def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
+    """Write the samples that fall in step `at_step` (counted from tau = 0) up to theta = until.
+
+    c: polynomial of the motion with its origin at theta = origin; None while the mass lies on `home`.
+    """
+    if samples is not None:
+        i = counts[SAMPLES]
+        while i < samples.displacement.size:
+            # Integer arithmetic: the place of sample i never drifts.
+            place = i * samples.stride * grid.steps
+            step = samples.start_step + place // samples.per_period
+            theta = samples.start_theta + (place % samples.per_period) / samples.per_period
+            if theta >= 1.0:
+                step, theta = step + 1, theta - 1.0
+            if step > at_step or (step == at_step and theta > until):
+                break
+            y, w = 0.0, 0.0
+            if c is not None:
+                y, w = evaluate(grid, c, theta - origin)
+            samples.displacement[i] = to_displacement(p, home, y)
+            samples.velocity[i] = to_velocity(home, w)
+            i += 1
+        counts[SAMPLES] = i

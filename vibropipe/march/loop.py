@@ -1,0 +1,66 @@
+"""The one marching loop: steps of a grid, contacts found inside them, rests jumped over, for both methods."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit_inline
+from vibropipe.march.contacts import meet_at_end, rest, strike_first
+from vibropipe.march.fast_path import coast, may_coast
+from vibropipe.march.flight import fly
+from vibropipe.march.log import is_full
+from vibropipe.march.newmark_steps import coast_newmark
+from vibropipe.march.state import FLIGHT, REST, is_before, is_watched
+from vibropipe.words.status import Status
+
+OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
+NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
+SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
+
+
+@jit_inline
+def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events):
+    """March from `state` to the end; returns (state, Status).
+
+    log: contacts are appended; LOG_FULL with the state reached when it has no room for another;
+    samples: Samples or None (then no code for them exists); c: work array of ORDER + 1.
+    At most max_events contacts and releases are made, then MAX_IMPACTS is returned; SUPPORT_REACHED where
+    the mass meets a support that is watched. An impact at the end
+    itself, within rounding of time, is made: the state is the one after it.
+    """
+    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
+    while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
+        if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
+            return state, NOT_FINITE
+        if is_full(log):
+            return state, LOG_FULL
+        if is_watched(state.home, e.watched):
+            return state, SUPPORT_REACHED
+        if e.rest is not None and state.order == REST:
+            state = rest(e, p, grid, state, end_period, end_step, end_theta, log, samples)
+            events += 1
+        else:
+            if samples is None:
+                if grid.exact is None:
+                    if state.order == FLIGHT and state.theta == 0.0:
+                        state = coast_newmark(e, p, grid, state, end_period, end_step, log.counts)
+                elif may_coast(e, state):
+                    room = max_events - events
+                    state, struck = coast(
+                        e, p, grid, state, end_period, end_step, end_theta, log, c, room
+                    )
+                    events += struck
+                if not is_before(
+                    state.period, state.step, state.theta, end_period, end_step, end_theta
+                ):
+                    break
+            state, status = fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c)
+            if status != OK:
+                return state, status
+            events += state.order != FLIGHT
+        if events > max_events:
+            return state, MAX_IMPACTS
+    state = meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log)
+    if is_watched(state.home, e.watched):
+        return state, SUPPORT_REACHED
+    return state, OK

@@ -1,0 +1,288 @@
+"""Many rows on all threads: a driver of a few lines over the kernel of one row."""
+
+from __future__ import annotations
+
+import mmap
+import threading
+from collections import deque
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+from itertools import islice, pairwise
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from vibropipe.compiler import jit_nogil
+from vibropipe.march.log import new_log
+from vibropipe.orbits.outputs import Rows
+from vibropipe.orbits.row import row_parameters, sample_row, solve_in_order
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import ORDER
+from vibropipe.physics.start import row_starts
+from vibropipe.solve.unsolved import mask_unsolved
+
+OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
+PHASES = 256
+# Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
+# 256 impacts in each; an array of them for every row of a call is mapped, and only what is written to takes memory.
+ORBIT_LOG_CAPACITY = 8192
+ORBIT_REST_CAPACITY = 512
+# Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
+# Towards the end a share of what is left, and ever fewer, so that threads end together.
+ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 64, 4
+# Seconds between two words of progress.
+TELL_EVERY = 0.25
+
+# Of each part of some chains its solutions, when they are there.
+Solving = Future[list[list[Rows]]]
+
+
+class Room(NamedTuple):
+    """Where the impacts of some rows go, side by side: few rows have many, so that most of it is never touched."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    support: np.ndarray
+
+
+def _pages(rows: int, kind: type) -> np.ndarray:
+    """ORBIT_LOG_CAPACITY values of each row; only what is written to takes memory.
+
+    numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
+    """
+    if rows == 0:
+        return np.empty((ORBIT_LOG_CAPACITY, 0), kind)
+    pages = mmap.mmap(-1, rows * ORBIT_LOG_CAPACITY * np.dtype(kind).itemsize)
+    with suppress(AttributeError, OSError):  # where there are no large pages
+        pages.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(pages, kind).reshape(ORBIT_LOG_CAPACITY, rows)
+
+
+def new_room(rows: int) -> Room:
+    """Room for ORBIT_LOG_CAPACITY impacts of each of so many rows."""
+    return Room(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
+
+
+NO_ROOM = new_room(0)
+
+
+def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Rows:
+    """Empty results of n rows; arrays only for the outputs named. room: for the impacts of as many rows, at least,
+    if they are asked for."""
+    asked = {name: name in outputs for name in OUTPUTS}
+
+    def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray:
+        return np.zeros((n if when is None or asked[when] else 0, *shape), kind)
+
+    listed = room if asked["impacts"] else NO_ROOM
+    return Rows(
+        regime=np.zeros(n, np.int8),
+        frequency=np.zeros(n),
+        status=np.zeros(n, np.int8),
+        period_multiple=np.zeros(n, np.int32),
+        settled_after=np.zeros(n, np.int32),
+        window=np.zeros(n, np.int32),
+        residual=np.full(n, np.nan),
+        section=np.zeros((n, 2)),
+        impacts=np.zeros((n, 2)),
+        rests=np.zeros((n, 2)),
+        amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
+        multipliers=zeros(2, kind=complex, when="stability"),
+        impact_count=zeros(kind=np.int64, when="impacts"),
+        impact_position=listed.position,
+        impact_velocity=listed.velocity,
+        impact_support=listed.support,
+        largest=zeros(2, when="impacts"),
+        energy=zeros(4, when="energy"),
+        motion=zeros(2, PHASES, when="motion"),
+    )
+
+
+def cuts(rows: int, chain_length: int) -> list[int]:
+    """Ends of the pieces that rows are solved in: of as many whole chains as one call takes, or of parts of
+    chains longer than that. The same for any number of threads."""
+    ends = [0]
+    while ends[-1] < rows:
+        first = ends[-1]
+        most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, (rows - first) // SHARE))
+        stop = min(rows, first + max(1, most // chain_length) * chain_length)
+        ends += [*range(first + ROWS_PER_CALL, stop, ROWS_PER_CALL), stop]
+    return ends
+
+
+@jit_nogil
+def drive(
+    e: Effects,
+    parameters: np.ndarray,
+    starts: np.ndarray,
+    chain_length: int,
+    max_periods: int,
+    patience: int,
+    out: Rows,
+) -> None:
+    """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
+    it and the first by starts (rows, 2)."""
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
+    solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
+
+
+@jit_nogil
+def _sample(
+    e: Effects,
+    parameters: np.ndarray,
+    section: np.ndarray,
+    multiple: np.ndarray,
+    motion: np.ndarray,
+) -> None:
+    """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
+    for row in range(parameters.shape[0]):
+        if multiple[row] > 0:
+            x, v = section[row, 0], section[row, 1]
+            p = row_parameters(parameters, row)
+            sample_row(e, p, x, v, multiple[row], log, c, motion, row)
+
+
+def solve_rows(
+    rows: int,
+    parameters: Callable[[int, int], Sequence[np.ndarray]],
+    start: tuple[float | None, float],
+    chain_length: int,
+    max_periods: int,
+    patience: int,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    progress: Callable[[int], None] | None = None,
+    effects: Effects = ALL_EFFECTS,
+    block_rows: int | None = None,
+) -> Generator[tuple[int, list[Rows]]]:
+    """Results of rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
+
+    parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
+    the first row of each chain (`row_starts`). effects: what the kernel has, for all rows alike. progress is told
+    the rows done.
+    Yields (stop, solutions) of blocks of at least block_rows (all, if left out) in whole chains, in order. While a
+    block is looked at other threads solve the next, and no more."""
+    own = threading.local()
+
+    def solve(values: np.ndarray, seeds: np.ndarray) -> Rows:
+        # Of each thread its own, kept: a page touched for the first time costs more than a row.
+        if not hasattr(own, "room"):
+            own.room = new_room(ROWS_PER_CALL)
+        out = new_rows(len(values), harmonics, outputs, own.room)
+        chain = max(1, min(chain_length, len(values)))
+        drive(effects, values, seeds, chain, max_periods, patience, out)
+        if "motion" in outputs:
+            # Rows in closed form were never marched and have their samples already.
+            marched = np.where(out.settled_after > 0, out.period_multiple, 0)
+            _sample(effects, values, out.section, marched, out.motion)
+        return mask_unsolved(_compact(out))
+
+    def solve_chains(ends: Sequence[int]) -> list[list[Rows]]:
+        solved: list[list[Rows]] = []
+        for first, stop in pairwise(ends):
+            pieces = parameters(first, stop)
+            seeds = [row_starts(piece, *start) for piece in pieces]
+            if solved:  # a chain goes on
+                for seed, before in zip(seeds, solved[-1], strict=True):
+                    seed[0] = before.section[-1]
+            solved.append([solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)])
+        return solved
+
+    def solve_in_turn(block: Sequence[list[int]]) -> list[Rows]:
+        parts: list[list[Rows]] = []
+        for ends in block:
+            parts += solve_chains(ends)
+            if progress is not None:
+                progress(ends[-1])
+        return joined(parts)
+
+    work = whole_chains(cuts(rows, chain_length), chain_length)
+    gathered = blocks(work, rows if block_rows is None else block_rows)
+    count = numba.get_num_threads()
+    if count == 1:
+        for block in gathered:
+            yield block[-1][-1], solve_in_turn(block)
+        return
+    # Compiled or loaded once, before threads ask for it side by side.
+    solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
+    threads = ThreadPoolExecutor(count)
+    left, waiting = iter(work), deque[Solving]()
+    try:
+        for block in gathered:
+            # Of blocks of a piece or two so many that no thread waits.
+            most = 2 * max(len(block), count)
+            for ends in islice(left, most - len(waiting)):
+                waiting.append(threads.submit(solve_chains, ends))
+            pieces = [waiting.popleft() for _ in block]
+            yield block[-1][-1], finished(pieces, block, progress)
+    finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
+        threads.shutdown(cancel_futures=True)
+
+
+def finished(
+    pieces: list[Solving],
+    block: Sequence[list[int]],
+    progress: Callable[[int], None] | None,
+) -> list[Rows]:
+    """The solutions of a block when all its pieces are solved, which are taken from the list: they are not
+    kept beside them."""
+    undone: Collection[Solving] = pieces
+    # Once for all: to be woken for each piece takes time from the threads that solve.
+    while undone:
+        done, undone = wait(pieces, TELL_EVERY, FIRST_EXCEPTION)
+        for piece in done:
+            piece.result()  # raises what was raised there
+        if progress is not None:
+            of_them = (ends for piece, ends in zip(pieces, block, strict=True) if piece in done)
+            progress(block[0][0] + sum(ends[-1] - ends[0] for ends in of_them))
+    parts = [part for piece in pieces for part in piece.result()]
+    pieces.clear()
+    return joined(parts)
+
+
+def joined(parts: Sequence[Sequence[Rows]]) -> list[Rows]:
+    """The solutions of a block from those of its parts, in order."""
+    return [
+        Rows(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*parts, strict=True)
+    ]
+
+
+def blocks(work: Sequence[list[int]], size: int) -> Iterator[list[list[int]]]:
+    """Groups of cuts (`whole_chains`) gathered until they have `size` rows."""
+    block: list[list[int]] = []
+    for ends in work:
+        block.append(ends)
+        if ends[-1] - block[0][0] >= size:
+            yield block
+            block = []
+    if block:
+        yield block
+
+
+def whole_chains(ends: Sequence[int], chain_length: int) -> list[list[int]]:
+    """Cuts grouped so that each group begins and ends with chains: what threads can solve side by side."""
+    groups: list[list[int]] = []
+    for first, stop in pairwise(ends):
+        if first % chain_length:
+            groups[-1].append(stop)
+        else:
+            groups.append([first, stop])
+    return groups
+
+
+def _compact(out: Rows) -> Rows:
+    """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
+    sizes = out.impact_count
+    if sizes.size == 0:
+        return out
+    row = np.repeat(np.arange(sizes.size), sizes)
+    place = np.arange(row.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return out._replace(
+        impact_position=out.impact_position[place, row],
+        impact_velocity=out.impact_velocity[place, row],
+        impact_support=out.impact_support[place, row],
+    )

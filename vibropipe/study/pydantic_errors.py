@@ -1,0 +1,72 @@
+"""Errors of pydantic -> problems in the words of a study."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pydantic import BaseModel
+
+from vibropipe.study.grids import A_GRID
+from vibropipe.study.key_text import TAGS, field_at, model_at, takes
+from vibropipe.study.models import KINDS
+from vibropipe.study.problems import Path, Problem, describe, did_you_mean, unknown
+from vibropipe.study.values import REFUSED
+
+
+def plain_path(loc: Path) -> Path:
+    """Return the path of a pydantic error as the user wrote it: without tags of unions."""
+    path: list[str | int] = []
+    for place, step in enumerate(loc):
+        inside_list = place > 0 and loc[place - 1] == "<list>"
+        if step not in TAGS and step != "[key]" and not inside_list:
+            path.append(step)
+    return tuple(path)
+
+
+def problem_of(error: Any, root: type[BaseModel]) -> Problem:
+    """Turn an error of pydantic into one of ours."""
+    loc, kind, value = error["loc"], error["type"], error["input"]
+    context = error.get("ctx", {})
+    path = plain_path(loc)
+    found = describe(value)
+    if kind == REFUSED:
+        return Problem(path, context["found"] or found, context["allowed"], context["hint"])
+    if kind == "extra_forbidden":
+        owner = model_at(loc[:-1], root)
+        return unknown(path, list(owner.model_fields) if owner else [])
+    if kind == "literal_error":
+        choices = re.findall(r"'([^']*)'", context["expected"])
+        known = ", ".join(choices)
+        if loc[-1] == "[key]":
+            return unknown(path, choices)
+        return Problem(path, found, known, did_you_mean(value, choices))
+    if kind.startswith("union_tag"):
+        return _untagged(path, value)
+    field = field_at(loc, root)
+    allowed = takes(field) if field else _model_words(loc, root) or error["msg"]
+    if kind == "missing":
+        return Problem(path, "nothing", allowed)
+    return Problem(path, found, allowed)
+
+
+def _model_words(loc: Path, root: type[BaseModel]) -> str:
+    model = model_at(loc, root)
+    return f"a mapping with {', '.join(model.model_fields)}" if model else ""
+
+
+def _untagged(path: Path, value: Any) -> Problem:
+    """Name the fault of a scene without a known kind, or of a grid of no known form."""
+    if len(path) != 2 or path[0] != "scenes":
+        return Problem(path, describe(value), A_GRID)
+    kinds = list(KINDS)
+    if not isinstance(value, dict):
+        return Problem(
+            path, describe(value), f"a mapping with kind ({', '.join(kinds)}) and its keys"
+        )
+    if "kind" not in value:
+        slip = next((key for key in value if did_you_mean(key, ["kind"])), None)
+        hint = f"is {describe(slip)} meant to be it?" if slip else ""
+        return Problem((*path, "kind"), "nothing", ", ".join(kinds), hint)
+    kind = value["kind"]
+    return Problem((*path, "kind"), describe(kind), ", ".join(kinds), did_you_mean(kind, kinds))

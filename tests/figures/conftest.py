@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from figures.made import Scene, amplitude_frequency, backbone, hard_cases, motion, sweep
+from figures.sample_datasets import Scene, amplitude_frequency, backbone, hard_cases, motion, sweep
 
 from vibropipe.figures import draw
 from vibropipe.figures.options import Options

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from figures.seen import texts, words
+from figures.figure_text import texts, words
 
 from vibropipe.figures import draw, draw_scene, picture_of
 from vibropipe.figures.amplitude_frequency import parts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figures.made import Scene, hard_cases
+from figures.sample_datasets import Scene, hard_cases
 
 from vibropipe.figures import caption, draw
 from vibropipe.figures.hard_cases import LEFT, RIGHT, shares

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figures.seen import words
+from figures.figure_text import words
 
 from vibropipe.figures import draw
 from vibropipe.figures.curves import curve, jumps

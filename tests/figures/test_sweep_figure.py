@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from figures.seen import words
+from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import to_rgb
 

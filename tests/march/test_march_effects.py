@@ -88,7 +88,7 @@ def run(code: str, **environment: str) -> str:
 
 
 def test_null_effects_change_no_bit_of_the_formulas() -> None:
-    code = "import test_kernels_effects; test_kernels_effects.compare_all(); print('same')"
+    code = "import test_march_effects; test_march_effects.compare_all(); print('same')"
     assert run(code, NUMBA_DISABLE_JIT="1") == "same\n"
 
 

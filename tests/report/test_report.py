@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import typst
-from figures.made import Scene, backbone, hard_cases, motion, steady, sweep
+from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady, sweep
 
 from vibropipe.figures import draw_study
 from vibropipe.figures.text import number

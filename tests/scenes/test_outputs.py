@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from figures.seen import words
+from figures.figure_text import words
 
 from vibropipe.figures import caption, draw, draw_study
 from vibropipe.report import build_report

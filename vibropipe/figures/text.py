@@ -73,7 +73,7 @@ def regime_name(code: int) -> str:
     for name, value in REGIMES.items():
         if value == code:
             return name
-    raise KeyError(f"{code} is not a regime (vibropipe/vocabulary.py)")
+    raise KeyError(f"{code} is not a regime (vibropipe/words/vocabulary.py)")
 
 
 def number(value: float, digits: int = 4) -> str:

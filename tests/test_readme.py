@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibropipe.scenes import solve_to_file
+from vibropipe.jobs.solving import solve_to_file
 from vibropipe.study import load_study
 
 ROOT = Path(__file__).parents[1]

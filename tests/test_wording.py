@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibropipe.figures.captions import odd_words
 from vibropipe.jobs.plan import plan_scene
-from vibropipe.jobs.sharding import PlanError, row_range
 from vibropipe.jobs.terminal_tables import plan_text
-from vibropipe.jobs.verify import Verdict, _of
-from vibropipe.report.hard_cases import hard_case_words
+from vibropipe.jobs.verify import Verdict
+from vibropipe.scenes.costs import PlanError
+from vibropipe.scenes.hard_cases.report import hard_case_words
+from vibropipe.scenes.recompute import part_text
+from vibropipe.scenes.sweep.captions import odd_words
+from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
@@ -54,7 +56,7 @@ def test_a_cut_into_one_shard_too_many():
 def test_verdicts():
     assert str(Verdict("s", faults=["x"])).startswith("s: 1 fault\n")
     assert str(Verdict("s", faults=["x", "y"])).startswith("s: 2 faults\n")
-    parts = [_of(1, 1, "row"), _of(3, 3, "row"), _of(1, 12000, "row")]
+    parts = [part_text(1, 1, "row"), part_text(3, 3, "row"), part_text(1, 12000, "row")]
     assert parts == ["the only row", "all 3 rows", "1 of 12,000 rows"]
 
 

@@ -268,7 +268,7 @@ def test_interrupt_ends_with_130_and_leaves_nothing_behind(study):
     study.write_text(STUDY.replace("f: [0.2, 1], nu: [0.9, 1, 1.1]", grids))
     output = study.parent / "out" / "response.nc"
     code = (
-        "import vibropipe.scenes.sweep as scenes\n"
+        "import vibropipe.scenes.sweep.solve as scenes\n"
         "from vibropipe.cli import main\n"
         "solve = scenes.solve_blocks\n"
         "def announced(*given, **named):\n"

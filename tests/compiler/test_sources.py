@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from vibropipe.compiler import sources
-from vibropipe.compiler.sources import LAB, PACKAGE, SOLVERS, STUDY, WORDS, closure, source_hash
+from vibropipe.compiler.sources import PACKAGE, SOLVERS, WORDS, closure, file_hash, source_hash
+from vibropipe.scenes.registry import kinds
 
 SOLVING = """
 import sys
@@ -39,13 +40,18 @@ MEASUREMENTS = {
     "lab/hard_cases/chatter.py": {"hard_cases"},
     "lab/peers.py": {"accuracy", "effects"},
     "lab/crude.py": {"accuracy", "effects"},
-    "lab/effect_scenes.py": {"effects"},
+    "scenes/effects/solve.py": {"effects"},
+    "scenes/motion/solve.py": {"motion"},
 }
 NEITHER = (
     "words/vocabulary.py",
     "figures/style.py",
     "report/data.py",
     "study/models.py",
+    "scenes/motion/keys.py",
+    "scenes/sweep/plan.py",
+    "scenes/sweep/cut.py",
+    "scenes/accuracy/pictures.py",
     "cli/commands.py",
     "jobs/run.py",
     "bench/cases.py",
@@ -61,10 +67,10 @@ def package(tmp_path):
 
 
 def hashes(package: Path) -> dict[str, str]:
-    """Return the hash of the solvers and of each measurement."""
+    """Return the hash of the solvers and of each kind of scene."""
     sources._read.cache_clear()
-    lab = {kind: source_hash(roots, STUDY, package) for kind, roots in LAB.items()}
-    return {"numbers": source_hash(SOLVERS, package=package), **lab}
+    own = {kind: file_hash(package / "scenes" / kind / "solve.py", package) for kind in kinds()}
+    return {"numbers": source_hash(SOLVERS, package=package), **own}
 
 
 def edited(package: Path, name: str) -> set[str]:
@@ -87,7 +93,7 @@ def test_a_process_that_solves_imports_nothing_that_is_not_hashed():
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_an_edit_of_what_solves_changes_all_hashes(package, name):
+def test_an_edit_of_what_solves_changes_the_hash_of_all(package, name):
     assert edited(package, name) >= {"numbers"}
 
 
@@ -114,7 +120,8 @@ def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
         for path in PACKAGE.rglob("*.py")
         if "\n@jit" in path.read_text()
     }
-    lab = {name for roots in LAB.values() for name in closure(roots, STUDY)}
+    rooms = [f"{kind.package}.solve" for kind in kinds().values()]
+    lab = set(closure(rooms))
     # Newmark in lockstep is called from Python alone
     others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows"}
     assert compiled - set(closure(SOLVERS)) - lab == others

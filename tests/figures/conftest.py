@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from drawing import draw
 from figures.sample_datasets import Scene, amplitude_frequency, backbone, hard_cases, motion, sweep
 
-from vibropipe.figures import draw
-from vibropipe.figures.options import Options
 from vibropipe.figures.style import house_style
+from vibropipe.scenes.sweep.keys import SweepFigure
 
 
 @pytest.fixture(scope="session")
@@ -41,15 +41,15 @@ def figures(made):
     """Return every picture, laid out as it will be printed."""
     drawn = {}
     for name, (kind, dataset) in made.items():
-        options = Options(beside=made["free_1"][1]) if name == "lines" else Options()
+        options = SweepFigure(backbone="free_1") if name == "lines" else None
+        drawn[name] = draw(kind, dataset, options, {"free_1": made["free_1"][1]})
         with house_style():
-            drawn[name] = draw(kind, dataset, options)
             drawn[name].draw_without_rendering()
     return drawn
 
 
 @pytest.fixture
 def study(made) -> SimpleNamespace:
-    scenes = {name: Scene(kind) for name, (kind, _) in made.items()}
-    scenes["lines"].figure = {"beside": "free_1"}
+    scenes = {name: Scene(kind, name) for name, (kind, _) in made.items()}
+    scenes["lines"].figure = SweepFigure(backbone="free_1")
     return SimpleNamespace(title="A study", description="", scenes=scenes)

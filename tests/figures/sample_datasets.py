@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.registry import kinds
 from vibropipe.words.vocabulary import REGIMES, describe
 
 
 @dataclass
 class Scene:
     kind: str
+    name: str = "scene"
     title: str = "A scene"
-    caption: str | None = None
-    figure: dict[str, Any] = field(default_factory=dict)
+    caption: str = ""
+    figure: FigureOptions | None = None
+
+    def __post_init__(self):
+        field = kinds()[self.kind].keys.model_fields["figure"]
+        self.figure = self.figure or field.get_default(call_default_factory=True)
 
 
 def march(exciter, x=0.0, v=0.0, tau_end=40.0, keep=10):

@@ -5,17 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from drawing import caption, picture_of
 
-from vibropipe.figures import caption, picture_of
-from vibropipe.figures.captions import describe_motion, describe_sweep, grid_words, place_words
-from vibropipe.figures.options import Options
 from vibropipe.figures.text import (
+    grid_words,
     mathtext,
     number,
     parameter_line,
     plain_parameters,
     regime_name,
 )
+from vibropipe.scenes.motion.captions import describe_motion
+from vibropipe.scenes.sweep.captions import describe_sweep, place_words
 from vibropipe.words.vocabulary import REGIMES
 from vibropipe.words.wording import count, series
 
@@ -68,7 +69,7 @@ def test_grids_are_written_whole_or_by_their_ends():
 
 def test_motion_counts_impacts_and_names_grazing(made):
     dataset = made["conservative"][1]
-    text = describe_motion(dataset, Options())
+    text = describe_motion(dataset)
     for support in (1, 2):
         at = dataset["impact_support"].values == support
         hardest = np.abs(dataset["impact_velocity"].values[at]).max()
@@ -78,25 +79,25 @@ def test_motion_counts_impacts_and_names_grazing(made):
 
 
 def test_motion_says_how_far_it_departs_from_the_exact_one(made):
-    text = describe_motion(made["forced"][1], Options())
+    text = describe_motion(made["forced"][1])
     assert "newmark departs from it by at most 0.001 in displacement" in text
     assert "rests on a support once, for up to 2.5" in text
 
 
 def test_free_response_names_its_parts(made):
     kind, dataset = made["free_1"]
-    text = picture_of(kind, dataset).describe(dataset, Options())
+    text = picture_of(kind, dataset).describe(dataset, None, {})
     assert "Up to A = 0.49 no support is reached" in text
     assert "then up to A = 0.51 only support 2 is struck" in text
     assert "then up to A = 1 both supports are struck" in text
     _, symmetric = made["free_0"]
-    text = picture_of(kind, symmetric).describe(symmetric, Options())
+    text = picture_of(kind, symmetric).describe(symmetric, None, {})
     assert "the constant part and the even harmonics vanish" in text
 
 
 def test_sweep_counts_what_is_no_plain_orbit(made):
     dataset = made["lines"][1]
-    text = describe_sweep(dataset, Options())
+    text = describe_sweep(dataset)
     none = int((dataset["regime"] >= REGIMES["aperiodic"]).sum())
     assert f"Of {dataset['regime'].size} rows " in text
     assert f"{none} have no orbit" in text
@@ -105,7 +106,7 @@ def test_sweep_counts_what_is_no_plain_orbit(made):
 
 def test_map_says_shares_and_where_impacts_are_hardest(made):
     kind, dataset = made["map"]
-    text = picture_of(kind, dataset).describe(dataset, Options())
+    text = picture_of(kind, dataset).describe(dataset, None, {})
     two_sided = float((dataset["regime"] == REGIMES["two_sided"]).mean())
     assert f"{number(100 * two_sided, 3)} % two-sided" in text
     top = dataset["impact_velocity_max"].sel(support=2)

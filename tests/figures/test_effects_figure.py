@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from drawing import draw, picture_of
 from figures.test_work_precision import race as race
 
-from vibropipe.figures import draw, picture_of
-from vibropipe.figures.effect_costs import describe_effects
-from vibropipe.figures.options import Options
 from vibropipe.figures.style import house_style, save
-from vibropipe.report.costs import NOT_REACHED, effect_table, effect_words, race_table
+from vibropipe.scenes.accuracy.report import NOT_REACHED, race_table
+from vibropipe.scenes.effects.pictures import describe_effects
+from vibropipe.scenes.effects.report import effect_table, effect_words
 from vibropipe.words.vocabulary import Outcome, describe
 
 DIMS = ("motion", "kernel")
@@ -64,18 +64,18 @@ def test_every_motion_has_a_row_and_every_target_a_bar(costs):
 
 
 def test_words_come_from_the_data(costs):
-    said = describe_effects(costs, Options())
+    said = describe_effects(costs)
     assert said == (
         "3 motions; 1 of 2 targets are met. Missed: no force (0.85 of the kernel of all effects, aimed at 0.7)."
     )
     costs["target_met"][:] = [2, 1, 0]
-    said = describe_effects(costs, Options())
+    said = describe_effects(costs)
     assert "1 of 2 targets" in said
     assert "bare (0.47 of no force, aimed at 0.5)" in said
 
 
 def test_the_report_says_them_too(costs):
-    assert effect_words({"law": xr.Dataset(), "costs": costs}) == describe_effects(costs, Options())
+    assert effect_words({"law": xr.Dataset(), "costs": costs}) == describe_effects(costs)
     assert effect_words({"law": xr.Dataset()}) == ""
 
 
@@ -83,7 +83,7 @@ def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):
     written = []
     for folder in ("one", "two"):
         with house_style():
-            figure = picture_of("effects", costs).draw(costs, Options())
+            figure = picture_of("effects", costs).draw(costs, None, {})
             written.append([path.read_bytes() for path in save(figure, tmp_path / folder, "costs")])
     assert written[0] == written[1]
 

@@ -6,13 +6,15 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from drawing import draw
 from figures.figure_text import texts, words
 
-from vibropipe.figures import draw, draw_scene, picture_of
-from vibropipe.figures.amplitude_frequency import parts
-from vibropipe.figures.options import Options, options_of
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE
-from vibropipe.words.vocabulary import quantity
+from vibropipe.jobs.drawing import draw_scene
+from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.scenes.motion.keys import MotionFigure
+from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.words.vocabulary import label, quantity
 
 NAMES = [
     "forced",
@@ -33,8 +35,8 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES)
 def test_files_are_whole_and_the_same_to_the_byte(name, study, made, tmp_path):
     others = {scene: dataset for scene, (_, dataset) in made.items()}
-    first = draw_scene(study, name, made[name][1], tmp_path / "a", others)
-    second = draw_scene(study, name, made[name][1], tmp_path / "b", others)
+    first = draw_scene(study.scenes[name], made[name][1], tmp_path / "a", others)
+    second = draw_scene(study.scenes[name], made[name][1], tmp_path / "b", others)
     assert [path.name for path in first] == [f"{name}.svg", f"{name}.pdf"]
     for one, two in zip(first, second, strict=True):
         assert one.read_bytes() == two.read_bytes()
@@ -99,18 +101,27 @@ def test_a_vanishing_harmonic_gets_a_calm_axis(figures):
     assert np.ptp(second.get_ylim()) > 1e-3
 
 
-def test_options_of_mappings_and_models(made):
+def test_a_backbone_that_is_not_at_hand_is_named(made):
     others = {"free": made["free_1"][1]}
-    assert options_of(None, {}) == Options()
-    assert options_of({"periods": 3}, {}).periods == 3.0
-    assert options_of({"beside": "free"}, others).beside is others["free"]
-    with pytest.raises(KeyError, match=r"beside.*'fre'.*free"):
-        options_of({"beside": "fre"}, others)
+    with pytest.raises(KeyError, match=r"backbone.*'fre'.*free"):
+        draw("sweep", made["line"][1], SweepFigure(backbone="fre"), others)
 
 
-def test_a_kind_without_a_picture_is_named(made):
-    with pytest.raises(ValueError, match=r"'basins'.*motion, backbone, sweep"):
-        picture_of("basins", made["forced"][1])
+def test_chosen_panels_and_quantities_alone_are_drawn(made):
+    panels = draw("motion", made["forced"][1], MotionFigure(show=["velocity", "force"]))
+    assert [ax.get_ylabel() for ax in panels.axes] == [label("force"), label("velocity")]
+    means = draw("sweep", made["line"][1], SweepFigure(show=["displacement_mean"]))
+    assert means.axes[0].get_ylabel().startswith("constant part")
+    assert len(means.axes) == 2
+
+
+def test_a_study_may_choose_several_pictures(study, made, tmp_path):
+    scene = study.scenes["columns"]
+    scene.figure = SweepFigure(pictures=["curves", "map"])
+    paths = draw_scene(scene, made["columns"][1], tmp_path, {})
+    assert [path.name for path in paths] == [
+        f"columns{part}{suffix}" for part in ("", "-map") for suffix in (".svg", ".pdf")
+    ]
 
 
 def test_drawing_leaves_the_settings_of_matplotlib_alone(made):

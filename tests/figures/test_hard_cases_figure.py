@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawing import caption, draw
 from figures.sample_datasets import Scene, hard_cases
 
-from vibropipe.figures import caption, draw
-from vibropipe.figures.hard_cases import LEFT, RIGHT, shares
-from vibropipe.report.hard_cases import hard_case_table, hard_case_words
+from vibropipe.scenes.hard_cases.pictures import LEFT, RIGHT, shares
+from vibropipe.scenes.hard_cases.report import hard_case_table, hard_case_words
 
 
 @pytest.fixture(scope="module")

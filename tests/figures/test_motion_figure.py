@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawing import draw
 from figures.figure_text import words
 
-from vibropipe.figures import draw
-from vibropipe.figures.curves import curve, jumps
-from vibropipe.figures.options import Options
 from vibropipe.figures.style import SUPPORT_COLOURS, house_style
+from vibropipe.scenes.motion.curves import curve, jumps
+from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.words.vocabulary import quantity
 
 
@@ -69,7 +69,7 @@ def test_jumps_finds_the_steepest_step_near_each_impact():
 def test_periods_shows_the_end_of_a_motion(made):
     dataset = made["forced"][1]
     with house_style():
-        figure = draw("motion", dataset, Options(periods=2))
+        figure = draw("motion", dataset, MotionFigure(periods=2))
     low, high = figure.axes[0].get_xlim()
     assert high == pytest.approx(float(dataset["tau"][-1]))
     assert high - low == pytest.approx(4 * np.pi)

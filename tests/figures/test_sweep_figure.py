@@ -6,17 +6,17 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from drawing import draw
 from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import to_rgb
 
-from vibropipe.figures import draw
-from vibropipe.figures.options import Options
-from vibropipe.figures.regime_map import widest_spot
-from vibropipe.figures.strips import cell_edges
 from vibropipe.figures.style import REGIME_STYLES, house_style
-from vibropipe.figures.sweep import isolated, row_kinds
 from vibropipe.figures.text import REGIME_WORDS, regime_name
+from vibropipe.scenes.sweep.curves import isolated, row_kinds
+from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.regime_map import widest_spot
+from vibropipe.scenes.sweep.strips import cell_edges
 from vibropipe.words.vocabulary import REGIMES
 
 
@@ -71,7 +71,7 @@ def test_the_curve_beside_is_drawn_under_the_sweep(made):
     free = made["free_1"][1]
     with house_style():
         alone = draw("sweep", dataset)
-        beside = draw("sweep", dataset, Options(beside=free))
+        beside = draw("sweep", dataset, SweepFigure(backbone="free"), {"free": free})
     for one, two in zip(alone.axes[:4], beside.axes[:4], strict=True):
         assert len(two.lines) == len(one.lines) + 1
         assert np.array_equal(two.lines[0].get_xdata(), free["eigenfrequency"].values)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from drawing import draw, picture_of
 
-from vibropipe.figures import draw, picture_of
-from vibropipe.figures.options import Options
 from vibropipe.figures.style import house_style, save
-from vibropipe.figures.work_precision_text import conclusion
+from vibropipe.scenes.accuracy.text import conclusion
 from vibropipe.words.vocabulary import PARAMETERS, Outcome, describe
 
 DIMS = ("motion", "method", "setting")
@@ -76,7 +75,7 @@ def test_two_runs_of_the_drawing_give_the_same_bytes(race, tmp_path):
     written = []
     for folder in ("one", "two"):
         with house_style():
-            figure = picture_of("accuracy", race).draw(race, Options())
+            figure = picture_of("accuracy", race).draw(race, None, {})
             written.append([path.read_bytes() for path in save(figure, tmp_path / folder, "race")])
     assert written[0] == written[1]
 

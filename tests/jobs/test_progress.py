@@ -7,10 +7,9 @@ import pytest
 
 from vibropipe.jobs import progress
 from vibropipe.jobs.progress import shown, words
-from vibropipe.scenes import UNITS, solve_scene
-from vibropipe.scenes.motion import added_up
+from vibropipe.jobs.solving import solve_scene
+from vibropipe.scenes.motion.solve import added_up
 from vibropipe.study import parse_study
-from vibropipe.study.models import KINDS
 
 SCENES = {
     "marched": {"kind": "motion", "tau_end": 5, "settle_periods": 4000},
@@ -97,10 +96,6 @@ def test_a_terminal_gets_a_bar(clock, monkeypatch):
     assert "1,000 of 4,000 rows, 1,000 rows/s, 3.0 s left" in said
     assert "4,000 rows in 3.0 s, 1,333 rows/s" in said
     assert "━" in said
-
-
-def test_every_kind_of_scene_has_a_unit():
-    assert set(UNITS) == set(KINDS)
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -4,9 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from vibropipe.compiler.sources import code_hash, kernel_hash
+from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.run import read_run
-from vibropipe.jobs.sharding import PlanError
+from vibropipe.jobs.solving import code_hash
+from vibropipe.scenes.costs import PlanError
+from vibropipe.scenes.registry import kinds
 
 SCENES = """\
 title: T
@@ -64,11 +66,11 @@ def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
     assert run.threads(job("first", "race"), 8) == 8
     assert run.threads(job("first", "cases"), 8) == 1
     assert run.threads(job("second", "wide"), 8) == round(2e6 * 4e-5 / 4)
-    assert run.code(job("first", "one")) == kernel_hash()
+    assert run.code(job("first", "one")) == code_hash(kinds()["motion"])
     codes = {run.code(job("first", name)) for name in ("one", "cases", "race")}
     assert len(codes) == 3
     assert all(code.startswith(kernel_hash()) for code in codes)
-    assert run.code(job("first", "race")) == code_hash("accuracy")
+    assert run.code(job("first", "race")) == code_hash(kinds()["accuracy"])
 
 
 def test_long_work_comes_first(folder):

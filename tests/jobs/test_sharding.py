@@ -6,9 +6,13 @@ import sys
 
 import pytest
 
-from vibropipe.jobs import sharding as cutting
-from vibropipe.jobs.plan import SECONDS_PER_ROW
-from vibropipe.scenes.sweep import solve_part
+from vibropipe.jobs import sharding
+from vibropipe.scenes import costs
+from vibropipe.scenes.sweep import plan
+from vibropipe.scenes.sweep.cut import row_range
+from vibropipe.scenes.sweep.keys import SweepScene
+from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
+from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve import rows
 from vibropipe.study import parse_study
 
@@ -22,7 +26,7 @@ PEAK = """\
 import sys
 from pathlib import Path
 from vibropipe.bench.growth import peak_memory
-from vibropipe.scenes import solve_to_file
+from vibropipe.jobs.solving import solve_to_file
 from vibropipe.study import load_study
 study, output, shard = sys.argv[1:]
 solve_to_file(load_study(study), "s", Path(output), tuple(map(int, shard.split("/"))), 1)
@@ -44,28 +48,28 @@ def study_of(grid: dict, R: float, points: int | None = None, **keys: object) ->
     }
 
 
-def sweep_of(*given: object, **keys: object) -> cutting.SweepScene:
-    return cutting.as_sweep(parse_study(study_of(*given, **keys)).scene("s"))
+def sweep_of(*given: object, **keys: object) -> SweepScene:
+    return parse_study(study_of(*given, **keys)).scene("s")
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
-    assert cutting.MOST_IMPACTS == rows.ORBIT_LOG_CAPACITY
-    assert cutting.PHASE_SAMPLES == rows.PHASES
+    assert plan.MOST_IMPACTS == rows.ORBIT_LOG_CAPACITY
+    assert costs.PHASE_SAMPLES == rows.PHASES
 
 
 @pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])
 @pytest.mark.parametrize(("grid", "keys"), [(SLOW, {}), (QUICK, ALL), (SLOW, ACCURACY)])
 def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
-    monkeypatch.setenv(cutting.SHARD_VARIABLE, str(seconds))
+    monkeypatch.setenv(sharding.SHARD_VARIABLE, str(seconds))
     scene = sweep_of(grid, 0.7, **keys)
-    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
+    shards = sharding.shard_count(plan.plan(scene))
     sizes = []
     for shard in range(1, shards + 1):
-        start, stop = cutting.row_range(scene, shard, shards)
+        start, stop = row_range(scene, shard, shards)
         sizes.append(stop - start)
     assert sum(sizes) == scene.row_count
-    assert cutting.block_rows(scene) * cutting.row_memory(scene) <= cutting.BLOCK_BYTES
-    if shards < cutting.MAX_SHARDS:
+    assert plan.block_rows(scene) * plan.row_memory(scene) <= plan.BLOCK_BYTES
+    if shards < sharding.MAX_SHARDS:
         assert max(sizes) * SECONDS_PER_ROW <= seconds + SECONDS_PER_ROW
 
 
@@ -75,10 +79,10 @@ def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, sec
 )
 def test_rows_take_no_more_memory_than_planned(grid, R, keys):
     scene = sweep_of(grid, R, points=4, **keys)
-    solved = solve_part(scene, 0, scene.row_count)
-    assert solved["row_size"].values.mean() <= cutting.most_impacts(scene)
+    solved = solve_rows(scene, 0, scene.row_count)
+    assert solved["row_size"].values.mean() <= plan.most_impacts(scene)
     fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
-    planned = cutting.steady_bytes(scene.outputs, scene.harmonics, 0)
+    planned = costs.steady_bytes(scene.outputs, scene.harmonics, 0)
     assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)
 
 
@@ -97,11 +101,11 @@ def test_rows_take_no_more_memory_than_planned(grid, R, keys):
 )
 def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, monkeypatch):
     """Long shards of what takes much memory: slow forces, hard supports, every output, an accuracy."""
-    monkeypatch.setenv(cutting.SHARD_VARIABLE, "300")
+    monkeypatch.setenv(sharding.SHARD_VARIABLE, "300")
     study = tmp_path / "t.yaml"
     study.write_text(json.dumps(study_of(grid, R, **keys)))
     scene = sweep_of(grid, R, **keys)
-    shards = cutting.shard_count(scene, scene.row_count * SECONDS_PER_ROW)
+    shards = sharding.shard_count(plan.plan(scene))
     command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert float(done.stdout) < 500e6

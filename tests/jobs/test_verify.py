@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from vibropipe import cli
+from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes import join_to_file, solve_to_file
 from vibropipe.store import read, write
 from vibropipe.study import load_study
 

@@ -21,7 +21,7 @@ from vibropipe.lab.work_precision_methods import (
     newmark,
     newmark_crude,
 )
-from vibropipe.lab.work_precision_summary import orders
+from vibropipe.scenes.accuracy.summary import orders
 from vibropipe.words.vocabulary import Outcome
 
 SYMMETRIC = Motion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibropipe.lab.work_precision_summary import (
+from vibropipe.scenes.accuracy.summary import (
     failures,
     orders,
     summary,

@@ -8,7 +8,7 @@ import yaml
 
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
-from vibropipe.scenes import solve
+from vibropipe.scenes.registry import kind_of
 from vibropipe.study import parse_study
 
 BEYOND = {"l": 0.5, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
@@ -113,7 +113,9 @@ scenes:
 
 def test_a_study_may_leave_the_start_out(tmp_path: object) -> None:
     study = parse_study(yaml.safe_load(STUDY))
-    motion, sweep, near = (solve(study.scene(name)) for name in ("m", "s", "near"))
+    motion, sweep, near = (
+        kind_of(study.scene(name)).solve(study.scene(name)) for name in ("m", "s", "near")
+    )
     assert float(motion.displacement[0]) == 0.8 - 0.5
     assert (sweep.status == 0).all()
     np.testing.assert_array_equal(motion.displacement.values, near.displacement.values)

@@ -10,12 +10,13 @@ import pytest
 import typst
 from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady, sweep
 
-from vibropipe.figures import draw_study
 from vibropipe.figures.text import number
-from vibropipe.report import build_report, laid_out, typeset
-from vibropipe.report.data import paragraphs, report_data
-from vibropipe.report.steady import asymmetry, steady_scenes, steady_tables
+from vibropipe.jobs.drawing import draw_study
+from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.report import laid_out, typeset
+from vibropipe.report.data import paragraphs
 from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
+from vibropipe.scenes.motion.report import asymmetry, steady_scenes, steady_tables
 from vibropipe.store import StoreError, write, write_sidecar
 
 HOSTILE = (
@@ -48,7 +49,7 @@ def solved(tmp_path_factory):
     }
     datasets = {name: dataset.assign_attrs(PROVENANCE) for name, dataset in datasets.items()}
     kinds = {"law": "backbone", "response": "sweep", "hard": "hard_cases"}
-    scenes = {name: Scene(kinds.get(name, "motion"), title="") for name in datasets}
+    scenes = {name: Scene(kinds.get(name, "motion"), name, title="") for name in datasets}
     scenes["offset"].title = HOSTILE
     scenes["offset"].caption = f"Look at {HOSTILE}."
     study = SimpleNamespace(
@@ -97,6 +98,12 @@ def plain(element) -> str:
     return element if isinstance(element, str) else ""
 
 
+def section(data, title):
+    """Return the section of this title."""
+    (found,) = [part for part in data["sections"] if part["title"] == title]
+    return found
+
+
 def test_two_runs_give_the_same_bytes(solved, tmp_path):
     study, results, _ = solved
     first = build_report(study, results, tmp_path / "a.pdf")
@@ -134,12 +141,12 @@ def test_equations_of_the_model_are_numbered_as_in_the_paper(typeset_text):
 def test_eq_10_is_set_only_where_a_scene_shows_it(solved):
     study, _, datasets = solved
     without = {name: dataset for name, dataset in datasets.items() if name != "law"}
-    assert report_data(study, datasets, {})["free_law"]
-    assert not report_data(study, without, {})["free_law"]
+    assert report_data(study, datasets, {})["has_backbone"]
+    assert not report_data(study, without, {})["has_backbone"]
 
 
 def test_captions_of_the_author_stand_before_those_from_data(data):
-    by_scene = {entry["scene"]: entry for entry in data["figures"]}
+    by_scene = {entry["name"]: entry for entry in data["figures"]}
     assert by_scene["offset"]["caption"] == f"Look at {HOSTILE}."
     assert by_scene["offset"]["title"] == HOSTILE
     assert "struck" in by_scene["free"]["caption"]
@@ -157,7 +164,7 @@ def test_parameters_of_each_scene(data):
 def test_steady_states_stand_side_by_side(solved, data):
     _, _, datasets = solved
     assert list(steady_scenes(datasets)) == ["symmetric", "offset", "very_unequal_scene"]
-    (table,) = data["steady"]
+    (table,) = section(data, "What each small asymmetry does")["tables"]
     assert table["head"][-1].replace(ZERO_WIDTH_SPACE, "") == "very_unequal_scene"
     rows = {row[0]: row[1:] for row in table["rows"]}
     assert rows["delta"] == ["0", "0.01", "0"]
@@ -206,18 +213,21 @@ def test_one_steady_state_is_compared_with_nothing(solved):
 
 def test_regimes_of_sweeps_are_counted(solved, data):
     regime = solved[2]["response"]["regime"].values
-    (table,) = data["sweeps"]
+    sweeps = section(data, "Regimes over the sweeps")
+    (table,) = sweeps["tables"]
     rows = {row[0]: row[1] for row in table["rows"]}
     assert rows["rows"] == str(regime.size)
     for code, says in ((3, "two-sided"), (4, "with rest"), (6, "unbounded"), (7, "unresolved")):
         amount = int((regime == code).sum())
         assert rows[says] == f"{amount} ({number(100 * amount / regime.size, 3)} %)"
     hardest = float(solved[2]["response"]["impact_velocity_max"].sel(support=1).max())
-    assert f"Support 1 is struck hardest, {number(hardest)}, at" in data["extremes"][0]["text"]
+    assert f"Support 1 is struck hardest, {number(hardest)}, at" in sweeps["items"][0]["text"]
 
 
 def test_accuracy_and_provenance(data):
-    rows = {row[0].replace(ZERO_WIDTH_SPACE, ""): row[1:] for row in data["accuracy"]["rows"]}
+    rows = {
+        row[0].replace(ZERO_WIDTH_SPACE, ""): row[1:] for row in data["accuracy"]["table"]["rows"]
+    }
     assert rows["offset"] == ["newmark", "1 × 10⁻⁸", "–", "0.001", "1 × 10⁻¹⁵", "–"]
     assert rows["response"][-1] == "1.2"
     assert "at most 0.001 in displacement" in data["accuracy"]["text"]
@@ -270,4 +280,4 @@ def test_paragraphs_and_tables():
 
 def test_data_is_json_without_loss(data):
     assert json.loads(json.dumps(data, allow_nan=False)) == data
-    assert not np.isnan([len(row) for row in data["accuracy"]["rows"]]).any()
+    assert not np.isnan([len(row) for row in data["accuracy"]["table"]["rows"]]).any()

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from drawing import caption, draw
 from figures.figure_text import words
 
-from vibropipe.figures import caption, draw, draw_study
-from vibropipe.report import build_report
-from vibropipe.report.data import report_data
-from vibropipe.scenes import solve_to_file
+from vibropipe.jobs.drawing import draw_study
+from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.solving import solve_to_file
 from vibropipe.store import read
 from vibropipe.study import parse_study
 
@@ -213,5 +213,5 @@ def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
     """Their first harmonic is 0, of which the second has no share."""
     subsets = [["stability"], ["energy"]]
     study, datasets = solved(motions({"still": MOTIONS["still"]}, subsets), tmp_path)
-    said = report_data(study, datasets, {})["asymmetry"]["closing"]
+    said = report_data(study, datasets, {})["sections"][0]["closing"]
     assert said.endswith("% of the harder one.")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibropipe.scenes import join_to_file, solve_scene
-from vibropipe.store import read, write
+from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
+from vibropipe.store import read
 from vibropipe.study import Study, load_study
 from vibropipe.words.status import Status
 
@@ -64,7 +64,7 @@ def test_the_method_that_was_chosen_is_named(study: Study) -> None:
 def test_a_sweep_carries_its_errors_through_shards_and_files(study: Study, tmp_path: Path) -> None:
     parts: list[Any] = [tmp_path / f"{i}.nc" for i in (1, 2)]
     for i, path in enumerate(parts):
-        write(solve_scene(study, "response", (i + 1, 2)), path)
+        solve_to_file(study, "response", path, (i + 1, 2), 1)
     join_to_file(study, "response", parts, tmp_path / "response.nc")
     joined, whole = read(tmp_path / "response.nc"), solve_scene(study, "response")
     np.testing.assert_array_equal(joined.error.values, whole.error.values)

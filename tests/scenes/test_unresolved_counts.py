@@ -9,10 +9,9 @@ from typing import Any
 import yaml
 
 import vibropipe as vp
-from vibropipe.figures.captions import describe_map, describe_sweep
-from vibropipe.figures.options import Options
-from vibropipe.report.data import extremes
-from vibropipe.scenes import join_to_file, solve_to_file
+from vibropipe.jobs.solving import join_to_file, solve_to_file
+from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
+from vibropipe.scenes.sweep.report import extremes
 from vibropipe.study import load_study
 
 STUDY = """
@@ -50,8 +49,8 @@ def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
     line = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0]})
     grid = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0], "f": [9.0, 10.0]})
     why = "more impacts in a forcing period than are marched"
-    assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line, Options())
-    assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid, Options())
+    assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line)
+    assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid)
     # Also where the author wrote the caption.
     assert f"Unresolved: 2 of 3 rows: {why} (2)" in extremes(line)
-    assert "Unresolved" not in describe_sweep(line.isel(nu=[2]), Options())
+    assert "Unresolved" not in describe_sweep(line.isel(nu=[2]))

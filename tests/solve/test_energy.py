@@ -92,7 +92,7 @@ def test_an_accuracy_stands_beside_every_term() -> None:
 
 
 def test_a_scene_stores_the_balance_of_its_motion_beside_that_of_its_orbit(tmp_path: Any) -> None:
-    from vibropipe.scenes import solve_scene
+    from vibropipe.jobs.solving import solve_scene
     from vibropipe.study import load_study
 
     file = tmp_path / "balance.yaml"

@@ -4,7 +4,7 @@ import pytest
 from study_texts import scene_faults, study_of
 
 from vibropipe.jobs.terminal_tables import plan_text
-from vibropipe.study import fingerprint, scene_effects
+from vibropipe.study import fingerprint
 
 FORCED = "{l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}"
 ALL = "damping, forcing, support_1, support_2, restitution, rest"
@@ -12,7 +12,7 @@ ALL = "damping, forcing, support_1, support_2, restitution, rest"
 
 def effects_in(scene, folder, exciter=FORCED):
     study = study_of(f"title: T\nexciter: {exciter}\nscenes:\n  s: {scene}\n", folder)
-    return set(scene_effects(study.scene("s")))
+    return set(study.scene("s").called_effects())
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vibropipe.jobs.plan import plan_scene
-from vibropipe.scenes import solve_scene
+from vibropipe.jobs.solving import solve_scene
 from vibropipe.study import StudyError, fingerprint, load_study
 
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from study_texts import BASE, faults, scene_faults, study_of
 
 from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.scenes.keys.spelling import nearest
 from vibropipe.study import StudyError, parse_study
-from vibropipe.study.spelling import nearest
 
 
 def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
@@ -140,8 +140,12 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ("{kind: motion, harmonics: 1.5}", "s.harmonics: found 1.5, allowed a whole number from 1"),
         ("{kind: motion, harmonics: true}", "s.harmonics: found true, allowed a whole number"),
         (
-            "{kind: motion, figure: {beside: s}}",
-            "s.figure.beside: found 's', allowed this key in sw",
+            "{kind: sweep, over: {nu: [1]}, figure: {pictures: [map]}}",
+            "s.figure.pictures: found a map of one swept parameter, allowed a map over two or more",
+        ),
+        (
+            "{kind: motion, figure: {backbone: s}}",
+            "s.figure.backbone: found an unknown key, allowed pictures, show, periods",
         ),
         ("{kind: backbone}", "s: found no grid, allowed delta_over_l and tau_bar, or amplitude"),
         ("{kind: backbone, tau_bar: [1]}", "s.delta_over_l: found nothing, allowed a grid"),
@@ -154,7 +158,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: backbone, amplitude: [1], figure: {periods: 3}}",
-            "s.figure.periods: found 3.0, al",
+            "s.figure.periods: found an unknown key, allowed no key here",
         ),
         (
             "{kind: backbone, tau_bar: [1], delta_over_l: [0], exciter: {l: 1}}",
@@ -180,13 +184,14 @@ def test_l_is_needed_somewhere(tmp_path):
     study_of("title: T\nscenes: {s: {kind: backbone, delta_over_l: [0], tau_bar: [4]}}", tmp_path)
 
 
-def test_figure_beside_must_be_a_backbone_over_amplitude(tmp_path):
-    sweep = "      delta: [0, 0.01]\n    figure: {beside: %s}\n"
+def test_what_is_drawn_under_a_sweep_must_be_a_backbone_over_amplitude(tmp_path):
+    sweep = "      delta: [0, 0.01]\n    figure: {backbone: %s}\n"
     text = BASE.replace("      delta: [0, 0.01]\n", sweep)
-    assert study_of(text % "free", tmp_path).scene("response").figure.beside == "free"
+    for spelled in (text, text.replace("backbone: %s", "beside: %s")):  # as it was called once
+        assert study_of(spelled % "free", tmp_path).scene("response").figure.backbone == "free"
     (line,) = faults(text % "fre", tmp_path)
     assert line == (
-        "scenes.response.figure.beside: found 'fre', allowed a backbone scene over amplitude "
+        "scenes.response.figure.backbone: found 'fre', allowed a backbone scene over amplitude "
         "(free) (did you mean 'free'?)"
     )
     (line,) = faults(text % "forced", tmp_path)

@@ -23,7 +23,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibropipe.study import SweepScene
+    from vibropipe.scenes.sweep.keys import SweepScene
 
 MOST_POINTS = 10**8
 POINTS = (1_000, 10_000, 100_000, 1_000_000)
@@ -49,7 +49,6 @@ class Taken(NamedTuple):
 def sweep_of(points: int) -> SweepScene:
     """The sweep over so many points, in the middles of equal cells: every number of points then samples the
     same mixture of motions."""
-    from vibropipe.jobs.sharding import as_sweep
     from vibropipe.study import parse_study
 
     fewer = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
@@ -59,7 +58,8 @@ def sweep_of(points: int) -> SweepScene:
     }
     scenes = {SCENE: {"kind": "sweep", "over": over}}
     study = {"title": f"{points} points", "exciter": PARAMETERS, "scenes": scenes}
-    return as_sweep(parse_study(study).scene(SCENE))
+    scene: SweepScene = parse_study(study).scene(SCENE)
+    return scene
 
 
 def measure_growth(
@@ -129,31 +129,32 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     """
     import numba
 
-    from vibropipe.jobs.sharding import block_rows, row_range
-    from vibropipe.scenes.sweep import store_sweep, sweep_blocks
+    from vibropipe.scenes.sweep.cut import row_range, store
+    from vibropipe.scenes.sweep.plan import block_rows
+    from vibropipe.scenes.sweep.solve import solve_in_blocks
 
     numba.set_num_threads(threads)
     scene, path = sweep_of(points), place / "shards" / f"{shard:04d}.nc"
     start, stop = row_range(scene, shard, shards)
     # kernels and libraries are loaded before the clock starts
-    store_sweep(sweep_of(4), path, {}, (1, 1))
+    store(sweep_of(4), path, {}, (1, 1))
     rounds = range(max(1, min(ROUNDS, ROWS_SOLVED // (stop - start))))
     solving, storing = [], []
     for _ in rounds:
         begin, worked = time.perf_counter(), time.process_time()
-        for _block in sweep_blocks(scene, start, stop, block_rows(scene)):
+        for _block in solve_in_blocks(scene, start, stop, block_rows(scene)):
             pass
         solving.append((time.perf_counter() - begin, time.process_time() - worked))
     for _ in rounds:
         begin = time.perf_counter()
         if shards == 1:
-            store_sweep(scene, place / "whole.nc", {})
+            store(scene, place / "whole.nc", {})
         else:
-            store_sweep(scene, path, {}, (shard, shards))
+            store(scene, path, {}, (shard, shards))
         storing.append(time.perf_counter() - begin)
     memory = peak_memory()
     if shards == 1:
-        store_sweep(scene, path, {}, (1, 1))
+        store(scene, path, {}, (1, 1))
     return Taken(*min(solving), memory, min(storing))
 
 

@@ -50,8 +50,8 @@ def _run(arguments: list[str] | None) -> None:
 
 def exit_code(error: Exception) -> int | None:
     """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
-    from vibropipe.jobs.sharding import PlanError
     from vibropipe.physics.exciter import ParameterError
+    from vibropipe.scenes.costs import PlanError
     from vibropipe.store import NotWrittenError, StoreError
     from vibropipe.study import StudyError
 

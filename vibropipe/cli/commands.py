@@ -78,11 +78,12 @@ def plan(
         typer.echo(plan_text(study))
         return
 
-    from vibropipe.jobs.calibration import calibrate, compiled
+    from vibropipe.jobs.estimates import estimate_study
+    from vibropipe.scenes.costs import compiled_kernels
 
-    if compiled() == 0:
+    if compiled_kernels() == 0:
         typer.echo("compiling the kernels, once, to take times with them", err=True)
-    typer.echo(plan_text(study, calibrate(study)))
+    typer.echo(plan_text(study, estimate_study(study)))
 
 
 @app.command()
@@ -135,10 +136,11 @@ def simulate(
     )
     typer.echo(motion_text(motion))
     if plot is not None:
-        from vibropipe.figures import draw
+        from vibropipe.figures.style import house_style, save_as
+        from vibropipe.scenes.motion.panels import draw_motion
 
-        plot.parent.mkdir(parents=True, exist_ok=True)
-        draw("motion", motion).savefig(plot)
+        with house_style():
+            save_as(draw_motion(motion), plot)
     if output is not None:
         from vibropipe.store import write
 
@@ -166,10 +168,11 @@ def solve(
 
     # only now, so that a mistake is told at once
     from vibropipe.jobs.progress import shown
-    from vibropipe.scenes import UNITS, solve_to_file
+    from vibropipe.jobs.solving import solve_to_file
+    from vibropipe.scenes.registry import kind_of
 
     title = scene if shard is None else f"{scene}, shard {shard}"
-    with shown(title, UNITS[study.scene(scene).kind]) as progress:
+    with shown(title, kind_of(study.scene(scene)).unit) as progress:
         solve_to_file(study, scene, output, part, use_threads(threads), progress)
 
 
@@ -181,14 +184,14 @@ def join(
     output: OutputFile,
 ) -> None:
     """Join all shards of a sweep, in any order, into its dataset."""
-    from vibropipe.jobs.sharding import as_sweep
+    from vibropipe.jobs.sharding import as_cut
     from vibropipe.study import load_study
 
     study = load_study(file)
-    as_sweep(study.scene(scene))
+    as_cut(study.scene(scene))
 
     from vibropipe.jobs.progress import shown
-    from vibropipe.scenes import join_to_file
+    from vibropipe.jobs.solving import join_to_file
 
     with shown(f"{scene}, joined", "rows") as progress:
         join_to_file(study, scene, shards, output, progress)
@@ -197,7 +200,7 @@ def join(
 @app.command()
 def figure(file: StudyFile, results: ResultsFolder = Path("results")) -> None:
     """Draw every figure of a study from its datasets."""
-    from vibropipe.figures import draw_study
+    from vibropipe.jobs.drawing import draw_study
     from vibropipe.study import load_study
 
     for path in draw_study(load_study(file), results):
@@ -207,7 +210,7 @@ def figure(file: StudyFile, results: ResultsFolder = Path("results")) -> None:
 @app.command()
 def report(file: StudyFile, output: OutputFile, results: ResultsFolder = Path("results")) -> None:
     """Typeset the report of a study from its datasets and figures."""
-    from vibropipe.report import build_report
+    from vibropipe.jobs.reporting import build_report
     from vibropipe.study import load_study
 
     typer.echo(build_report(load_study(file), results, output))

@@ -66,9 +66,9 @@ def new(
     """Write a study to start from, with the schema that editors check it by beside it."""
     from importlib.resources import files
 
+    from vibropipe.scenes.keys.values import NAME, NameRule
     from vibropipe.store import whole_file
     from vibropipe.study.schema import schema_text
-    from vibropipe.study.values import NAME, NameRule
 
     file = name.with_suffix(".yaml")
     if not NAME.fullmatch(file.stem):

@@ -26,15 +26,6 @@ SOLVERS = (
 )
 # Names, units and long names of quantities: words beside the numbers, never part of them.
 WORDS = ("vibropipe.words.vocabulary",)
-# What measures the program itself, by kind of scene.
-LAB = {
-    "accuracy": ("vibropipe.lab.work_precision",),
-    "effects": ("vibropipe.lab.effect_costs", "vibropipe.lab.effect_scenes"),
-    "hard_cases": ("vibropipe.lab.hard_cases",),
-}
-# What a measurement is told to do: the fingerprint of a scene stands for it.
-STUDY = ("vibropipe.study",)
-
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
     r"|import[ \t]+(?P<plain>vibropipe[\w.]*))",
@@ -56,15 +47,16 @@ def kernel_hash() -> str:
     return source_hash(SOLVERS)
 
 
-@functools.cache
-def lab_hash(kind: str) -> str:
-    """Hash (16 hex digits) of what a scene that measures the program depends on; "" for other kinds of scenes."""
-    return source_hash(LAB[kind], STUDY) if kind in LAB else ""
+def file_hash(path: Path, package: Path = PACKAGE) -> str:
+    """Return the hash (16 hex digits) of a source file, wherever it lies, and all of the package that it imports.
 
-
-def code_hash(kind: str) -> str:
-    """Hash of the sources that the data of a scene of some kind depend on."""
-    return " ".join(filter(None, [kernel_hash(), lab_hash(kind)]))
+    What the solvers import is told by `kernel_hash` already.
+    """
+    text = path.read_bytes()
+    modules = {name for name in _imports(text.decode()) if _read(name, package) is not None}
+    digest = hashlib.sha256(text)
+    digest.update(source_hash(modules, closure(SOLVERS, package=package), package).encode())
+    return digest.hexdigest()[:16]
 
 
 def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Path = PACKAGE) -> str:

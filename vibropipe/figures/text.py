@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.words.status import Status
@@ -65,6 +66,7 @@ CURVES_NOT_ASKED = (
     "Only the regimes are drawn: neither harmonics nor impacts were asked for in outputs"
 )
 NO_SUPPORT_STRUCK = "No support is struck"
+FEW_VALUES = 8
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
@@ -128,3 +130,30 @@ def mathtext(value: float) -> str:
         return text
     mantissa, exponent = f"{value:.4g}".split("e")
     return rf"${mantissa}\times 10^{{{int(exponent)}}}$"
+
+
+def sentences(*parts: str) -> str:
+    """Join what there is to say, each part a sentence without its full stop."""
+    return " ".join(f"{part}." for part in parts if part)
+
+
+def grid_words(values: np.ndarray) -> str:
+    """Write a grid: its values, or where there are many its ends and their number."""
+    if values.size <= FEW_VALUES:
+        return ", ".join(number(float(value)) for value in values)
+    return f"{number(float(values.min()))} … {number(float(values.max()))} ({values.size} values)"
+
+
+def times(amount: int) -> str:
+    """Write how often: once, twice, 7 times."""
+    return {1: "once", 2: "twice"}.get(amount, f"{amount} times")
+
+
+def departure(dataset: xr.Dataset) -> float:
+    """Return the largest difference in displacement from the exact motion."""
+    return float(np.abs(dataset["displacement"] - dataset["displacement_exact"]).max())
+
+
+def digits(value: float) -> str:
+    """Write a number with three digits, whole ones in full up to six."""
+    return f"{value:.0f}" if 100 <= value < 1e6 else number(value, 3)

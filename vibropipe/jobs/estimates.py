@@ -1,48 +1,52 @@
-"""What a scene is expected to take on this machine, kept beside the compiled kernels by fingerprint."""
+"""How long a study will take on this machine and how much it will write, found by solving samples of it.
+
+Findings are kept beside the compiled kernels by fingerprint, so that a later job can set them against the time it
+took.
+"""
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from vibropipe.compiler.cache import cache_folder
+from vibropipe.scenes.costs import Estimate, sampling
+from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, whole_file
+from vibropipe.study import Study, fingerprint
 
 KEPT = "expected.json"
+# Seconds of one core that the samples of a whole study may take, and those of one scene at least.
+BUDGET, MIN_BUDGET = 1.0, 0.05
 
 
-@dataclass(frozen=True)
-class Expected:
-    """What a scene will come to: seconds of one core, seconds to load the kernels once per job, bytes on
-    disk, whether threads share the work, and the method chosen where an accuracy was asked."""
-
-    core_seconds: float
-    load_seconds: float
-    bytes: float
-    parallel: bool
-    method: str
-
-    def seconds(self, threads: int = 1, share: float = 1.0) -> float:
-        """Seconds of one job with so many threads that does such a share of the scene."""
-        return self.load_seconds + share * self.core_seconds / (threads if self.parallel else 1)
+def estimate_study(study: Study) -> dict[str, Estimate]:
+    """Return estimates by scene; they are kept for the jobs that solve the scenes."""
+    with sampling() as sampler:
+        sampler.budget = max(MIN_BUDGET, BUDGET / len(study.scenes))
+        found = {
+            name: kind_of(scene).estimate(scene, sampler) for name, scene in study.scenes.items()
+        }
+    save_estimates({fingerprint(study, name): value for name, value in found.items()})
+    return found
 
 
-def keep(found: dict[str, Expected]) -> None:
-    """Keep expectations by fingerprint, beside those of other scenes."""
+def save_estimates(found: dict[str, Estimate]) -> None:
+    """Keep estimates by fingerprint, beside those of other scenes."""
     known = {**_kept(), **{name: asdict(value) for name, value in found.items()}}
     try:
         with whole_file(cache_folder() / KEPT) as temporary:
             temporary.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
     except (OSError, StoreError):
-        return  # a machine that keeps nothing has no expectations later
+        return  # a machine that keeps nothing has no estimates later
 
 
-def recall(scene_fingerprint: str) -> Expected | None:
-    """The expectation kept for a scene on this machine, if there is one."""
+def load_estimate(scene_fingerprint: str) -> Estimate | None:
+    """Return the estimate kept for a scene on this machine, if there is one."""
     entry = _kept().get(scene_fingerprint)
     try:
-        return None if entry is None else Expected(**entry)
+        return None if entry is None else Estimate(**entry)
     except TypeError:
         return None
 

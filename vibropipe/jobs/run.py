@@ -14,9 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibropipe.compiler.sources import code_hash
+from vibropipe.jobs.drawing import figure_names
 from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.jobs.sharding import PlanError
+from vibropipe.jobs.solving import code_hash
+from vibropipe.scenes.costs import PlanError
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.registry import kind_of
 from vibropipe.study import (
     Config,
     Study,
@@ -30,8 +33,6 @@ from vibropipe.study import (
 CONFIG = "config/config.yaml"
 # A sweep is worth a thread for each four seconds of its work.
 SECONDS_PER_THREAD = 4
-# Scenes that measure times get all cores, so that nothing runs beside them.
-TIMED = ("accuracy", "effects")
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Run:
 
     def code(self, job: Any) -> str:
         """Return the hash of the code that the data of a scene depend on."""
-        return code_hash(self.plan(job).kind)
+        return code_hash(kind_of(self.studies[job.study].scenes[job.scene]))
 
     def wording(self, name: str) -> str:
         """Return the hash of all that a study says, titles and captions too."""
@@ -70,7 +71,7 @@ class Run:
     def threads(self, job: Any, cores: int) -> int:
         """Return how many threads a scene gets."""
         plan = self.plan(job)
-        return cores if plan.kind in TIMED else useful_threads(plan)
+        return cores if plan.is_timed else useful_threads(plan)
 
     def priority(self, job: Any) -> int:
         """Return how early a scene is solved.
@@ -80,7 +81,7 @@ class Run:
         figures are drawn by one core when all its scenes are there. Figures follow (`figures_priority`).
         """
         plan = self.plan(job)
-        if plan.kind in TIMED or useful_threads(plan) > 1:
+        if plan.is_timed or useful_threads(plan) > 1:
             return 20
         most = max(self.plans, key=lambda name: len(self.plans[name]))
         return 15 if plan.seconds > SECONDS_PER_THREAD or job.study == most else 5
@@ -104,8 +105,13 @@ class Run:
 
     def figures(self, name: str, suffix: str) -> list[str]:
         """Return the figures of a study."""
+        return [path for path, _ in self.drawn(name, suffix)]
+
+    def drawn(self, name: str, suffix: str) -> list[tuple[str, BaseScene]]:
+        """Return the figures of a study, each with its scene."""
         folder = f"{self.results}/{name}/figures"
-        return [f"{folder}/{scene}.{suffix}" for scene in self.studies[name].scenes]
+        scenes = self.studies[name].scenes.values()
+        return [(f"{folder}/{n}.{suffix}", scene) for scene in scenes for n in figure_names(scene)]
 
     def report(self, name: str) -> str:
         """Return the report of a study."""
@@ -132,7 +138,7 @@ class Run:
 
 def useful_threads(plan: ScenePlan) -> int:
     """Return how many threads a scene is worth for its work."""
-    return max(1, round(plan.seconds / SECONDS_PER_THREAD)) if plan.kind == "sweep" else 1
+    return max(1, round(plan.seconds / SECONDS_PER_THREAD)) if plan.is_parallel else 1
 
 
 def read_run(

@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.jobs.estimates import Expected
 from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.physics.effects import NAMES
 from vibropipe.words.status import Status
@@ -16,12 +15,13 @@ from vibropipe.words.wording import count
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibropipe.scenes.costs import Estimate
     from vibropipe.study import Study
 
 MOST_LINES = 60
 
 
-def plan_text(study: Study, found: Mapping[str, Expected] | None = None) -> str:
+def plan_text(study: Study, found: Mapping[str, Estimate] | None = None) -> str:
     """Return the plan of a study as a table for people.
 
     With what a calibration has `found` by scene: the method chosen, the time expected on this machine
@@ -63,7 +63,7 @@ def plan_text(study: Study, found: Mapping[str, Expected] | None = None) -> str:
     return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
 
 
-def work_of(plan: ScenePlan, found: Mapping[str, Expected] | None) -> float:
+def work_of(plan: ScenePlan, found: Mapping[str, Estimate] | None) -> float:
     """Return the seconds of one core that a scene takes, kernels loaded by each of its jobs."""
     if not found:
         return plan.seconds

@@ -14,45 +14,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from vibropipe.report.data import Study, report_data
-from vibropipe.store import StoreError, read_scenes, read_sidecar, whole_file
-
-__all__ = ["build_report", "laid_out", "typeset"]
+__all__ = ["laid_out", "typeset"]
 
 TEMPLATE = Path(__file__).parent
 TEMPLATE_FILES = ("template.typ", "exciter.typ")
 
 
-def build_report(study: Study, results: Path, output: Path) -> Path:
-    """Typeset the report of ``study`` from ``results/<study>`` into the PDF ``output``.
-
-    Reads ``<scene>.nc`` with its sidecar and ``figures/<scene>.pdf`` of every scene. Raises
-    StoreError where one of them is missing, damaged or of another study. Returns ``output``.
-    """
-    place = results / study.name
-    datasets = read_scenes(place, study.scenes, study.fingerprints)
-    sidecars = {name: read_sidecar(place / f"{name}.nc") for name in study.scenes}
-    pictures = {name: place / "figures" / f"{name}.pdf" for name in study.scenes}
-    for path in pictures.values():
-        _check_figure(path)
-    pdf = typeset(report_data(study, datasets, sidecars), pictures)
-    with whole_file(output) as temporary:
-        temporary.write_bytes(pdf)
-    return output
-
-
-def _check_figure(path: Path) -> None:
-    """Raise StoreError unless ``path`` is a whole PDF."""
-    if not path.is_file():
-        raise StoreError(f"there is no figure {path}: draw the figures of the study first")
-    content = path.read_bytes()
-    if not (content.startswith(b"%PDF-") and content.rstrip().endswith(b"%%EOF")):
-        raise StoreError(f"{path} is damaged: draw the figures of the study again")
-
-
 @contextmanager
 def laid_out(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Path]:
-    """Yield a folder with all the typesetter sees: template, ``data``, ``pictures`` by scene."""
+    """Yield a folder with all the typesetter sees: template, ``data``, ``pictures`` by name."""
     with TemporaryDirectory(prefix="vibropipe-report-") as made:
         folder = Path(made)
         (folder / "figures").mkdir()
@@ -66,7 +36,7 @@ def laid_out(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Pat
 
 
 def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
-    """Return the PDF of ``data`` (see `report_data`) with the ``pictures`` by scene.
+    """Return the PDF of ``data`` (see `jobs.reporting`) with the ``pictures`` by name.
 
     Fonts are those the typesetter carries, not the machine's, so that the bytes are the same
     everywhere.

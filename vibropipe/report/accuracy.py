@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.captions import departure
-from vibropipe.figures.text import (
-    number,
-)
-from vibropipe.figures.work_precision_text import conclusion
+from vibropipe.figures.text import departure, number
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.wording import series
 
@@ -47,7 +43,11 @@ def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
                 seconds_words(sidecars.get(name, {})),
             ]
         )
-    return Table(HEAD, rows)
+    caption = (
+        "Method, accuracy asked for and reached, and what was measured on each dataset. A dash: not asked, or nothing "
+        "to measure."
+    )
+    return Table(HEAD, rows, caption, ("1fr", *["auto"] * (len(HEAD) - 1)))
 
 
 def attribute(dataset: xr.Dataset, name: str) -> str:
@@ -80,10 +80,9 @@ def largest_residual(dataset: xr.Dataset) -> float:
     return float(closed.max()) if closed.size else float("nan")
 
 
-def accuracy_text(datasets: Datasets) -> str:
-    """Say how well orbits close and how far a stepping method departs from the exact motion."""
+def accuracy_text(datasets: Datasets, notes: Iterable[str] = ()) -> str:
+    """Say how well orbits close, then the notes of the kinds of scenes."""
     residuals = {n: r for n, d in datasets.items() if np.isfinite(r := largest_residual(d))}
-    departures = {n: departure(d) for n, d in datasets.items() if "displacement_exact" in d}
     said = []
     if residuals:
         worst = max(residuals, key=lambda name: residuals[name])
@@ -91,13 +90,7 @@ def accuracy_text(datasets: Datasets) -> str:
             "An orbit is refined until it returns to its own start; the largest distance left is "
             f"{number(residuals[worst], 2)}, in {breakable(worst)}."
         )
-    if departures:
-        worst = max(departures, key=lambda name: departures[name])
-        said.append(
-            f"Motions computed in steps depart from the exact motion of the same start by at most "
-            f"{number(departures[worst], 2)} in displacement, in {breakable(worst)}."
-        )
-    said += [conclusion(dataset) for dataset in datasets.values() if "time_per_period" in dataset]
+    said += notes
     said.append(
         "Seconds are those one run took, on the machine it ran on; where a plan was made there before, "
         "behind those it expected (expected / taken)."
@@ -124,7 +117,8 @@ def provenance_table(datasets: Datasets) -> Table:
     ]
     if fingerprints:
         rows.append(["what was asked", ", ".join(fingerprints)])
-    return Table(["", "value"], rows)
+    caption = "What the datasets were made from and with."
+    return Table(["", "value"], rows, caption, ("auto", "1fr"), left=2)
 
 
 def plain(key: str, value: Any) -> str:

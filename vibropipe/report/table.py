@@ -20,11 +20,15 @@ class Table:
     """``head`` has one entry per column; the first cell of each row names the row.
 
     A head or first cell that the template knows as a name (``delta``, ``harmonic 2``) is set as its
-    symbol; everything else is set as it stands.
+    symbol; everything else is set as it stands. ``widths`` are those of the typesetter by column, all
+    "auto" if empty; the first ``left`` columns are set flush left, the others flush right.
     """
 
     head: list[str]
     rows: list[list[str]] = field(default_factory=list)
+    caption: str = ""
+    widths: tuple[str, ...] = ()
+    left: int = 1
 
     def as_data(self) -> dict[str, Any]:
         """Return what goes to the template; ValueError if a row has not one cell per column."""
@@ -33,7 +37,16 @@ class Table:
                 raise ValueError(
                     f"a table of {len(self.head)} columns has a row of {len(row)}: {row}"
                 )
-        return {"head": self.head, "rows": self.rows}
+        widths = self.widths or ("auto",) * len(self.head)
+        if len(widths) != len(self.head):
+            raise ValueError(f"a table of {len(self.head)} columns has {len(widths)} widths")
+        return {
+            "head": self.head,
+            "rows": self.rows,
+            "caption": self.caption,
+            "widths": list(widths),
+            "left": self.left,
+        }
 
 
 def blocks(datasets: Datasets) -> list[Datasets]:

@@ -8,15 +8,23 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from vibropipe.study.accuracy import RacedMotion
-from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
-from vibropipe.study.models import KINDS, Scene, Study
-from vibropipe.study.values import Rule
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.keys.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.motions import MotionKeys
+from vibropipe.scenes.keys.values import Rule
+from vibropipe.scenes.registry import kinds
+from vibropipe.study.models import study_model
 
-TAGS: dict[str, type[BaseModel]] = {
-    **{f"<{kind}>": model for kind, model in KINDS.items()},
-    **{"<values>": ValueGrid, "<list>": ValueGrid, "<range>": RangeGrid},
+_GRIDS: dict[str, type[BaseModel]] = {
+    "<values>": ValueGrid,
+    "<list>": ValueGrid,
+    "<range>": RangeGrid,
 }
+
+
+def tags() -> dict[str, type[BaseModel]]:
+    """Return the models that pydantic's own steps of a path stand for."""
+    return {**{f"<{kind.name}>": kind.keys for kind in kinds().values()}, **_GRIDS}
 
 
 def takes(field: FieldInfo) -> str:
@@ -42,23 +50,33 @@ def _takes(annotation: Any) -> str:
         nouns = [f"{noun}s" for noun in ("number", "name") if noun in words]
         return f"a list of {nouns[0] if nouns else words.replace(' or ', ', ')}"
     if origin is dict:
-        what = "scenes by name" if arguments[1] is Scene else "grids by parameter"
-        what = "motions by name" if arguments[1] is RacedMotion else what
-        return f"a mapping of {what}, at least one"
+        return f"a mapping of {_entries(arguments[1])}, at least one"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return f"a mapping with {', '.join(annotation.model_fields)}"
     raise TypeError(f"no words for {annotation!r}")
 
 
-def model_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> type[BaseModel] | None:
+def _entries(annotation: Any) -> str:
+    """Return what stands in a mapping, by the type of its entries."""
+    while get_args(annotation):
+        annotation = get_args(annotation)[0]
+    if issubclass(annotation, MotionKeys):
+        return "motions by name"
+    return "scenes by name" if issubclass(annotation, BaseScene) else "grids by parameter"
+
+
+def model_at(
+    loc: tuple[str | int, ...], root: type[BaseModel] | None = None
+) -> type[BaseModel] | None:
     """Return the model that the `loc` of a pydantic error points at, None where there is none."""
-    here: type[BaseModel] | None = root
+    here: type[BaseModel] | None = root or study_model()
+    tagged = tags()
     by_name = False  # whether the step is a name in a mapping, of one model for all names
     for step in loc:
         if by_name:
             by_name = False
-        elif step in TAGS:
-            here = TAGS[str(step)]
+        elif step in tagged:
+            here = tagged[str(step)]
         else:
             field = here.model_fields.get(str(step)) if here else None
             here = _nested(field.annotation) if field else None
@@ -68,7 +86,7 @@ def model_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> type[
     return here
 
 
-def field_at(loc: tuple[str | int, ...], root: type[BaseModel] = Study) -> FieldInfo | None:
+def field_at(loc: tuple[str | int, ...], root: type[BaseModel] | None = None) -> FieldInfo | None:
     """Return the field that a pydantic error's `loc` names, None where it names none."""
     owner = model_at(loc[:-1], root) if loc else None
     return owner.model_fields.get(str(loc[-1])) if owner else None

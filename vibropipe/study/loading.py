@@ -10,10 +10,8 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
-from vibropipe.study.checks import check_study
-from vibropipe.study.grids import Keys
-from vibropipe.study.models import Study
-from vibropipe.study.problems import (
+from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.problems import (
     Path,
     Problem,
     StudyError,
@@ -22,9 +20,11 @@ from vibropipe.study.problems import (
     distinct,
     repeated,
 )
+from vibropipe.scenes.keys.spelling import latin
+from vibropipe.scenes.keys.values import NAME, Name, NameRule, Words, refuse
+from vibropipe.study.checks import check_study
+from vibropipe.study.models import Study, study_model
 from vibropipe.study.pydantic_errors import plain_path, problem_of
-from vibropipe.study.spelling import latin
-from vibropipe.study.values import NAME, Name, NameRule, Words, refuse
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
 # Brackets mark steps of a path that are pydantic's own (`<motion>`, `[key]`).
@@ -139,7 +139,7 @@ def parse_study(
     """Check a study that was read already; `problems` are the faults the reading found."""
     tree, spelled = spell_out(_mapping(tree, source, Study))
     told = [*(problems or []), *spelled]
-    study, found = _validated(Study, tree)
+    study, found = _validated(study_model(), tree)
     broken = frozenset(problem.path for problem in (*told, *found) if problem.covers)
     sound, dropped = (study, frozenset[Path]()) if study else _salvage(tree)
     told = [*told, *found]
@@ -205,7 +205,7 @@ def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[Path]]:
     dropped: set[Path] = set()
     while isinstance(tree.get("scenes"), dict) and tree["scenes"]:
         try:
-            return Study.model_validate(tree), frozenset(dropped)
+            return study_model().model_validate(tree), frozenset(dropped)
         except ValidationError as error:
             paths = {plain_path(entry["loc"]) for entry in error.errors(include_url=False)}
         dropped |= {_drop(tree, path) for path in paths}

@@ -7,19 +7,20 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from vibropipe.study.grids import A_GRID
-from vibropipe.study.key_text import TAGS, field_at, model_at, takes
-from vibropipe.study.models import KINDS
-from vibropipe.study.problems import Path, Problem, describe, did_you_mean, unknown
-from vibropipe.study.values import REFUSED
+from vibropipe.scenes.keys.grids import A_GRID
+from vibropipe.scenes.keys.problems import Path, Problem, describe, did_you_mean, unknown
+from vibropipe.scenes.keys.values import REFUSED
+from vibropipe.scenes.registry import kinds
+from vibropipe.study.key_text import field_at, model_at, tags, takes
 
 
 def plain_path(loc: Path) -> Path:
     """Return the path of a pydantic error as the user wrote it: without tags of unions."""
     path: list[str | int] = []
+    tagged = tags()
     for place, step in enumerate(loc):
         inside_list = place > 0 and loc[place - 1] == "<list>"
-        if step not in TAGS and step != "[key]" and not inside_list:
+        if step not in tagged and step != "[key]" and not inside_list:
             path.append(step)
     return tuple(path)
 
@@ -59,14 +60,14 @@ def _untagged(path: Path, value: Any) -> Problem:
     """Name the fault of a scene without a known kind, or of a grid of no known form."""
     if len(path) != 2 or path[0] != "scenes":
         return Problem(path, describe(value), A_GRID)
-    kinds = list(KINDS)
+    known = list(kinds())
     if not isinstance(value, dict):
         return Problem(
-            path, describe(value), f"a mapping with kind ({', '.join(kinds)}) and its keys"
+            path, describe(value), f"a mapping with kind ({', '.join(known)}) and its keys"
         )
     if "kind" not in value:
         slip = next((key for key in value if did_you_mean(key, ["kind"])), None)
         hint = f"is {describe(slip)} meant to be it?" if slip else ""
-        return Problem((*path, "kind"), "nothing", ", ".join(kinds), hint)
+        return Problem((*path, "kind"), "nothing", ", ".join(known), hint)
     kind = value["kind"]
-    return Problem((*path, "kind"), describe(kind), ", ".join(kinds), did_you_mean(kind, kinds))
+    return Problem((*path, "kind"), describe(kind), ", ".join(known), did_you_mean(kind, known))

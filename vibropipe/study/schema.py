@@ -6,21 +6,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path as File
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from vibropipe.study.accuracy import RacedMotion
-from vibropipe.study.base import BaseScene
-from vibropipe.study.effect_costs import TimedMotion
-from vibropipe.study.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.keys.grids import A_GRID, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.motions import MotionKeys
+from vibropipe.scenes.keys.parts import ExciterKeys, Follow, Solver, Start
+from vibropipe.scenes.keys.problems import Problem, StudyError
+from vibropipe.scenes.keys.spelling import OLD_KEYS, greek
+from vibropipe.scenes.kind import Kind
+from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import takes
 from vibropipe.study.loading import Config
-from vibropipe.study.models import KINDS, Study
-from vibropipe.study.parts import ExciterKeys, FigureOptions, Follow, Solver, Start
-from vibropipe.study.problems import Problem, StudyError
-from vibropipe.study.spelling import greek
+from vibropipe.study.models import study_model
 
 BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
 END = "<!-- table of keys: end -->"
@@ -28,7 +30,7 @@ END = "<!-- table of keys: end -->"
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a study, for editors."""
-    schema: dict[str, Any] = _tidy(Study.model_json_schema())
+    schema: dict[str, Any] = _tidy(study_model().model_json_schema())
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
@@ -47,6 +49,7 @@ def _tidy(node: Any) -> Any:
     if isinstance(tidy.get("properties"), dict):
         properties = tidy["properties"]
         properties |= {greek(key): value for key, value in properties.items()}
+        properties |= {old: properties[key] for old, key in OLD_KEYS.items() if key in properties}
     if "propertyNames" in tidy and "enum" in tidy["propertyNames"]:
         names = tidy["propertyNames"]["enum"]
         tidy["propertyNames"]["enum"] = list(dict.fromkeys([*names, *map(greek, names)]))
@@ -62,29 +65,38 @@ def table_of_keys() -> str:
     common = tuple(BaseScene.model_fields)
     parts = [
         _table("`config.yaml`", Config),
-        _table("A study, `<study>.yaml`", Study),
-        _table("Every scene", BaseScene, note="Beside `kind` and the keys of that kind."),
-        *(_table(f"`kind: {kind}`", model, without=common) for kind, model in KINDS.items()),
+        _table("A study, `<study>.yaml`", study_model()),
+        _table("Every scene", BaseScene, "Beside `kind` and the keys of that kind."),
+        *(part for kind in kinds().values() for part in _kind_tables(kind, common)),
         _table(
             "`exciter`",
             ExciterKeys,
             note="Also spelled `ν`, `δ`, `R₁`, `R₂`. In brackets: if given nowhere.",
         ),
         _table("`start`", Start),
-        _table("One of `motions`", RacedMotion),
-        _table(
-            "One of `motions` of `kind: effects`",
-            TimedMotion,
-            note="Beside the keys above.",
-            without=tuple(RacedMotion.model_fields),
-        ),
+        _table("One of `motions`", MotionKeys),
         _table("`follow`", Follow),
         _table("`solver`", Solver),
-        _table("`figure`", FigureOptions),
         _table("A grid as a range", RangeGrid, note=f"A grid is {A_GRID}."),
         _table("A grid by its values", ValueGrid, note="A plain list says the same."),
     ]
     return "\n\n".join(parts)
+
+
+def _kind_tables(kind: Kind, common: tuple[str, ...]) -> Iterator[str]:
+    """Yield the tables of one kind: its keys, its options of pictures, and its motions where they have more keys."""
+    name = f"`kind: {kind.name}`"
+    yield _table(name, kind.keys, without=common)
+    figure = kind.keys.model_fields["figure"].annotation
+    if isinstance(figure, type) and issubclass(figure, BaseModel) and figure.model_fields:
+        yield _table(f"`figure` of {name}", figure)
+    motions = kind.keys.model_fields.get("motions")
+    entry = get_args(motions.annotation)[1] if motions else MotionKeys
+    if entry is not MotionKeys:
+        more = tuple(MotionKeys.model_fields)
+        yield _table(
+            f"One of `motions` of {name}", entry, "Beside `exciter`, `start` and `periods`.", more
+        )
 
 
 def _table(

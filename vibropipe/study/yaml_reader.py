@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from vibropipe.study.problems import (
+from vibropipe.scenes.keys.problems import (
     Path,
     Problem,
     StudyError,
@@ -25,6 +25,7 @@ from vibropipe.study.problems import (
     describe,
     repeated,
 )
+from vibropipe.scenes.keys.values import NUMBER, Quoted
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
@@ -33,7 +34,6 @@ MAX_NODES = 200_000
 _WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
 _AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?", re.ASCII)
 _TAB_INDENT = re.compile(r" *\t")
-NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TWO_READINGS = re.compile(
     r"(?i:on|off|yes|no)|[-+]?0[\d_]+|[-+]?0[ob][0-7_]+|[-+]?\d[\d_]*_[\d_]*(\.[\d_]*)?"
@@ -51,10 +51,6 @@ _CONSTANTS |= {
 }
 # The C parser is some ten times faster; both give the same events.
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-
-class Quoted(str):
-    """The text of a number that stands in quotes: a title may be that, a number may not."""
 
 
 class _Built(NamedTuple):

@@ -5,11 +5,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vibropipe.jobs.sharding import PlanError
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.summary import summarise
 from vibropipe.jobs.terminal_tables import plan_text
-from vibropipe.jobs.plan import drawing_hash
+from vibropipe.jobs.drawing import drawing_hash
+from vibropipe.scenes.costs import PlanError
 from vibropipe.store.atomic import remove_leftovers
 from vibropipe.study import StudyError
 
@@ -115,8 +115,7 @@ def shown(name, scene):
 
 def figures_for_report(name):
     """Return the figures of a study, each with its caption for `snakemake --report`."""
-    drawn = zip(RUN.figures(name, "svg"), RUN.studies[name].scenes.values())
-    return [report(path, **shown(name, scene)) for path, scene in drawn]
+    return [report(path, **shown(name, scene)) for path, scene in RUN.drawn(name, "svg")]
 
 
 def caption_file(name, scene):

@@ -1,0 +1,188 @@
+"""What a plan expects of this machine, against what the machine then takes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+
+import pytest
+
+from vibropipe.jobs import estimates
+from vibropipe.jobs.estimates import estimate_study, load_estimate, save_estimates
+from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
+from vibropipe.jobs.terminal_tables import plan_text
+from vibropipe.lab import work_precision as contest
+from vibropipe.scenes.costs import Estimate, sampling
+from vibropipe.scenes.sweep.plan import growing_samples
+from vibropipe.store import read_sidecar, write
+from vibropipe.study import fingerprint, load_study
+
+TEXT = """
+title: Expected and taken
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  grid:
+    kind: sweep
+    over:
+      nu: {start: 0.5, stop: 2, points: 60}
+      f: {start: 0.1, stop: 2, points: 60}
+  followed:
+    kind: sweep
+    over:
+      f: [0.2, 0.5, 1]
+      nu: {start: 0.5, stop: 2, points: 400}
+    follow: {along: nu, direction: up}
+  coarse:
+    kind: motion
+    exciter: {h: 10, nu: 0.1, f: 0.5, l: 0.5}
+    tau_end: 500
+    solver: {accuracy: 1e-2}
+  long:
+    kind: motion
+    tau_end: 100000
+    samples_per_period: 16
+  curves:
+    kind: backbone
+    delta_over_l: [0, 0.1]
+    tau_bar: {start: 1, stop: 6, points: 500}
+  cases:
+    kind: hard_cases
+    cases: [ideal_free, damping, split]
+  race:
+    kind: accuracy
+    motions:
+      plain: {}
+      chatter: {exciter: {nu: 0.3, f: 1.5}, periods: 2}
+    methods: [newmark, exact, RK45, Radau]
+    steps_per_period: [64, 4096]
+    tolerances: [1e-6]
+    peer_periods: 2
+  costs:
+    kind: effects
+    motions:
+      full: {exciter: {nu: 0.3, f: 1.5}}
+      plain: {}
+      row: {of: row, outputs: [harmonics]}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    file = tmp_path / "cost.yaml"
+    file.write_text(TEXT)
+    return load_study(file)
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setattr(estimates, "cache_folder", lambda: tmp_path / "kernels")
+    (tmp_path / "kernels").mkdir()
+    return tmp_path / "kernels"
+
+
+def test_the_bytes_expected_are_those_on_disk_within_bounds(study, own_cache, tmp_path):
+    found = estimate_study(study)
+    for name in study.scenes:
+        file = tmp_path / f"{name}.nc"
+        write(solve_scene(study, name), file)
+        assert found[name].bytes / 3 < file.stat().st_size < 3 * found[name].bytes + 2e4, name
+
+
+@pytest.mark.benchmark
+def test_the_time_expected_is_what_is_taken_within_bounds(study, own_cache, tmp_path):
+    """A factor of 2 each way beside a fifth of a second; of this process alone, others may work on the machine."""
+    estimate_study(study)  # whatever had to be compiled is compiled
+    found = estimate_study(study)
+    with sampling():
+        for name in study.scenes:
+            begin, file = time.process_time(), tmp_path / f"{name}.nc"
+            write(solve_scene(study, name), file)
+            taken, core = time.process_time() - begin, found[name].core_seconds
+            assert core / 2 - 0.2 < taken < 2 * core + 0.2, (
+                f"{name}: {core} expected, {taken} taken"
+            )
+
+
+@pytest.mark.benchmark
+def test_a_race_without_peers_is_expected_to_be_shorter(study, own_cache, monkeypatch):
+    with_peers = estimate_study(study)["race"].core_seconds
+    monkeypatch.setattr(contest.peers, "is_installed", lambda method: False)
+    alone = estimate_study(study)["race"].core_seconds
+    assert alone < with_peers / 2
+    begin = time.process_time()
+    solve_scene(study, "race")
+    taken = time.process_time() - begin
+    assert alone / 2 - 0.2 < taken < 2 * alone + 0.2
+
+
+@pytest.mark.benchmark
+def test_a_calibration_is_short(study, own_cache):
+    estimate_study(study)
+    begin = time.thread_time()
+    estimate_study(study)
+    assert time.thread_time() - begin < 6.0
+
+
+def test_the_plan_tells_the_method_that_was_chosen_and_the_time_of_this_machine(study, own_cache):
+    text = plan_text(study, estimate_study(study))
+    line = next(line for line in text.splitlines() if line.startswith("coarse"))
+    assert "newmark, " in line
+    assert "steps for 0.01" in line
+    assert "on disk" in text.splitlines()[1]
+    assert "expected on this machine" in text.splitlines()[-1]
+    rough = plan_text(study)
+    assert "accuracy 0.01" in rough
+    assert "expected" not in rough
+
+
+def test_samples_grow_to_the_whole_and_lie_in_it(study):
+    for name in ("grid", "followed"):
+        scene = study.scene(name)
+        counts = []
+        for sample in growing_samples(scene):
+            counts.append(sample.row_count)
+            for key, values in sample.over_arrays().items():
+                assert set(values) <= set(scene.over_arrays()[key])
+            assert list(sample.over_arrays()) == list(scene.over_arrays())
+        assert counts == sorted(counts)
+        assert counts[0] <= 128
+        assert counts[-1] == scene.row_count
+
+
+def test_a_followed_parameter_is_sampled_in_one_piece(study):
+    scene = study.scene("followed")
+    whole = scene.over_arrays()["nu"].tolist()
+    part = next(growing_samples(scene)).over_arrays()["nu"].tolist()
+    assert whole[whole.index(part[0]) :][: len(part)] == part
+
+
+def test_jobs_find_what_was_expected_of_them(study, own_cache, tmp_path):
+    save_estimates({fingerprint(study, "followed"): Estimate(6.0, 0.5, 1e5, True, "exact")})
+    solve_to_file(study, "followed", tmp_path / "whole.nc", None, 2)
+    assert read_sidecar(tmp_path / "whole.nc")["expected_seconds"] == pytest.approx(3.5)
+    parts = [tmp_path / f"{i}.nc" for i in (1, 2, 3)]
+    for i, path in enumerate(parts):
+        solve_to_file(study, "followed", path, (i + 1, 3), 1)
+    assert read_sidecar(parts[0])["expected_seconds"] == pytest.approx(2.5)
+    join_to_file(study, "followed", parts, tmp_path / "joined.nc")
+    assert read_sidecar(tmp_path / "joined.nc")["expected_seconds"] == pytest.approx(7.5)
+    solve_to_file(study, "coarse", tmp_path / "coarse.nc", None, 1)
+    assert "expected_seconds" not in read_sidecar(tmp_path / "coarse.nc")
+
+
+def test_expectations_outlive_others_and_nonsense(own_cache):
+    one, two = Estimate(1.0, 0.5, 2.0, False, "exact"), Estimate(2.0, 0.5, 2.0, True, "exact")
+    save_estimates({"one": one})
+    save_estimates({"two": two})
+    assert (load_estimate("one"), load_estimate("two"), load_estimate("three")) == (one, two, None)
+    for nonsense in ("[1]", "{", '{"one": {"core": 1}}', '{"one": 3}'):
+        (own_cache / "expected.json").write_text(nonsense)
+        assert load_estimate("one") is None
+    save_estimates({"one": one})
+    assert asdict(load_estimate("one")) == asdict(one)
+
+
+def test_threads_share_a_sweep_but_no_motion():
+    assert Estimate(6.0, 1.0, 0.0, True, "").seconds(3) == 3.0
+    assert Estimate(6.0, 1.0, 0.0, False, "").seconds(3) == 7.0
+    assert Estimate(6.0, 1.0, 0.0, True, "").seconds(1, share=0.5) == 4.0

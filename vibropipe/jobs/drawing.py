@@ -1,0 +1,71 @@
+"""The figures of a study, drawn from its datasets."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import xarray as xr
+
+from vibropipe.compiler.sources import PACKAGE
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.registry import kind_of
+from vibropipe.store import read_scenes
+from vibropipe.study import Study
+
+# What figures and reports depend on beside the data.
+DRAWN = ("figures", "report", "scenes", "words")
+
+
+def figure_names(scene: BaseScene) -> list[str]:
+    """Return the names of the figures of a scene: its own, and behind a dash those of further pictures."""
+    return [scene.name, *(f"{scene.name}-{picture}" for picture in scene.figure.chosen()[1:])]
+
+
+def draw_scene(
+    scene: BaseScene, dataset: xr.Dataset, folder: Path, others: Mapping[str, xr.Dataset]
+) -> list[Path]:
+    """Draw the pictures of one scene into ``folder/<name>.svg`` and ``.pdf`` and return the paths.
+
+    ``others`` are the datasets of the study's scenes by name. Raises KeyError if an option names none of them.
+    """
+    from vibropipe.figures.style import house_style, save
+
+    pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
+    paths: list[Path] = []
+    for name, picture in zip(figure_names(scene), pictures, strict=True):
+        with house_style():
+            paths += save(picture.draw(dataset, scene.figure, others), folder, name)
+    return paths
+
+
+def draw_study(study: Study, results: Path) -> list[Path]:
+    """Draw every scene of ``study`` from its datasets and return the files written.
+
+    Reads ``results/<study>/<scene>.nc`` and writes into ``results/<study>/figures``. Raises StoreError, with
+    nothing drawn, if a dataset is missing, damaged or of another study.
+    """
+    place = results / study.name
+    datasets = read_scenes(place, study.scenes, study.fingerprints)
+    return [
+        path
+        for name, dataset in datasets.items()
+        for path in draw_scene(study.scenes[name], dataset, place / "figures", datasets)
+    ]
+
+
+@functools.cache
+def drawing_hash() -> str:
+    """Hash (16 hex digits) of all sources and templates that figures and reports depend on."""
+    digest = hashlib.sha256()
+    for entry in DRAWN:
+        for source in _files(PACKAGE / entry):
+            digest.update(source.relative_to(PACKAGE).as_posix().encode() + b"\0")
+            digest.update(source.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _files(path: Path) -> Iterable[Path]:
+    return sorted(item for item in path.rglob("*") if item.suffix in (".py", ".typ", ".mplstyle"))

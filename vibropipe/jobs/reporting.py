@@ -1,0 +1,98 @@
+"""The report of a study: one PDF typeset from its datasets and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from vibropipe.jobs.drawing import figure_names
+from vibropipe.report import typeset
+from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
+from vibropipe.report.data import effects_table, paragraphs, parameter_table, subtitle
+from vibropipe.report.table import Datasets, breakable
+from vibropipe.scenes.kind import Kind
+from vibropipe.scenes.registry import kind_of, kinds
+from vibropipe.store import StoreError, read_scenes, read_sidecar, whole_file
+from vibropipe.study import Study
+
+
+def build_report(study: Study, results: Path, output: Path) -> Path:
+    """Typeset the report of ``study`` from ``results/<study>`` into the PDF ``output``.
+
+    Reads ``<scene>.nc`` with its sidecar of every scene, and ``figures/<name>.pdf`` of every picture. Raises
+    StoreError where one of them is missing, damaged or of another study. Returns ``output``.
+    """
+    place = results / study.name
+    datasets = read_scenes(place, study.scenes, study.fingerprints)
+    sidecars = {name: read_sidecar(place / f"{name}.nc") for name in study.scenes}
+    names = [name for scene in study.scenes.values() for name in figure_names(scene)]
+    pictures = {name: place / "figures" / f"{name}.pdf" for name in names}
+    for path in pictures.values():
+        _check_figure(path)
+    pdf = typeset(report_data(study, datasets, sidecars), pictures)
+    with whole_file(output) as temporary:
+        temporary.write_bytes(pdf)
+    return output
+
+
+def _check_figure(path: Path) -> None:
+    """Raise StoreError unless ``path`` is a whole PDF."""
+    if not path.is_file():
+        raise StoreError(f"there is no figure {path}: draw the figures of the study first")
+    content = path.read_bytes()
+    if not (content.startswith(b"%PDF-") and content.rstrip().endswith(b"%%EOF")):
+        raise StoreError(f"{path} is damaged: draw the figures of the study again")
+
+
+def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
+    """Return the template's data: strings, lists and mappings only, JSON without loss.
+
+    ``datasets`` and ``sidecars`` are by scene; figures are expected at ``figures/<name>.pdf``.
+    """
+    parts = [(kind, own) for kind in kinds().values() if (own := _of_kind(study, kind, datasets))]
+    notes = [note for kind, own in parts for note in kind.report.accuracy_notes(own)]
+    outputs = {name: getattr(scene, "outputs", None) for name, scene in study.scenes.items()}
+    return {
+        "title": study.title,
+        "subtitle": subtitle(study.name, datasets),
+        "description": paragraphs(study.description or ""),
+        "has_backbone": any("velocity_over_l" in dataset for dataset in datasets.values()),
+        "parameters": parameter_table(
+            {name: scene.kind for name, scene in study.scenes.items()}, datasets
+        ).as_data(),
+        "effects": effects_table(outputs, datasets).as_data(),
+        "figures": list(figure_entries(study, datasets)),
+        "sections": [
+            section.as_data() for kind, own in parts for section in kind.report.sections(own)
+        ],
+        "accuracy": {
+            "table": accuracy_table(datasets, sidecars).as_data(),
+            "text": accuracy_text(datasets, notes),
+        },
+        "provenance": provenance_table(datasets).as_data(),
+    }
+
+
+def _of_kind(study: Study, kind: Kind, datasets: Datasets) -> dict[str, xr.Dataset]:
+    return {name: data for name, data in datasets.items() if study.scenes[name].kind == kind.name}
+
+
+def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
+    """Yield each figure: its file, title, caption, and the words for those who cannot see it."""
+    for scene_name, dataset in datasets.items():
+        scene = study.scenes[scene_name]
+        pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
+        written = " ".join(scene.caption.split())
+        for name, picture in zip(figure_names(scene), pictures, strict=True):
+            said = picture.describe(dataset, scene.figure, datasets)
+            yield {
+                "name": name,
+                "path": f"figures/{name}.pdf",
+                "title": scene.title or breakable(scene_name),
+                "caption": written or said,
+                "alt": said,
+            }
+            written = ""  # it is about the first picture

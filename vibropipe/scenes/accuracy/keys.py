@@ -1,0 +1,64 @@
+"""Scenes that show what accuracy costs: motions, each by several methods at several settings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from vibropipe.physics.limits import STEPS_PER_PERIOD
+from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.checks import EXCITER, Check
+from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
+from vibropipe.scenes.keys.values import Name, Within
+
+Method = Literal["crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka"]
+METHODS: tuple[Method, ...] = ("crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka")
+PEERS = METHODS[3:]
+
+
+Methods = Annotated[list[Method], Field(min_length=1), AfterValidator(each_once)]
+Steps = Annotated[int, Within(*STEPS_PER_PERIOD, whole=True)]
+Tolerance = Annotated[float, Within(1e-14, 0.1)]
+
+
+class AccuracyScene(SetOfMotions):
+    """Error against time of several methods, on several motions."""
+
+    kind: Literal["accuracy"] = Field(description="Error against time of several methods.")
+    motions: Annotated[dict[Name, MotionKeys], Field(min_length=1, max_length=24)] = Field(
+        description="The motions by name, each with `exciter`, `start` and `periods`."
+    )
+    methods: Methods = Field(
+        default=list(METHODS), description="What is compared; the last four are other packages."
+    )
+    steps_per_period: Annotated[list[Steps], Field(min_length=1)] = Field(
+        default=[16, 64, 256, 1024, 4096, 16384],
+        description="Settings of crude and newmark: steps in a forcing period.",
+    )
+    tolerances: Annotated[list[Tolerance], Field(min_length=1)] = Field(
+        default=[1e-4, 1e-7, 1e-10], description="Settings of the other packages."
+    )
+    peer_periods: Annotated[int, Within(1, 10**6, whole=True)] = Field(
+        default=4, description="Forcing periods that the other packages run over at most."
+    )
+    repeats: Annotated[int, Within(1, 1000, whole=True)] = Field(
+        default=7, description="How often each time is taken."
+    )
+
+    @property
+    def row_count(self) -> int:
+        """Number of races: a motion by a method at a setting."""
+        return len(self.motions) * sum(len(self.settings(method)) for method in self.methods)
+
+    def method_text(self) -> str:  # noqa: D102 - as BaseScene
+        return ", ".join(self.methods)
+
+    def settings(self, method: Method) -> list[float]:
+        """Return the settings of a method; the exact one has nothing to set."""
+        if method == "exact":
+            return [0.0]
+        return [*(self.steps_per_period if method in METHODS[:2] else self.tolerances)]
+
+
+CHECKS = (Check((*EXCITER, ("motions",)), check_motions),)

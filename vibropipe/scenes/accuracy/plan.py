@@ -1,0 +1,39 @@
+"""What the runs of an accuracy scene will cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibropipe.scenes.accuracy.keys import PEERS
+from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+from vibropipe.words.wording import count
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.accuracy.keys import AccuracyScene
+
+# A run of a method of this program, and of a peer, whether or not that is installed here.
+SECONDS_PER_RUN, SECONDS_PER_PEER_RUN = 0.05, 0.25
+BYTES_PER_RUN = 89
+
+
+def plan(scene: AccuracyScene) -> Work:
+    """Return the work of an accuracy scene: its runs, those of peers apart."""
+    peers = len(scene.motions) * sum(
+        len(scene.settings(method)) for method in scene.methods if method in PEERS
+    )
+    return Work(
+        size=count(len(scene.motions), "motion"),
+        rows=scene.row_count,
+        method=", ".join(scene.methods),
+        outputs=(),
+        seconds=(scene.row_count - peers) * SECONDS_PER_RUN + peers * SECONDS_PER_PEER_RUN,
+        bytes=HEAD_BYTES + scene.row_count * BYTES_PER_RUN,
+    )
+
+
+def estimate(scene: AccuracyScene, sampler: Sampler) -> Estimate:
+    """Estimate the runs by pieces of them and by what is installed."""
+    from vibropipe.lab.work_precision_cost import race_seconds
+    from vibropipe.scenes.accuracy.solve import work_precision_arguments
+
+    return planned(plan(scene), race_seconds(**work_precision_arguments(scene)))

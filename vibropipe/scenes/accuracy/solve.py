@@ -1,0 +1,31 @@
+"""Methods on motions, each at several settings: error against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from vibropipe.lab.work_precision import solve_accuracy
+from vibropipe.lab.work_precision_methods import Motion
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.accuracy.keys import AccuracyScene
+    from vibropipe.scenes.kind import Progress
+
+
+def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
+    """Run the methods of a scene on its motions; the times are of this run alone."""
+    return solve_accuracy(**work_precision_arguments(scene), progress=progress)
+
+
+def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:
+    """Return a scene as the arguments of `lab.work_precision.solve_accuracy`."""
+    return {
+        "motions": {name: Motion(*start) for name, start in scene.starts().items()},
+        "methods": scene.methods,
+        "steps": scene.steps_per_period,
+        "tolerances": scene.tolerances,
+        "peer_periods": scene.peer_periods,
+        "repeats": scene.repeats,
+    }

@@ -1,0 +1,6 @@
+"""Free motion without force and loss, in closed form."""
+
+from vibropipe.scenes.backbone.keys import CHECKS, BackboneScene
+from vibropipe.scenes.kind import Kind
+
+KIND = Kind(__name__, BackboneScene, CHECKS, unit="points")

@@ -1,0 +1,100 @@
+"""The conservative exciter over its amplitude: paper figures 5 and 8.
+
+Constant part and harmonics of displacement and velocity against the eigenfrequency. Without
+impacts the eigenfrequency is 1 at any amplitude; it grows once a support is struck.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from vibropipe.figures.style import (
+    BLACK,
+    GREEN,
+    NEUTRAL,
+    REGIME_STYLES,
+    hold_zero,
+    legend,
+    new_figure,
+)
+from vibropipe.figures.text import ORDINALS, REGIME_WORDS, parameter_line, regime_name
+from vibropipe.words.vocabulary import label, quantity
+
+PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
+
+
+def part_style(name: str) -> dict[str, Any]:
+    """Return how the part of a curve in one regime is drawn."""
+    style = REGIME_STYLES[name]
+    colour = PART_COLOURS.get(name, style.colour)
+    linestyle = "-" if name in PART_COLOURS else style.linestyle
+    return {"color": colour, "linestyle": linestyle, "linewidth": 1.6}
+
+
+def parts(regime: NDArray[np.int8]) -> list[tuple[int, slice]]:
+    """Cut the rows into runs of one regime; each run starts at the last row of the one before.
+
+    Drawn so, the parts join where a support is first reached, and the linear part keeps its one
+    frequency.
+    """
+    cuts = [int(cut) for cut in np.flatnonzero(np.diff(regime)) + 1]
+    starts, stops = [0, *cuts], [*cuts, regime.size]
+    return [(int(regime[a]), slice(max(a - 1, 0), b)) for a, b in zip(starts, stops, strict=True)]
+
+
+def rows_of(dataset: xr.Dataset, name: str) -> list[tuple[str, NDArray[np.float64]]]:
+    """Return (what the axis says, values over amplitude) of the mean and up to three harmonics."""
+    mean, peak = f"{name}_mean", f"{name}_amplitude"
+    rows = [(f"constant part\n{quantity(mean).symbol}", dataset[mean].values)]
+    letter = quantity(peak).symbol
+    for k in range(min(3, dataset.sizes["harmonic"])):
+        symbol = letter.replace("_k", f"_{k + 1}")
+        values = dataset[peak].isel(harmonic=k).transpose("amplitude").values
+        rows.append((f"{ORDINALS[k]} harmonic\n{symbol}", values))
+    return rows
+
+
+def draw_parts(
+    ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64], regime: NDArray[np.int8]
+) -> None:
+    """Draw one curve in its parts, over a pale band where one support alone is struck."""
+    for code, piece in parts(regime):
+        if regime_name(code).startswith("one_sided"):
+            ax.axvspan(x[piece].min(), x[piece].max(), color=NEUTRAL, alpha=0.6, lw=0, zorder=0)
+    for code, piece in parts(regime):
+        ax.plot(x[piece], y[piece], **part_style(regime_name(code)))
+
+
+def draw_amplitude_frequency(dataset: xr.Dataset) -> Figure:
+    """Draw rows: constant part, first three harmonics; columns: displacement, velocity."""
+    columns = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
+    rows = [rows_of(dataset, name) for name in columns]
+    figure = new_figure(2.2 + 3.3 * len(rows[0]))
+    grid = figure.subplots(len(rows[0]), len(columns), sharex=True, squeeze=False)
+    x, regime = dataset["eigenfrequency"].values, dataset["regime"].values
+    for column, (name, curves) in enumerate(zip(columns, rows, strict=True)):
+        largest = max(float(np.nanmax(np.abs(values))) for _, values in curves)
+        grid[0, column].set_title(name)
+        for ax, (says, values) in zip(grid[:, column], curves, strict=True):
+            draw_parts(ax, x, values, regime)
+            ax.set_ylabel(says)
+            hold_zero(ax, float(np.nanmax(np.abs(values))), largest)
+        grid[-1, column].set_xlabel(label("eigenfrequency"))
+        figure.align_ylabels(grid[:, column])
+    figure.suptitle(parameter_line(dataset, leave_out=("nu", "f", "h", "R1", "R2")))
+    present = list(dict.fromkeys(regime_name(code) for code, _ in parts(regime)))
+    handles = [Line2D([], [], **part_style(name), label=part_words(name)) for name in present]
+    legend(figure, handles, "lower")
+    return figure
+
+
+def part_words(name: str) -> str:
+    """Return what the legend says of the part in regime ``name``."""
+    return "linear: no impact" if name == "no_impact" else REGIME_WORDS[name]

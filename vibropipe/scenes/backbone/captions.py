@@ -1,0 +1,65 @@
+"""What to see in the pictures of a backbone, said from its data."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.style import ROUNDING
+from vibropipe.figures.text import PLAIN_SYMBOLS, number, regime_name, sentences
+from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.words.wording import series
+
+
+def describe_backbone(dataset: xr.Dataset) -> str:
+    """Say where the curves of eq. (10) end and how near the simulated motions lie."""
+    ends = []
+    for position, value in enumerate(dataset["delta_over_l"].values):
+        drawn = np.isfinite(dataset["velocity_over_l"].isel(delta_over_l=position).values)
+        if drawn.any() and not drawn.all():
+            longest = float(dataset["tau_bar"].values[drawn].max())
+            ends.append(
+                f"{number(longest)} at {PLAIN_SYMBOLS['delta_over_l']} = {number(float(value))}"
+            )
+    return sentences(
+        "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
+        "and the frequency (right) of the free vibration; drawn where both supports are struck",
+        f"The longest period drawn is {series(ends)}" if ends else "",
+        "Markers: simulated motions" if "simulated_tau_bar" in dataset else "",
+    )
+
+
+def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
+    """Say from which amplitude on each support is struck, and what that does to the frequency."""
+    amplitude, frequency = dataset["amplitude"].values, dataset["eigenfrequency"].values
+    said: list[str] = []
+    for code, piece in parts(dataset["regime"].values):
+        until = f"{'then ' if said else ''}up to A = {number(float(amplitude[piece][-1]), 3)}"
+        reaches = number(float(frequency[piece][-1]), 3)
+        name = regime_name(code)
+        if name == "no_impact":
+            said.append(f"{until} no support is reached and the frequency is 1 at any amplitude")
+        elif name == "two_sided":
+            said.append(f"{until} both supports are struck and the frequency grows to {reaches}")
+        else:
+            said.append(
+                f"{until} only support {name[-1]} is struck, the frequency reaches {reaches}"
+            )
+    text = series(said)
+    return sentences(
+        "Constant part and first harmonics of displacement (left) and velocity (right) of the free "
+        "motion against its frequency",
+        text[:1].upper() + text[1:],
+        even_words(dataset),
+    )
+
+
+def even_words(dataset: xr.Dataset) -> str:
+    """Say whether the constant part and the even harmonics vanish."""
+    mean = np.abs(dataset["displacement_mean"].values)
+    largest = float(np.nanmax(dataset["displacement_amplitude"].values))
+    top = int(np.nanargmax(mean))
+    if mean[top] <= ROUNDING * largest:
+        return "By symmetry the constant part and the even harmonics vanish"
+    at = number(float(dataset["eigenfrequency"].values[top]), 3)
+    return f"The constant part is largest, {number(float(mean[top]), 3)}, at the frequency {at}"

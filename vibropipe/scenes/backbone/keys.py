@@ -1,0 +1,119 @@
+"""The keys of a backbone scene: free motion without loss, in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from vibropipe.scenes.keys.base import DEFAULTS, BaseScene, Harmonics
+from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
+from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.problems import Path, Problem
+from vibropipe.scenes.keys.values import Within, Written
+
+
+class BackboneScene(BaseScene):
+    """Free motion without loss: eq. (10) over the period, or eigenfrequency over amplitude."""
+
+    GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
+
+    kind: Literal["backbone"] = Field(description="Free motion without force and loss.")
+    delta_over_l: Annotated[Grid | None, Written] = Field(
+        default=None, description="Offsets of the curves of eq. (10), within (-1, 1)."
+    )
+    tau_bar: Annotated[Grid | None, Written] = Field(
+        default=None, description="Periods of the curves, above 0; with `delta_over_l`."
+    )
+    check_points: Annotated[int, Within(0, 1000, whole=True)] = Field(
+        default=6, description="Simulated motions set on each curve."
+    )
+    amplitude: Annotated[Grid | None, Written] = Field(
+        default=None,
+        description="Amplitudes of the free motion, above 0; instead of the two above.",
+    )
+    harmonics: Harmonics = Field(default=3, description="How many harmonics over `amplitude`.")
+
+    @property
+    def over_amplitude(self) -> bool:
+        """Whether the scene runs over `amplitude` rather than along eq. (10)."""
+        return "amplitude" in self.model_fields_set
+
+    @property
+    def gives_backbone(self) -> bool:  # noqa: D102 - as BaseScene
+        return self.over_amplitude
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
+        return {name: getattr(self, name) for name in self.GRIDS if name in self.model_fields_set}
+
+    def resolved_exciter(self) -> dict[str, float]:
+        """Return the parameters of the free motion; along eq. (10) lengths are in units of l."""
+        if not self.over_amplitude:
+            return {**DEFAULTS, "l": 1.0}
+        given = super().resolved_exciter()
+        return {**DEFAULTS, "l": given["l"], "delta": given["delta"]}
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return self.resolved_exciter() if self.over_amplitude else {}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return the effects of free motion without loss: its supports."""
+        return ("support_1", "support_2")
+
+
+def _form(scene: BackboneScene) -> Iterator[Problem]:
+    """See that delta_over_l and tau_bar are there, or amplitude, and no key of the other form."""
+    given = scene.model_fields_set
+    other = ("delta_over_l", "tau_bar", "check_points") if scene.over_amplitude else ("harmonics",)
+    form = "amplitude" if scene.over_amplitude else "delta_over_l and tau_bar"
+    if not given & set(scene.GRIDS):
+        yield Problem((), "no grid", "delta_over_l and tau_bar, or amplitude")
+        return
+    for name in other:
+        if name in given:
+            yield Problem(
+                (name,), f"it beside {form}", "one form: delta_over_l and tau_bar, or amplitude"
+            )
+    if not scene.over_amplitude:
+        for name in ("delta_over_l", "tau_bar"):
+            if name not in given:
+                yield Problem((name,), "nothing", "a grid, or amplitude instead of both")
+
+
+def _ranges(scene: BackboneScene) -> Iterator[Problem]:
+    for name in ("tau_bar", "amplitude"):
+        grid: ValueGrid | RangeGrid | None = getattr(scene, name)
+        if grid is not None and grid.low <= 0:
+            yield Problem((name,), repr(grid.low), "numbers above 0")
+    offsets = scene.delta_over_l
+    if offsets is not None:
+        for value in dict.fromkeys((offsets.low, offsets.high)):
+            if not -1 < value < 1:
+                yield Problem(("delta_over_l",), repr(value), "numbers between -1 and 1")
+                break
+
+
+def _exciter(scene: BackboneScene) -> Iterator[Problem]:
+    """See that free motion is given no other parameters than those of its supports."""
+    if scene.over_amplitude:
+        why = "l and delta only: free motion has neither force nor loss"
+        yield from no_exciter(scene, why, ("l", "delta"))
+        return
+    why = "no exciter: the curves depend on delta_over_l and tau_bar alone"
+    yield from no_exciter(scene, why)
+
+
+def _supports(scene: BackboneScene) -> Iterator[Problem]:
+    if scene.over_amplitude:
+        yield from check_exciter(scene)
+
+
+_GRIDS: tuple[Path, ...] = tuple((name,) for name in BackboneScene.GRIDS)
+CHECKS = (
+    Check((*SUPPORTS, ("amplitude",)), _supports),
+    Check(_GRIDS, check_rows),
+    Check((*_GRIDS, ("check_points",), ("harmonics",)), _form),
+    Check((), _ranges),
+    Check((("amplitude",),), _exciter),
+)

@@ -1,0 +1,100 @@
+"""Scenes that measure what effects and outputs cost: motions and rows, each by several kernels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from vibropipe.physics.effects import NAMES, effects_of, names_of
+from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import largest_start
+from vibropipe.scenes.keys.base import Output, each_once
+from vibropipe.scenes.keys.checks import EXCITER, Check
+from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
+from vibropipe.scenes.keys.problems import Problem, did_you_mean
+from vibropipe.scenes.keys.values import Name, Within, Written
+
+OF_MOTIONS: tuple[Output, ...] = ("impacts", "motion")
+OF_ROWS: tuple[Output, ...] = ("harmonics", "impacts", "stability", "energy")
+
+
+class TimedMotion(MotionKeys):
+    """One motion, or the row of its steady state, by several kernels."""
+
+    of: Literal["motion", "row"] = Field(
+        default="motion", description="A march over `periods`, or the steady state that settles."
+    )
+    outputs: Annotated[list[Output], AfterValidator(each_once)] = Field(
+        default=["impacts"],
+        description="Outputs: of a motion impacts, motion; of a row all but motion.",
+    )
+    against: Annotated[Name | None, Written] = Field(
+        default=None,
+        description="Motion whose time is the 1 of `at_most`; left out, the kernel of all effects.",
+    )
+    at_most: Annotated[float | None, Within(0, 1e6, above=True), Written] = Field(
+        default=None, description="Ratio of times that is aimed at."
+    )
+
+
+class EffectsScene(SetOfMotions):
+    """Time and bytes of each effect and each output."""
+
+    kind: Literal["effects"] = Field(description="What each effect and each output costs.")
+    motions: Annotated[dict[Name, TimedMotion], Field(min_length=1, max_length=40)] = Field(
+        description="What is timed, by name; one of them is `full`."
+    )
+    full: Name = Field(
+        default="full", description="The motion that has all effects, the 1 of every ratio."
+    )
+    repeats: Annotated[int, Within(1, 1000, whole=True)] = Field(
+        default=15, description="How often each time is taken."
+    )
+
+    @property
+    def row_count(self) -> int:
+        """Number of motions and rows that are timed."""
+        return len(self.motions)
+
+    def effects_of(self, motion: str) -> tuple[str, ...]:
+        """Return the effects that one motion calls for."""
+        timed, values = self.motions[motion], self.exciter_of(motion)
+        span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
+        return names_of(
+            effects_of(values, largest_start(values, timed.start.x0), timed.start.v0, span)
+        )
+
+
+def _timed(scene: EffectsScene) -> Iterator[Problem]:
+    """See that the motions are sound, one has all effects, and that they are compared with their like."""
+    faults = list(check_motions(scene))
+    yield from faults
+    if scene.full not in scene.motions:
+        known = ", ".join(scene.motions)
+        yield Problem(("full",), repr(scene.full), known, did_you_mean(scene.full, scene.motions))
+    elif not faults:
+        missing = [name for name in NAMES if name not in scene.effects_of(scene.full)]
+        if missing:
+            found = f"a motion without {', '.join(missing)}"
+            yield Problem(
+                ("motions", scene.full, "exciter"), found, "one that calls for all effects"
+            )
+    for name, timed in scene.motions.items():
+        path = ("motions", name)
+        fits = OF_ROWS if timed.of == "row" else OF_MOTIONS
+        for place, output in enumerate(timed.outputs):
+            if output not in fits:
+                yield Problem((*path, "outputs", place), repr(output), ", ".join(fits))
+        if timed.against is None:
+            continue
+        same = [other for other, entry in scene.motions.items() if entry.of == timed.of]
+        if timed.against not in same:
+            words = f"a {timed.of} of this scene ({', '.join(same)})"
+            hint = did_you_mean(timed.against, same)
+            yield Problem((*path, "against"), repr(timed.against), words, hint)
+
+
+CHECKS = (Check((*EXCITER, ("motions",)), _timed),)

@@ -1,0 +1,109 @@
+"""Hard cases: how far each solver is from what is known, as a share of what is allowed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibropipe.figures.style import (
+    BLACK,
+    LINE_MARKERS,
+    NEUTRAL,
+    SMALL_FONT_SIZE,
+    legend,
+    line_style,
+    new_figure,
+)
+from vibropipe.scenes.kind import only_picture
+from vibropipe.words.wording import count, series
+
+LEFT, RIGHT = 1e-9, 1e2  # exactly right, and off the scale
+ROW_CM = 0.42
+SPREAD = 0.5  # of a row, over which its solvers lie
+
+
+def shares(dataset: xr.Dataset) -> np.ndarray:
+    """Return measured/bound over (case, solver): 0 where nothing was off, nan where not asked.
+
+    A count that should be zero and is not, and a value that is no number, are inf.
+    """
+    measured, bound = dataset["measured"].values, dataset["bound"].values
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(measured == 0.0, 0.0, measured / bound)
+    share[np.isnan(share)] = np.inf
+    return np.where(asked(dataset), share, np.nan)
+
+
+def asked(dataset: xr.Dataset) -> np.ndarray:
+    """Return which cases are for which solvers."""
+    return np.asarray(dataset["passed"].values != 2)
+
+
+def draw_hard_cases(dataset: xr.Dataset) -> Figure:
+    """Draw one row per case: measured over bound on a log axis, one marker per solver.
+
+    Left of the axis's break stands what is exactly right; what lies right of 1 is not passed.
+    """
+    cases = [str(name).replace("_", " ") for name in dataset["case"].values]
+    figure = new_figure(2.6 + ROW_CM * len(cases))
+    ax = figure.subplots()
+    ax.axvspan(1.0, RIGHT * 4, color=NEUTRAL, linewidth=0)
+    ax.axvline(1.0, color=BLACK, linewidth=0.8)
+    for row in range(len(cases)):
+        ax.axhline(row, color=NEUTRAL, linewidth=0.4, zorder=0)
+    handles = draw_solvers(ax, dataset)
+    ax.set_xscale("log")
+    ax.set_xlim(LEFT / 4, RIGHT * 4)
+    ticks = [LEFT, *(10.0**n for n in range(-7, 1, 1)), RIGHT]
+    words = ["0", *(rf"$10^{{{n}}}$" for n in range(-7, 0)), "1", "off"]
+    ax.set_xticks(ticks, words)
+    ax.minorticks_off()
+    ax.set_yticks(range(len(cases)), cases, fontsize=SMALL_FONT_SIZE)
+    ax.tick_params(axis="y", length=0)
+    ax.set_ylim(len(cases) - 0.4, -0.6)
+    ax.set_xlabel("measured over allowed; passed up to 1")
+    legend(figure, handles, "upper")
+    return figure
+
+
+def draw_solvers(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
+    """Draw the markers of every solver, filled where passed, and return their legend entries."""
+    share, passed = shares(dataset), dataset["passed"].values == 1
+    solvers = dataset["solver"].values
+    offsets = np.linspace(-SPREAD / 2, SPREAD / 2, len(solvers)) if len(solvers) > 1 else [0.0]
+    handles = []
+    for place, (solver, offset) in enumerate(zip(solvers, offsets, strict=True)):
+        colour = line_style(place)["color"]
+        style: dict[str, Any] = {
+            "linestyle": "none",
+            "marker": LINE_MARKERS[place % len(LINE_MARKERS)],
+            "color": colour,
+            "markersize": 3.2,
+        }
+        x = np.clip(share[:, place], LEFT, RIGHT)
+        y = np.arange(share.shape[0]) + offset
+        good = passed[:, place] & np.isfinite(x)
+        bad = ~passed[:, place] & np.isfinite(x)
+        ax.plot(x[good], y[good], **style)
+        ax.plot(x[bad], y[bad], **style | {"markerfacecolor": "white", "markersize": 5.0})
+        handles.append(Line2D([], [], **style, label=str(solver)))
+    return handles
+
+
+def describe_hard_cases(dataset: xr.Dataset) -> str:
+    """Say how many cases are passed by all solvers asked, and which are not."""
+    failed = np.asarray((dataset["passed"].values == 0).any(axis=1))
+    names = [str(name) for name in dataset["case"].values[failed]]
+    total = count(int(dataset.sizes["case"]), "case")
+    said = f"not passed: {series(names)}" if names else "all passed"
+    short = int(dataset["short_flight_motions"].values.sum())
+    told = f"{short} had flights shorter than the step"
+    return f"{total}, {said}. Of {count(int(dataset['motions'].values.sum()), 'motion')} {told}."
+
+
+PICTURES = (only_picture("margins", draw_hard_cases, describe_hard_cases),)

@@ -1,0 +1,19 @@
+"""Hard cases, measured by every method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from vibropipe.lab.hard_cases import CASES, solve_hard_cases
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.hard_cases.keys import HardCasesScene
+    from vibropipe.scenes.kind import Progress
+
+
+def solve(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:
+    """Measure the hard cases a scene names, or all of them, by every method."""
+    named = [case for case in CASES if case.name in scene.cases]
+    return solve_hard_cases(named or CASES, progress=progress)

@@ -1,0 +1,24 @@
+"""A sample of hard cases computed again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vibropipe.lab.hard_cases import CASES
+from vibropipe.scenes.hard_cases.keys import HardCasesScene
+from vibropipe.scenes.hard_cases.solve import solve
+from vibropipe.scenes.recompute import Recomputed, part_text, sample_indices
+from vibropipe.store import compare
+
+
+def recompute(
+    path: Path, scene: HardCasesScene, rows: int, generator: np.random.Generator
+) -> Recomputed:
+    """Compute at least `rows` cases again, or all if there are fewer."""
+    names = [case.name for case in CASES if case.name in scene.cases or not scene.cases]
+    places = sample_indices(len(names), rows, generator)
+    part = scene.model_copy(update={"cases": [names[place] for place in places]})
+    differences = compare(path, solve(part), ("case", places))
+    return Recomputed(part_text(len(places), len(names), "case"), differences)

@@ -1,0 +1,134 @@
+"""What scenes of every kind have, and the kinds of values they share."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, PrivateAttr
+
+from vibropipe.physics.limits import HARMONICS
+from vibropipe.physics.start import largest_start
+from vibropipe.scenes.keys.grids import Keys, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions
+from vibropipe.scenes.keys.values import Within, Words, refuse
+
+Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
+Title = Annotated[str, Words(200)]
+Prose = Annotated[str, Words(4000, one_line=False)]
+Harmonics = Annotated[int, Within(*HARMONICS, whole=True)]
+
+DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
+# No data depend on these; what is left of the exciter is told by `data_exciter`.
+NO_DATA = ("title", "caption", "figure", "exciter")
+
+
+def each_once(names: list[Any]) -> list[Any]:
+    """Refuse a list that names something twice."""
+    if len(set(names)) < len(names):
+        refuse("each name once", ", ".join(names))
+    return names
+
+
+Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(each_once)]
+
+
+class BaseScene(Keys):
+    """What scenes of every kind have; `name` is the scene's key in the study."""
+
+    title: Title = Field(default="", description="Title of the scene.")
+    caption: Prose = Field(default="", description="What to see in the figure.")
+    exciter: ExciterKeys = Field(
+        default_factory=ExciterKeys, description="Parameters that differ from the study's."
+    )
+    figure: FigureOptions = Field(
+        default_factory=FigureOptions,
+        description="Options of the picture; no data depends on them.",
+    )
+    if TYPE_CHECKING:  # a key that each kind describes in its own words
+        kind: str
+    _name: str = PrivateAttr("")
+    _shared: dict[str, float] = PrivateAttr(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The scene's name in its study."""
+        return self._name
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows that are solved."""
+        return math.prod(grid.size for grid in self.grids().values())
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:
+        """Return the grids the scene runs over, in the order of its dimensions."""
+        return {}
+
+    def over_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return the same grids as arrays, each of shape (size of its dimension,)."""
+        return {name: grid.array() for name, grid in self.grids().items()}
+
+    def given_exciter(self) -> dict[str, float]:
+        """Return the parameters that are written down: the scene's own, else the study's."""
+        return {**self._shared, **self.exciter.given()}
+
+    def resolved_exciter(self) -> dict[str, float]:
+        """Return all seven parameters: the scene's own, else the study's, else "effect absent".
+
+        A swept parameter stands with the first value of its grid.
+        """
+        return {**DEFAULTS, **self.given_exciter()}
+
+    def has_l(self) -> bool:
+        """Tell whether the scene's l is given: by itself, by the study or by its grid."""
+        return "l" in self.given_exciter() or "l" in self.grids()
+
+    @property
+    def gives_backbone(self) -> bool:
+        """Whether its dataset is the backbone that a sweep may be drawn over."""
+        return False
+
+    def method_text(self) -> str:
+        """Return by what its motions are computed."""
+        return "exact"
+
+    def accuracy_asked(self) -> float | None:
+        """Return the error that was asked for in place of a method, if one was."""
+        return None
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return the effects of the scene by name: those it states, else those its keys call for."""
+        raise NotImplementedError
+
+    def data_exciter(self) -> dict[str, float]:
+        """Return the parameters that the data depend on, without those that stand in a grid."""
+        return self.resolved_exciter()
+
+    def data_keys(self) -> dict[str, Any]:
+        """Return what the data of the scene depend on and nothing else, with defaults filled in."""
+        keys = {name: plain(getattr(self, name)) for name in type(self).model_fields}
+        keys = {name: value for name, value in keys.items() if name not in NO_DATA}
+        for name in ("outputs", "effects"):
+            if keys.get(name) is not None:
+                keys[name] = sorted(keys[name])
+        if keys.get("start"):
+            ends = {name: [grid.low, grid.high] for name, grid in self.grids().items()}
+            keys["start"] = resolved_start(keys["start"], {**self.resolved_exciter(), **ends})
+        return {"exciter": self.data_exciter(), **keys}
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a study as mappings, lists, text and numbers."""
+    if isinstance(value, Keys):
+        return {name: plain(getattr(value, name)) for name in type(value).model_fields}
+    if isinstance(value, dict):
+        return {name: plain(entry) for name, entry in value.items()}
+    return [plain(entry) for entry in value] if isinstance(value, (list, tuple)) else value
+
+
+def resolved_start(start: dict[str, Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Return a start with its x0 written out, where one left out is the equilibrium in every row."""
+    is_equilibrium = start["x0"] is None and largest_start(values, None) == 0.0
+    return {**start, "x0": 0.0} if is_equilibrium else start

@@ -1,0 +1,121 @@
+"""Rules that tie keys together, for kinds of scenes to choose from.
+
+Each check says which keys of the scene it reads, so that it is left out where one of those is
+already reported: ten faults are told as ten, without an eleventh that only follows from them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.start import start_room
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.keys.effects import ForcedScene, check_effects
+from vibropipe.scenes.keys.grids import MAX_ROWS
+from vibropipe.scenes.keys.problems import Path, Problem
+from vibropipe.scenes.keys.values import takes
+from vibropipe.words.vocabulary import PARAMETERS
+
+EXCITER: tuple[Path, ...] = tuple(("exciter", name) for name in PARAMETERS)
+SUPPORTS: tuple[Path, ...] = (
+    ("exciter", "l"),
+    ("exciter", "delta"),
+    ("over", "l"),
+    ("over", "delta"),
+)
+
+
+class Check(NamedTuple):
+    """A rule: the keys that it reads, and what yields its faults by paths within the scene."""
+
+    reads: tuple[Path, ...]
+    problems: Callable[[Any], Iterator[Problem]]
+
+
+def check_exciter(scene: BaseScene) -> Iterator[Problem]:
+    """See that l is there and that all parameters together leave room between the supports."""
+    if not scene.has_l():
+        hint = "in the scene or, for all scenes, in the study's exciter"
+        yield Problem(("exciter", "l"), "nothing", ALLOWED["l"], hint)
+        return
+    for corner in corners(scene):
+        if not all(takes(name, value) for name, value in corner.items()):
+            return  # said where that one parameter stands
+        try:
+            Exciter(**corner)
+        except ParameterError as error:
+            found, _, allowed = str(error).partition("allowed is ")
+            yield Problem(("exciter", "l"), found.rstrip(" :;"), allowed)
+            return
+
+
+def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dict[str, float]]:
+    """Return the exciters at the corners of what a scene sweeps of l and delta; `fixed` stand at one value."""
+    ends: dict[str, tuple[float, ...]] = {
+        name: (grid.low, grid.high)
+        for name, grid in scene.grids().items()
+        if name in ("l", "delta")
+    }
+    ends |= {name: (value,) for name, value in (fixed or {}).items() if name in ends}
+    base = scene.resolved_exciter() if scene.has_l() else {**scene.given_exciter(), "l": 1.0}
+    return [
+        {**base, **dict(zip(ends, values, strict=True))}
+        for values in itertools.product(*ends.values())
+    ]
+
+
+def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> Iterator[Problem]:
+    """See that a start that is given lies between the supports, for every combination of a sweep."""
+    if not scene.has_l():
+        return
+    try:
+        exciters = [Exciter(**corner) for corner in corners(scene, fixed)]
+    except ParameterError:
+        return  # said by the check of the exciter
+    lower = max(exciter.lower for exciter in exciters)
+    upper = min(exciter.upper for exciter in exciters)
+    x0 = scene.start.x0
+    rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
+    if x0 is None or all(least <= x0 <= most for least, most in rooms):
+        return
+    allowed = f"a number from {lower!r} to {upper!r} (between the supports)"
+    if lower > upper:
+        allowed = "supports that share a place for one start, in every row (split the sweep)"
+    yield Problem(("start", "x0"), repr(x0), allowed)
+
+
+def check_rows(scene: BaseScene, path: Path = ()) -> Iterator[Problem]:
+    """See that a scene has no more rows than can be counted on."""
+    if scene.row_count > MAX_ROWS:
+        sizes = " x ".join(str(grid.size) for grid in scene.grids().values())
+        yield Problem(path, f"{sizes} rows", "at most 1e8 rows in a scene")
+
+
+def check_solver(scene: ForcedScene) -> Iterator[Problem]:
+    """See that a method has its step, and that an accuracy stands alone."""
+    solver, given = scene.solver, scene.solver.model_fields_set
+    if "accuracy" in given and len(given) > 1:
+        yield Problem(("solver",), "accuracy beside other keys", "either a method or an accuracy")
+    elif solver.method == "newmark" and "steps_per_period" not in given:
+        field = type(solver).model_fields["steps_per_period"]
+        allowed = f"{field.metadata[0].allowed}, which newmark needs"
+        yield Problem(("solver", "steps_per_period"), "nothing", allowed)
+    elif solver.method == "exact" and "steps_per_period" in given:
+        allowed = "it with `method: newmark` only"
+        yield Problem(("solver", "steps_per_period"), repr(solver.steps_per_period), allowed)
+
+
+def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Iterator[Problem]:
+    """See that a scene is given no parameters but those allowed; `why` says what is allowed instead."""
+    for name, value in scene.exciter.given().items():
+        if name not in allowed:
+            yield Problem(("exciter", name), repr(value), why)
+
+
+# of scenes that simulate from a start
+EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
+SOLVER = Check((("solver",),), check_solver)
+EXCITER_CHECK = Check(SUPPORTS, check_exciter)

@@ -1,0 +1,70 @@
+"""What of the physics a scene calls for: derived from its keys, or stated by `effects`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import AfterValidator
+
+from vibropipe.physics.effects import absent_supports, contradiction, effects_of, names_of
+from vibropipe.physics.start import largest_start
+from vibropipe.scenes.keys.base import BaseScene, each_once
+from vibropipe.scenes.keys.parts import Solver, Start
+from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.values import Written
+
+Effect = Literal["damping", "forcing", "support_1", "support_2", "restitution", "rest"]
+StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), Written]
+EFFECTS_WORDS = "Physics to compute with, nothing else; left out, what the scene calls for."
+
+
+class ForcedScene(BaseScene):
+    """A scene whose motions begin at its `start` and may state their `effects`."""
+
+    if TYPE_CHECKING:  # keys that each kind describes in its own words
+        start: Start
+        solver: Solver
+        effects: StatedEffects
+
+    def method_text(self) -> str:  # noqa: D102 - as BaseScene
+        solver = self.solver.arguments()
+        steps = solver.get("steps_per_period")
+        method = str(solver.get("method", "exact"))
+        return method if steps is None else f"{method}, {steps} steps per forcing period"
+
+    def accuracy_asked(self) -> float | None:  # noqa: D102 - as BaseScene
+        asked: float | None = self.solver.arguments().get("accuracy")
+        return asked
+
+    def effect_bounds(self) -> tuple[float, dict[str, Any]]:
+        """Return until which tau effects may occur, and further keywords of `effects_of`."""
+        raise NotImplementedError
+
+    def effect_arguments(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
+        """Return what effects follow from, as arguments of `physics.effects.effects_of`."""
+        values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
+        span, keywords = self.effect_bounds()
+        return (values, largest_start(values, self.start.x0), self.start.v0, span), keywords
+
+    def called_effects(self) -> tuple[str, ...]:  # noqa: D102 - as BaseScene
+        if self.effects is not None:
+            return tuple(self.effects)
+        arguments, keywords = self.effect_arguments()
+        return names_of(effects_of(*arguments, **keywords))
+
+
+def check_effects(scene: ForcedScene) -> Iterator[Problem]:
+    """See that a scene does not leave out what its parameters have."""
+    if scene.effects is None or not scene.has_l():
+        return
+    arguments, keywords = scene.effect_arguments()
+    missing = contradiction(scene.effects, *arguments, **keywords)
+    if missing is not None:
+        yield Problem(("effects",), *missing)
+    for support in absent_supports(scene.effects):
+        name = f"R{support[-1]}"
+        if name in scene.exciter.given() or name in scene.grids():
+            key = "over" if name in scene.grids() else "exciter"
+            found = repr(scene.resolved_exciter()[name])
+            yield Problem((key, name), found, f"it with {support} among the effects only")

@@ -1,0 +1,150 @@
+"""Grids: the values a scene runs over, written as a range or one by one."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
+
+from vibropipe.scenes.keys.values import Number, Within, refuse
+
+MAX_ROWS = 10**8
+A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
+
+
+class Keys(BaseModel):
+    """A mapping of a study: it knows its keys and takes no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _increasing(values: list[float]) -> list[float]:
+    if not values:
+        refuse("at least one number")
+    for before, after in itertools.pairwise(values):
+        if not before < after:
+            refuse(
+                "increasing numbers, each once", f"{after!r} after {before!r}", comma_hint(values)
+            )
+    return values
+
+
+def comma_hint(values: list[float]) -> str:
+    """Return the hint for a refused list such as [0,5, 1,5], which YAML reads as four numbers."""
+    pairs = len(values) % 2 == 0 and all(value == abs(int(value)) for value in values)
+    return f"if {values[0]:g}.{values[1]:g} is meant, write it with a point" if pairs else ""
+
+
+class ValueGrid(Keys):
+    """The values themselves, increasing."""
+
+    values: Annotated[list[Number], AfterValidator(_increasing)] = Field(
+        description="The values, increasing, each once."
+    )
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return len(self.values)
+
+    @property
+    def low(self) -> float:
+        """The first and smallest value."""
+        return self.values[0]
+
+    @property
+    def high(self) -> float:
+        """The last and largest value."""
+        return self.values[-1]
+
+    def array(self) -> NDArray[np.float64]:
+        """Return the values, shape (size,)."""
+        return np.array(self.values, dtype=np.float64)
+
+
+class RangeGrid(Keys):
+    """`points` values from `start` to `stop`, both included; equally spaced as asked."""
+
+    start: Number = Field(description="First value.")
+    stop: Number = Field(description="Last value, included, above start.")
+    points: Annotated[int, Within(2, MAX_ROWS, whole=True)] = Field(
+        description="How many values, both ends included."
+    )
+    spacing: Literal["linear", "log"] = Field(
+        default="linear",
+        description="Equal steps of the value, or of its logarithm (start above 0).",
+    )
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if not self.start < self.stop:
+            found = f"start {self.start!r}, stop {self.stop!r}"
+            refuse("a start below the stop", found)
+        if self.spacing == "log" and self.start <= 0:
+            refuse("a start above 0 for log spacing", f"start {self.start!r}")
+        largest = max(abs(self.start), abs(self.stop))
+        width = self.stop - self.start
+        if self.spacing == "log":
+            width = float(np.log(self.stop) - np.log(self.start)) * self.start
+            largest = self.start
+        # A step below a few spacings of floating-point numbers would repeat values.
+        if not np.isfinite(width) or width / (self.points - 1) < 8 * np.spacing(largest):
+            found = f"{self.points} points from {self.start!r} to {self.stop!r}"
+            refuse("points that floating-point numbers can tell apart", found)
+        return self
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return self.points
+
+    @property
+    def low(self) -> float:
+        """The first and smallest value."""
+        return self.start
+
+    @property
+    def high(self) -> float:
+        """The last and largest value."""
+        return self.stop
+
+    def array(self) -> NDArray[np.float64]:
+        """Return the values, shape (size,); both ends are exact."""
+        spaced = np.linspace if self.spacing == "linear" else np.geomspace
+        return np.asarray(spaced(self.start, self.stop, self.points), dtype=np.float64)
+
+
+def _form(value: Any) -> str | None:
+    if isinstance(value, ValueGrid) or (isinstance(value, dict) and "values" in value):
+        return "<values>"
+    if isinstance(value, (dict, RangeGrid)):
+        return "<range>"
+    return "<list>" if isinstance(value, list) else None
+
+
+_LIST_SCHEMA = {"type": "array", "items": {"type": "number"}, "minItems": 1, "title": "values"}
+
+Grid = Annotated[
+    Annotated[ValueGrid, Tag("<values>")]
+    | Annotated[RangeGrid, Tag("<range>")]
+    | Annotated[
+        ValueGrid,
+        BeforeValidator(lambda values: {"values": values}),
+        WithJsonSchema(_LIST_SCHEMA),
+        Tag("<list>"),
+    ],
+    Discriminator(_form),
+]

@@ -1,0 +1,83 @@
+"""Motions that a scene is a set of, each with its own exciter and start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from vibropipe.physics.effects import NAMES
+from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.limits import MAX_TAU
+from vibropipe.scenes.keys.base import BaseScene, resolved_start
+from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.parts import ExciterKeys, Start
+from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.values import Within
+
+
+class MotionKeys(Keys):
+    """One motion of a set."""
+
+    exciter: ExciterKeys = Field(
+        default_factory=ExciterKeys, description="Parameters that differ from the scene's."
+    )
+    start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
+    periods: Annotated[int, Within(1, 10**6, whole=True)] = Field(
+        default=20, description="How long it is, in forcing periods."
+    )
+
+
+class SetOfMotions(BaseScene):
+    """A scene whose exciters stand with its motions."""
+
+    if TYPE_CHECKING:  # a key that each kind describes in its own words
+        motions: Mapping[str, MotionKeys]
+
+    def exciter_of(self, motion: str) -> dict[str, float]:
+        """Return the parameters of one motion: its own, else the scene's, else the study's."""
+        return {**self.resolved_exciter(), **self.motions[motion].exciter.given()}
+
+    def starts(self) -> dict[str, tuple[Exciter, float, float, int]]:
+        """Return exciter, x0, v0 and forcing periods of each motion."""
+        return {
+            name: (exciter, *exciter.check_start(of.start.x0, of.start.v0), of.periods)
+            for name, of in self.motions.items()
+            for exciter in [Exciter(**self.exciter_of(name))]
+        }
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return all effects: the motions are there to compare them."""
+        return NAMES
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        keys = super().data_keys()
+        for name, motion in keys["motions"].items():
+            motion["start"] = resolved_start(motion["start"], self.exciter_of(name))
+        return keys
+
+
+def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
+    """See that each motion has supports with room between them, a start in that room, and an end."""
+    shared = scene.given_exciter()
+    for name, motion in scene.motions.items():
+        path = ("motions", name)
+        if "l" not in shared and "l" not in motion.exciter.given():
+            hint = "in the motion, in the scene or in the study's exciter"
+            yield Problem((*path, "exciter", "l"), "nothing", ALLOWED["l"], hint)
+            continue
+        try:
+            exciter = Exciter(**scene.exciter_of(name))
+        except ParameterError as error:
+            found, _, allowed = str(error).partition("allowed is ")
+            yield Problem((*path, "exciter", "l"), found.rstrip(" :;"), allowed)
+            continue
+        try:
+            exciter.check_start(motion.start.x0, motion.start.v0)
+        except ParameterError:
+            words = f"a number from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
+            yield Problem((*path, "start", "x0"), repr(motion.start.x0), words)
+        if motion.periods * exciter.period > MAX_TAU:
+            found = f"a motion until tau = {motion.periods * exciter.period:g}"
+            yield Problem((*path, "periods"), found, f"at most tau = {MAX_TAU:g}")

@@ -1,0 +1,96 @@
+"""The mappings that scenes are made of: exciter, start, follow, solver, figure.
+
+Every key has a description: the JSON schema and the table of keys are made from these classes.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
+from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.spelling import PARAMETERS, latin
+from vibropipe.scenes.keys.values import Number, Parameter, Within
+
+ParameterName = Annotated[Literal["nu", "f", "h", "l", "delta", "R1", "R2"], BeforeValidator(latin)]
+
+
+class ExciterKeys(Keys):
+    """Parameters of the exciter; one left out takes the shared value, else the effect is absent."""
+
+    nu: Annotated[float | None, Parameter("nu")] = Field(
+        default=None, description="Frequency of excitation over the eigenfrequency (1)."
+    )
+    f: Annotated[float | None, Parameter("f")] = Field(
+        default=None, description="Amplitude of excitation (0)."
+    )
+    h: Annotated[float | None, Parameter("h")] = Field(
+        default=None, description="Viscous damping (0)."
+    )
+    l: Annotated[float | None, Parameter("l")] = Field(  # noqa: E741 - the paper's symbol
+        default=None, description="Half the distance between the supports; always needed."
+    )
+    delta: Annotated[float | None, Parameter("delta")] = Field(
+        default=None,
+        description="Offset: support 1 is at l + delta, support 2 at -(l - delta) (0).",
+    )
+    R1: Annotated[float | None, Parameter("R1")] = Field(
+        default=None, description="Restitution of support 1 (1)."
+    )
+    R2: Annotated[float | None, Parameter("R2")] = Field(
+        default=None, description="Restitution of support 2 (1)."
+    )
+
+    def given(self) -> dict[str, float]:
+        """Return the parameters that are written down here."""
+        return {name: getattr(self, name) for name in PARAMETERS if name in self.model_fields_set}
+
+
+class Start(Keys):
+    """Where a motion begins."""
+
+    x0: Annotated[float | None, Within()] = Field(
+        default=None,
+        description="Displacement at the start, within the supports; left out, the equilibrium or, where that lies "
+        "beyond, the support nearest to it.",
+    )
+    v0: Number = Field(default=0.0, description="Velocity at the start.")
+
+
+class Follow(Keys):
+    """Each row is started from the steady state of its neighbour."""
+
+    along: ParameterName = Field(description="The swept parameter that is followed.")
+    direction: Literal["up", "down"] = Field(description="From its smallest value up, or down.")
+
+
+class Solver(Keys):
+    """How a motion is computed: a method with its step, or the accuracy that is wanted."""
+
+    method: Literal["exact", "newmark"] = Field(
+        default="exact", description="The closed-form flow, or constant average acceleration."
+    )
+    steps_per_period: Annotated[int | None, Within(*STEPS_PER_PERIOD, whole=True)] = Field(
+        default=None, description="Steps of newmark in a forcing period; needed by newmark only."
+    )
+    accuracy: Annotated[float | None, Within(*ACCURACY)] = Field(
+        default=None, description="Error allowed; method and step are then chosen. Stands alone."
+    )
+
+    def arguments(self) -> dict[str, Any]:
+        """Return what was chosen as keyword arguments of `vibropipe.simulate`."""
+        if "accuracy" in self.model_fields_set:
+            return {"accuracy": self.accuracy}
+        if self.method == "exact":
+            return {"method": "exact"}
+        return {"method": "newmark", "steps_per_period": self.steps_per_period}
+
+
+class FigureOptions(Keys):
+    """What the pictures of a scene show beyond its data; a kind of scene may have its own."""
+
+    def chosen(self) -> tuple[str, ...]:
+        """Return the names of the pictures that were chosen; none for the one that fits the data."""
+        return ()

@@ -1,0 +1,63 @@
+"""The words of a study: Greek spellings of keys, letters that only look right, the nearest word."""
+
+from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable
+from typing import Any
+
+PARAMETERS = ("nu", "f", "h", "l", "delta", "R1", "R2")
+
+GREEK = {"nu": "ν", "delta": "δ", "tau": "τ", "R1": "R₁", "R2": "R₂"}
+_TO_LATIN = str.maketrans({"ν": "nu", "δ": "delta", "τ": "tau", "₁": "1", "₂": "2"})
+
+# Letters a keyboard or a PDF hands over in place of the right ones; used for hints, never taken.
+_LOOK_ALIKE = str.maketrans(
+    {"а": "a", "е": "e", "о": "o", "р": "p", "с": "c", "т": "t", "у": "y", "х": "x", "і": "i"}
+    | {"һ": "h", "н": "h", "ӏ": "l", "ѕ": "s", "м": "m", "к": "k", "ο": "o", "ι": "i", "α": "a"}
+    | {"ѵ": "nu", "ʋ": "nu", "υ": "nu", "Ν": "nu", "ƒ": "f", "ғ": "f", "Ƒ": "f"}
+    | {"∂": "delta", "ẟ": "delta", "Δ": "delta", "∆": "delta", "ð": "delta", "Τ": "tau"}
+)
+_SLIPS = {"v": "nu", "I": "l", "1": "l", "d": "delta", "omega": "nu", "ω": "nu"}
+
+
+# Names that keys once had.
+OLD_KEYS = {"beside": "backbone"}
+
+
+def latin(key: Any) -> Any:
+    """Return a key with `ν δ τ ₁ ₂` spelled out, by its name of today; what is not text comes back as it is."""
+    if not isinstance(key, str):
+        return key
+    spelled = key.translate(_TO_LATIN)
+    return OLD_KEYS.get(spelled, spelled)
+
+
+def greek(key: str) -> str:
+    """Return the Greek spelling of a key that `latin` takes back, or the key itself."""
+    for word, letter in GREEK.items():
+        if key == word or (word in ("tau", "delta") and key.startswith(f"{word}_")):
+            return letter + key[len(word) :]
+    return key
+
+
+def _skeleton(word: str) -> str:
+    return latin(unicodedata.normalize("NFKC", word)).translate(_LOOK_ALIKE)
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the entry of `known` that `word` was most likely meant to be, or None."""
+    choices = list(known)
+    plain = _skeleton(word[:80])
+    for guess in (plain, _SLIPS.get(plain), plain.upper(), plain.lower()):
+        if guess in choices:
+            return guess
+    lowered = {choice.lower(): choice for choice in choices}
+    close = difflib.get_close_matches(plain.lower(), lowered, n=1)
+    return lowered[close[0]] if close else None
+
+
+def only_looks_right(word: str, near: str) -> bool:
+    """Tell whether `word` is `near` but for letters of another alphabet."""
+    return not word.isascii() and _skeleton(word) == near

@@ -1,0 +1,236 @@
+"""The values a study's keys take: numbers in a range, counts, text, names, exciter parameters.
+
+Each is a small annotation that checks, words what is allowed for messages and the table of keys,
+and writes its piece of the JSON schema: one place per rule.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Annotated, Any, NoReturn
+
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+
+REFUSED = "refused"
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)
+
+
+class Quoted(str):
+    """The text of a number that stands in quotes: a title may be that, a number may not."""
+
+
+def refuse(allowed: str, found: str | None = None, hint: str = "") -> NoReturn:
+    """Refuse a value from within a validator; `found` is described from the value when left out."""
+    raise PydanticCustomError(
+        REFUSED, "{allowed}", {"allowed": allowed, "found": found or "", "hint": hint}
+    )
+
+
+class Rule(ABC):
+    """An annotation that replaces pydantic's own reading of a value."""
+
+    @property
+    @abstractmethod
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+
+    @property
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """The rule as JSON schema."""
+
+    @abstractmethod
+    def take(self, value: Any) -> Any:
+        """Return the value as the study keeps it, or refuse it."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.take)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return dict(self.schema)
+
+
+def as_number(value: Any) -> float | None:
+    """Return a number, or text that spells one (`1e-3`), as a float; None for anything else.
+
+    Other readers of YAML take `1e-3` for text; what stands in quotes is text by intention.
+    """
+    if isinstance(value, Quoted):
+        return None
+    if isinstance(value, str):
+        return float(value) + 0.0 if NUMBER.fullmatch(value) else None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    try:
+        return (
+            float(value) + 0.0
+        )  # -0.0 becomes 0.0: the same number must give the same fingerprint
+    except OverflowError:
+        return math.inf
+
+
+def number_hint(value: Any) -> str:
+    """Return how text that is no number was meant to be written, or an empty text."""
+    if isinstance(value, Quoted):
+        return f"a number stands without quotes: write {value}"
+    if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
+        return f"write {pointed}, with a point"
+    return ""
+
+
+@dataclass(frozen=True)
+class Within(Rule):
+    """A finite number from `low` to `high`; without the low end itself if `above`."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    above: bool = False
+    whole: bool = False
+
+    @property
+    def allowed(self) -> str:  # noqa: D102 - the contract stands in Rule
+        kind = "a whole number" if self.whole else "a finite number"
+        if math.isinf(self.low):
+            return kind
+        low, high = (
+            f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
+        )
+        return f"{kind} above {low} up to {high}" if self.above else f"{kind} from {low} to {high}"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        schema: dict[str, Any] = {"type": "integer" if self.whole else "number"}
+        if math.isfinite(self.low):
+            schema["exclusiveMinimum" if self.above else "minimum"] = self.low
+        if math.isfinite(self.high):
+            schema["maximum"] = self.high
+        return schema
+
+    def take(self, value: Any) -> float | int:  # noqa: D102
+        number = as_number(value)
+        if number is None:
+            refuse(self.allowed, hint=number_hint(value))
+        if not math.isfinite(number) or not self.low <= number <= self.high:
+            refuse(self.allowed)
+        if (self.above and number == self.low) or (self.whole and number != math.floor(number)):
+            refuse(self.allowed)
+        return int(number) if self.whole else number
+
+
+_PARAMETER_SCHEMA: dict[str, dict[str, Any]] = {
+    "nu": {"exclusiveMinimum": 0},
+    "h": {"minimum": 0},
+    "l": {"exclusiveMinimum": 0},
+    "R1": {"minimum": 0, "maximum": 1},
+    "R2": {"minimum": 0, "maximum": 1},
+}
+
+
+@dataclass(frozen=True)
+class Parameter(Rule):
+    """One parameter of the exciter; the exciter itself is asked whether it takes the value."""
+
+    name: str
+
+    @property
+    def allowed(self) -> str:  # noqa: D102
+        return ALLOWED[self.name]
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"type": "number", **_PARAMETER_SCHEMA.get(self.name, {})}
+
+    def take(self, value: Any) -> float:  # noqa: D102
+        number = as_number(value)
+        if number is None:
+            refuse(self.allowed, hint=number_hint(value))
+        if not takes(self.name, number):
+            refuse(self.allowed)
+        return number
+
+
+def takes(name: str, value: float) -> bool:
+    """Tell whether an exciter takes `value` for its parameter `name`, whatever the others are."""
+    # Supports far enough apart for any offset, so that this one parameter alone is judged.
+    others = {"l": max(1.0, abs(value))} if name == "delta" and math.isfinite(value) else {"l": 1.0}
+    try:
+        Exciter(**{**others, name: value})
+    except ParameterError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Words(Rule):
+    """Text for people: without control characters, at most `longest` characters."""
+
+    longest: int
+    one_line: bool = True
+
+    @property
+    def allowed(self) -> str:  # noqa: D102
+        line = "one line of text" if self.one_line else "text"
+        return f"{line}, at most {self.longest} characters"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"type": "string", "minLength": 1, "maxLength": self.longest}
+
+    def take(self, value: Any) -> str:  # noqa: D102
+        if not isinstance(value, str):
+            refuse(
+                self.allowed, hint="put it in quotes if text is meant" if value is not None else ""
+            )
+        text = value.strip()
+        if not text or len(text) > self.longest:
+            refuse(self.allowed, f"{len(text)} characters")
+        for letter in text:
+            newline = letter == "\n" and not self.one_line
+            if unicodedata.category(letter) in ("Cc", "Cs", "Cn", "Co", "Zl", "Zp") and not newline:
+                refuse(self.allowed, f"the character U+{ord(letter):04X}", "it cannot be printed")
+        return text
+
+
+@dataclass(frozen=True)
+class NameRule(Rule):
+    """A name that becomes a part of file names."""
+
+    @property
+    def allowed(self) -> str:  # noqa: D102
+        return "a name of a-z, 0-9 and _ that begins with a letter, at most 64 long"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"type": "string", "pattern": f"^{NAME.pattern}$"}
+
+    def take(self, value: Any) -> str:  # noqa: D102
+        if not isinstance(value, str) or not NAME.fullmatch(value):
+            # a file where a name is asked for, or a capital letter
+            stem = PurePath(value).stem.lower() if isinstance(value, str) else ""
+            refuse(self.allowed, hint=f"did you mean {stem!r}?" if NAME.fullmatch(stem) else "")
+        return value
+
+
+def _written(value: Any) -> Any:
+    if value is None:
+        refuse("a value, or the key left out")
+    return value
+
+
+# A key with an empty value is a slip of the pen, not a way to say "default".
+Written = BeforeValidator(_written)
+Number = Annotated[float, Within()]
+Name = Annotated[str, NameRule()]

@@ -1,0 +1,6 @@
+"""One motion from a given start, and the orbit that it settles on."""
+
+from vibropipe.scenes.kind import Kind
+from vibropipe.scenes.motion.keys import CHECKS, MotionScene
+
+KIND = Kind(__name__, MotionScene, CHECKS, unit="periods")

@@ -1,0 +1,114 @@
+"""The keys of a motion scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
+
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD
+from vibropipe.scenes.keys.base import Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.checks import (
+    EFFECTS,
+    EXCITER,
+    EXCITER_CHECK,
+    SOLVER,
+    SUPPORTS,
+    Check,
+    check_start,
+)
+from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffects
+from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
+from vibropipe.scenes.keys.problems import Path, Problem
+from vibropipe.scenes.keys.values import Within
+
+# Outputs that tell of the orbit that the motion settles on.
+STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
+
+
+class MotionFigure(FigureOptions):
+    """What the pictures of a motion show."""
+
+    pictures: Annotated[list[Literal["panels", "impacts"]], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Pictures: curves over tau, or impact velocities over tau; left out, the one that fits.",
+    )
+    show: Annotated[
+        list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
+    ] = Field(default=[], description="Panels of the curves; left out, all that differ from zero.")
+    periods: Annotated[float | None, Within(0, 10**6, above=True)] = Field(
+        default=None, description="Forcing periods drawn, from the end of the record (all of it)."
+    )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
+
+
+class MotionScene(ForcedScene):
+    """One motion from a given start."""
+
+    kind: Literal["motion"] = Field(description="One motion from a given start.")
+    figure: MotionFigure = Field(
+        default_factory=MotionFigure,
+        description="Options of the pictures; no data depends on them.",
+    )
+    tau_end: Annotated[float, Within(0, MAX_TAU, above=True)] = Field(
+        default=60.0, description="How long the recorded motion is, after the settling."
+    )
+    settle_periods: Annotated[int, Within(0, 10**9, whole=True)] = Field(
+        default=0, description="Forcing periods run before the record begins; tau is counted on."
+    )
+    start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
+    solver: Solver = Field(default_factory=Solver, description="How it is computed.")
+    samples_per_period: Annotated[int, Within(*SAMPLES_PER_PERIOD, whole=True)] = Field(
+        default=256, description="Recorded samples in a forcing period; 0 records no motion."
+    )
+    harmonics: Harmonics = Field(
+        default=6, description="How many harmonics, where they are asked for."
+    )
+    outputs: Outputs = Field(
+        default=["motion", "impacts"], description="What is computed and stored, nothing else."
+    )
+    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
+
+    def tau_span(self) -> tuple[float, float]:
+        """Return tau at the beginning and at the end of the record."""
+        begin = self.settle_periods * (2 * math.pi / self.resolved_exciter()["nu"])
+        return begin, begin + self.tau_end
+
+    def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene
+        # the steady state of a motion is found beyond its end
+        span = math.inf if STEADY_OUTPUTS & set(self.outputs) else self.tau_span()[1]
+        return span, {"exact": self.solver.arguments().get("method") == "exact"}
+
+
+def _length(scene: MotionScene) -> Iterator[Problem]:
+    """See that a motion ends within bounded work and memory."""
+    begin, end = scene.tau_span()
+    period = 2 * math.pi / scene.resolved_exciter()["nu"]
+    if end > MAX_TAU:
+        path: Path = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
+        yield Problem(path, f"a motion until tau = {end:g}", f"at most tau = {MAX_TAU:g}")
+        return
+    samples = scene.tau_end / period * scene.samples_per_period
+    if samples > MAX_SAMPLES:
+        allowed = f"at most {MAX_SAMPLES:g} samples in a record"
+        yield Problem(("samples_per_period",), f"{samples:.3g} samples", allowed)
+    steps = end / period * (scene.solver.steps_per_period or 0)
+    if steps > MAX_MARCH_STEPS:
+        allowed = f"at most {MAX_MARCH_STEPS:g} steps"
+        yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", allowed)
+
+
+CHECKS = (
+    EXCITER_CHECK,
+    Check((*SUPPORTS, ("start", "x0")), check_start),
+    SOLVER,
+    Check(
+        (*EXCITER, ("tau_end",), ("settle_periods",), ("samples_per_period",), ("solver",)),
+        _length,
+    ),
+    Check((*EFFECTS.reads, ("tau_end",), ("settle_periods",)), EFFECTS.problems),
+)

@@ -1,0 +1,245 @@
+"""One motion against time: force, displacement and velocity in panels that share tau.
+
+Paper figures 4 and 7 (no force), 6 and 9 to 12.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from vibropipe.figures.style import (
+    BLACK,
+    EXACT_COLOUR,
+    GREY,
+    NEUTRAL,
+    PURPLE,
+    REST_COLOUR,
+    SMALL_FONT_SIZE,
+    SUPPORT_COLOURS,
+    SUPPORT_MARKERS,
+    legend,
+    new_figure,
+)
+from vibropipe.figures.text import parameter_line
+from vibropipe.scenes.motion.curves import Floats, curve, jumps, supports
+from vibropipe.words.vocabulary import label
+
+PANEL_HEIGHT_CM = 3.1
+FORCE_HEIGHT_CM = 1.9
+WALL_SHARE = 0.13  # of the height of the displacement panel, on each side
+FAR_SUPPORT = 3.0  # a support this many times farther than the motion reaches is not drawn
+MANY_IMPACTS = 80  # markers shrink beyond this
+
+
+def draw_motion(
+    dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
+) -> Figure:
+    """Draw one motion (`vp.simulate`) over tau.
+
+    show: which of the panels force, displacement, velocity; all if empty, but for the force of a motion without
+    forcing. periods: forcing periods shown, from the end of the record; None shows all.
+    """
+    view = window(dataset, periods)
+    forced = float(dataset["f"]) != 0.0
+    names = [name for name in ("force", "displacement", "velocity") if name in show]
+    names = names or [*(["force"] if forced else []), "displacement", "velocity"]
+    heights = [FORCE_HEIGHT_CM if name == "force" else PANEL_HEIGHT_CM for name in names]
+    figure = new_figure(sum(heights) + 2.2)
+    axes = figure.subplots(len(names), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    panels = dict(zip(names, axes, strict=True))
+    for name, ax in panels.items():
+        ax.set_ylabel(label(name))
+        ax.axhline(0.0, color=NEUTRAL, linewidth=0.6, zorder=0)
+    if "force" in panels:
+        panels["force"].plot(dataset["tau"], dataset["force"], color=BLACK)
+    if "displacement" in panels:
+        draw_displacement(panels["displacement"], dataset, view)
+        shade_rests(panels["displacement"], dataset, view)
+    if "velocity" in panels:
+        draw_velocity(panels["velocity"], dataset, view)
+        shade_rests(panels["velocity"], dataset, view)
+    axes[-1].set_xlabel(label("tau"))
+    axes[-1].set_xlim(view)
+    figure.align_ylabels(axes)
+    figure.suptitle(parameter_line(dataset, leave_out=() if forced else ("nu",)))
+    legend(figure, legend_handles(dataset, view), "lower")
+    return figure
+
+
+def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
+    """Return the first and last tau to show: all, or the last ``periods`` forcing periods."""
+    first, last = float(dataset["tau"][0]), float(dataset["tau"][-1])
+    if periods is None:
+        return first, last
+    return max(first, last - periods * 2.0 * math.pi / float(dataset["nu"])), last
+
+
+def events(
+    dataset: xr.Dataset, name: str, view: tuple[float, float]
+) -> dict[int, NDArray[np.intp]]:
+    """Return the positions of the ``name`` (impact, grazing) in view, of each support that has any."""
+    if f"{name}_tau" not in dataset:  # not asked for
+        return {}
+    tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
+    seen = (tau >= view[0]) & (tau <= view[1])
+    found = {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
+    return {support: positions for support, positions in found.items() if positions.size}
+
+
+def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw the exact motion as a wide pale line under the one asked for, where it is known."""
+    if f"{name}_exact" not in dataset:
+        return
+    values = dataset[f"{name}_exact"].values.copy()
+    tau = dataset["tau"].values
+    if name == "velocity" and "impact_tau" in dataset:
+        places = jumps(tau, values, dataset["impact_tau"].values)
+        tau, values = np.insert(tau, places, np.nan), np.insert(values, places, np.nan)
+    ax.plot(tau, values, color=EXACT_COLOUR, linewidth=4.0, solid_capstyle="round", zorder=1)
+
+
+def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Draw x with the supports, the impacts on them and the grazings."""
+    draw_exact(ax, dataset, "displacement")
+    ax.plot(*curve(dataset, "displacement"), color=BLACK, zorder=2)
+    where = supports(dataset)
+    reach = max(float(np.abs(dataset["displacement"]).max()), 1e-300)
+    near = {s: x for s, x in where.items() if abs(x) <= FAR_SUPPORT * reach}
+    bounds = [
+        *near.values(),
+        float(dataset["displacement"].min()),
+        float(dataset["displacement"].max()),
+    ]
+    margin = WALL_SHARE * (max(bounds) - min(bounds) or 1.0)
+    ax.set_ylim(min(bounds) - margin, max(bounds) + margin)
+    for support, x in near.items():
+        edge = ax.get_ylim()[1 if support == 1 else 0]
+        ax.axhspan(*sorted((x, edge)), facecolor=NEUTRAL, alpha=0.55, linewidth=0, zorder=0)
+        ax.axhline(x, color=GREY, linewidth=0.8, zorder=1)
+        ax.annotate(
+            f"support {support}",
+            (1.0, x),
+            xycoords=("axes fraction", "data"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=SMALL_FONT_SIZE,
+            color=GREY,
+        )
+    for support, found in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[found]
+        draw_impacts(ax, support, tau, np.full(tau.size, where[support]))
+    name_grazings(ax, dataset, view)
+
+
+def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
+    """Mark impacts on ``support`` at (tau, values)."""
+    ax.plot(
+        tau,
+        values,
+        linestyle="none",
+        marker=SUPPORT_MARKERS[support],
+        markersize=4.5 if tau.size <= MANY_IMPACTS else 2.5,
+        markerfacecolor=SUPPORT_COLOURS[support],
+        markeredgecolor="white",
+        markeredgewidth=0.4,
+        zorder=3,
+    )
+
+
+def name_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Ring each grazing and write the word at the first one on each support."""
+    for support, found in events(dataset, "grazing", view).items():
+        tau, x = dataset["grazing_tau"].values[found], supports(dataset)[support]
+        ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
+        # written outside the gap, where the motion never is
+        ax.annotate(
+            "grazing",
+            (tau[0], x),
+            xytext=(9, 3 if support == 1 else -3),
+            textcoords="offset points",
+            va="bottom" if support == 1 else "top",
+            color=PURPLE,
+            fontsize=SMALL_FONT_SIZE,
+        )
+
+
+GRAZING_STYLE: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 7.0,
+    "markerfacecolor": "none",
+    "markeredgecolor": PURPLE,
+    "markeredgewidth": 1.2,
+    "zorder": 4,
+}
+
+
+def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Draw x' in pieces; a dotted line joins the velocities before and after each impact."""
+    draw_exact(ax, dataset, "velocity")
+    ax.plot(*curve(dataset, "velocity"), color=BLACK, zorder=2)
+    for support, found in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[found]
+        before = dataset["impact_velocity"].values[found]
+        after = dataset["impact_velocity_after"].values[found]
+        ax.vlines(
+            tau, before, after, color=SUPPORT_COLOURS[support], linestyle=(0, (1, 1.5)), zorder=1
+        )
+        draw_impacts(ax, support, tau, before)
+
+
+def shade_rests(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Shade the time spent lying on a support; a rest without release runs to the end."""
+    if "rest_start" not in dataset:
+        return
+    for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True):
+        if start <= view[1] and end >= view[0]:
+            ax.axvspan(
+                max(start, view[0]),
+                min(end, view[1]),
+                color=REST_COLOUR,
+                alpha=0.45,
+                lw=0,
+                zorder=0,
+            )
+
+
+def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2D | Patch]:
+    """Return one entry for each kind of mark that the picture holds."""
+    method = str(dataset.attrs.get("method", "")).strip()
+    handles: list[Line2D | Patch] = []
+    if "displacement_exact" in dataset:
+        handles.append(Line2D([], [], color=BLACK, label=method or "motion"))
+        handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact motion"))
+    for support in events(dataset, "impact", view):
+        handles.append(
+            Line2D(
+                [],
+                [],
+                linestyle=(0, (1, 1.5)),
+                color=SUPPORT_COLOURS[support],
+                marker=SUPPORT_MARKERS[support],
+                label=f"impact on support {support}",
+            )
+        )
+    if events(dataset, "grazing", view):
+        handles.append(Line2D([], [], label="grazing: touch at zero velocity", **GRAZING_STYLE))
+    if "rest_start" in dataset and any(
+        start <= view[1] and end >= view[0]
+        for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True)
+    ):
+        handles.append(Patch(color=REST_COLOUR, alpha=0.45, linewidth=0, label="rest on a support"))
+    if not handles:
+        handles.append(Line2D([], [], color=BLACK, label="motion"))
+    return handles

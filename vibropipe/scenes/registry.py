@@ -1,0 +1,44 @@
+"""The kinds of scenes there are: a line for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from vibropipe.scenes import accuracy, backbone, effects, hard_cases, motion, sweep
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.kind import Kind
+
+_KINDS = {
+    kind.name: kind
+    for kind in (
+        motion.KIND,
+        sweep.KIND,
+        backbone.KIND,
+        hard_cases.KIND,
+        accuracy.KIND,
+        effects.KIND,
+    )
+}
+
+
+def kinds() -> dict[str, Kind]:
+    """Return all kinds by name, in the order of the documents."""
+    return dict(_KINDS)
+
+
+def kind_of(scene: BaseScene) -> Kind:
+    """Return the kind of a scene."""
+    return _KINDS[scene.kind]
+
+
+@contextmanager
+def registered(kind: Kind) -> Iterator[None]:
+    """Let a further kind of scene be known inside this."""
+    if kind.name in _KINDS:
+        raise ValueError(f"there is a kind {kind.name!r} already")
+    _KINDS[kind.name] = kind
+    try:
+        yield
+    finally:
+        del _KINDS[kind.name]

@@ -1,0 +1,70 @@
+"""A sweep cut: into shards that are solved apart and joined, and these into blocks by what memory holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibropipe.scenes.costs import PlanError
+from vibropipe.scenes.sweep.plan import block_rows, chain_length
+from vibropipe.scenes.sweep.solve import solve_in_blocks
+from vibropipe.store import join as join_rows
+from vibropipe.store import write_grid, write_rows
+from vibropipe.words.wording import count
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.kind import Progress
+    from vibropipe.scenes.sweep.keys import SweepScene
+
+
+def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
+    """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
+
+    Raises PlanError for a shard that does not exist or more shards than chains.
+    """
+    length = chain_length(scene)
+    chains = scene.row_count // length
+    if not 1 <= shards <= chains:
+        raise PlanError(f"{count(shards, 'shard')}: this scene can be cut into 1 to {chains}")
+    if not 1 <= shard <= shards:
+        raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
+    return (shard - 1) * chains // shards * length, shard * chains // shards * length
+
+
+def store(
+    scene: SweepScene,
+    path: Path,
+    attrs: Mapping[str, Any],
+    shard: tuple[int, int] | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Solve a sweep into the file `path` on its grid, or shard I of N over `row`, with these attributes.
+
+    Memory holds a block of rows, however many there are.
+    """
+    start, stop = (0, scene.row_count) if shard is None else row_range(scene, *shard)
+    with closing(solve_in_blocks(scene, start, stop, block_rows(scene), progress)) as solved:
+        blocks = (block.assign_attrs({**attrs, **block.attrs}) for block in solved)
+        if shard is not None:
+            write_rows(blocks, path, stop - start)
+        else:
+            followed = scene.follow_pair()
+            write_grid(blocks, path, scene.over_arrays(), followed[0] if followed else None)
+
+
+def join(
+    scene: SweepScene,
+    shards: Sequence[Path],
+    path: Path,
+    attrs: Mapping[str, Any],
+    progress: Progress | None = None,
+) -> None:
+    """Join all shards of a sweep, in any order, into the file `path`.
+
+    Raises StoreError when the shards are not those of this scene.
+    """
+    followed = scene.follow_pair()
+    dim = followed[0] if followed else None
+    join_rows(shards, path, scene.over_arrays(), dim, dict(attrs), progress)

@@ -1,0 +1,176 @@
+"""The keys of a sweep scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
+
+from vibropipe.physics.exciter import ALLOWED
+from vibropipe.physics.limits import PATIENCE
+from vibropipe.scenes.keys.base import BaseScene, Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.checks import (
+    EFFECTS,
+    EXCITER_CHECK,
+    SOLVER,
+    SUPPORTS,
+    Check,
+    check_rows,
+    check_start,
+)
+from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffects
+from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
+from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
+from vibropipe.scenes.keys.problems import Problem, did_you_mean
+from vibropipe.scenes.keys.values import NameRule, Within, Written, takes
+
+
+class SweepFigure(FigureOptions):
+    """What the pictures of a sweep show."""
+
+    pictures: Annotated[list[Literal["curves", "map"]], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Pictures: curves along the finest grid, or a map over two; left out, the one that fits.",
+    )
+    show: Annotated[
+        list[Literal["displacement_mean", "displacement_amplitude", "impact_velocity_max"]],
+        AfterValidator(each_once),
+    ] = Field(default=[], description="Quantities of the curves; left out, those that were asked.")
+    backbone: Annotated[str | None, NameRule()] = Field(
+        default=None,
+        description="Backbone scene over `amplitude` that is drawn under the curves (once `beside`).",
+    )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
+
+
+class SweepScene(ForcedScene):
+    """Steady states over every combination of some parameters."""
+
+    kind: Literal["sweep"] = Field(description="Steady states over some parameters.")
+    figure: SweepFigure = Field(
+        default_factory=SweepFigure,
+        description="Options of the pictures; no data depends on them.",
+    )
+    over: Annotated[dict[ParameterName, Grid], Field(min_length=1)] = Field(
+        description="Grid of each swept parameter; their order is the order of the dimensions."
+    )
+    start: Start = Field(
+        default_factory=Start, description="Start of every row; or else `follow`, never both."
+    )
+    follow: Annotated[Follow | None, Written] = Field(
+        default=None, description="Start each row from its neighbour."
+    )
+    harmonics: Harmonics = Field(default=3, description="How many harmonics.")
+    outputs: Outputs = Field(
+        default=["harmonics", "impacts", "stability"],
+        description="What is computed and stored, nothing else.",
+    )
+    solver: Solver = Field(
+        default_factory=Solver, description="Exact, or an accuracy, which exact meets."
+    )
+    patience: Annotated[int, Within(*PATIENCE, whole=True)] = Field(
+        default=300, description="Forcing periods after which a chaotic row is left as aperiodic."
+    )
+    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
+        return {str(name): grid for name, grid in self.over.items()}
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {
+            **super().resolved_exciter(),
+            **{name: grid.low for name, grid in self.over.items()},
+        }
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        values = self.resolved_exciter()
+        return {name: value for name, value in values.items() if name not in self.over}
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        keys = super().data_keys()
+        # their order is the order of the dimensions
+        return {**keys, "over": list(keys["over"].items())}
+
+    def follow_pair(self) -> tuple[str, str] | None:
+        """Return `follow` as `vibropipe.sweep` takes it: ("nu", "up"), or None."""
+        return (self.follow.along, self.follow.direction) if self.follow else None
+
+    def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene
+        return math.inf, {"followed": self.follow is not None}
+
+
+def _start(scene: SweepScene) -> Iterator[Problem]:
+    """See that the start lies between the supports of every row that begins there."""
+    follow, fixed = scene.follow, {}
+    if follow and follow.along in scene.over:
+        grid = scene.over[follow.along]
+        fixed = {str(follow.along): grid.low if follow.direction == "up" else grid.high}
+    yield from check_start(scene, fixed)
+
+
+def _swept(scene: SweepScene) -> Iterator[Problem]:
+    """See that swept values are allowed and that no parameter is both swept and set."""
+    for name, grid in scene.over.items():
+        for value in dict.fromkeys((grid.low, grid.high)):
+            if not takes(name, value):
+                hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
+                yield Problem(("over", name), repr(value), ALLOWED[name], hint)
+                break
+        if name in scene.exciter.given():
+            allowed = "it left out here, since it is swept"
+            yield Problem(("exciter", name), repr(scene.exciter.given()[name]), allowed)
+
+
+def _follow(scene: SweepScene) -> Iterator[Problem]:
+    if scene.follow is None:
+        return
+    if "start" in scene.model_fields_set:
+        yield Problem(("start",), "it beside follow", "either start or follow")
+    if scene.follow.along not in scene.over:
+        known = list(scene.over)
+        yield Problem(("follow", "along"), repr(scene.follow.along), " or ".join(known))
+
+
+def _solver(scene: SweepScene) -> Iterator[Problem]:
+    """See that steady states are found in closed form."""
+    given = scene.solver.model_fields_set
+    if scene.solver.method == "newmark" and "accuracy" not in given:
+        allowed = "exact (steady states are found in closed form) or an accuracy"
+        yield Problem(("solver", "method"), "'newmark'", allowed)
+    else:
+        yield from SOLVER.problems(scene)
+
+
+def _figure(scene: SweepScene) -> Iterator[Problem]:
+    if "map" in scene.figure.pictures and len(scene.over) < 2:
+        yield Problem(
+            ("figure", "pictures"), "a map of one swept parameter", "a map over two or more"
+        )
+
+
+CHECKS = (
+    EXCITER_CHECK,
+    Check((*SUPPORTS, ("start",), ("follow",)), _start),
+    Check((), _swept),
+    Check((("over",), ("follow",)), _follow),
+    Check((("over",),), lambda scene: check_rows(scene, ("over",))),
+    Check((("solver",),), _solver),
+    Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
+    Check((("figure",), ("over",)), _figure),
+)
+
+
+def check_backbone(
+    scene: SweepScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """See that the backbone drawn under a sweep is one over amplitude."""
+    wanted = scene.figure.backbone
+    fits = [name for name, other in scenes.items() if other.gives_backbone]
+    if wanted is not None and wanted not in (*fits, *broken):
+        allowed = f"a backbone scene over amplitude ({', '.join(fits) or 'the study has none'})"
+        hint = did_you_mean(wanted, fits)
+        yield Problem(("figure", "backbone"), repr(wanted), allowed, hint)

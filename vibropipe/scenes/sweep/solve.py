@@ -1,0 +1,57 @@
+"""A sweep: the steady states of its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.sweep import assemble, solve_blocks
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.kind import Progress
+    from vibropipe.scenes.sweep.keys import SweepScene
+
+
+def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
+    """Solve all rows of a sweep on its grid, in memory."""
+    rows = solve_rows(scene, 0, scene.row_count, progress)
+    return assemble([rows], scene.over_arrays(), scene.follow_pair())
+
+
+def solve_rows(
+    scene: SweepScene, start: int, stop: int, progress: Progress | None = None
+) -> xr.Dataset:
+    """Solve the rows [start, stop) of a sweep, over `row`; cuts fall between chains."""
+    (rows,) = solve_in_blocks(scene, start, stop, stop - start, progress)
+    return rows
+
+
+def solve_in_blocks(
+    scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None = None
+) -> Generator[xr.Dataset]:
+    """Solve the rows [start, stop) of a sweep in blocks over `row` of at least `size` rows."""
+    on_rows: Callable[[int], None] | None = None
+    if progress is not None:
+
+        def on_rows(done: int) -> None:
+            progress(done, stop - start)
+
+    return solve_blocks(
+        Exciter(**scene.resolved_exciter()),
+        scene.over_arrays(),
+        start,
+        stop,
+        size,
+        x0=scene.start.x0,
+        v0=scene.start.v0,
+        harmonics=scene.harmonics,
+        follow=scene.follow_pair(),
+        outputs=tuple(scene.outputs),
+        progress=on_rows,
+        accuracy=scene.solver.arguments().get("accuracy"),
+        effects=scene.called_effects(),
+        patience=scene.patience,
+    )

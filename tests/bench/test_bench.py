@@ -9,9 +9,9 @@ import pytest
 
 import vibropipe as vp
 from vibropipe import cli
-from vibropipe.bench import as_json, as_text, measure
 from vibropipe.bench.cases import by_the_book, in_lanes, one_motion, rows_near, swept
-from vibropipe.bench.measurement import Contestant, Item, Ready, Target
+from vibropipe.bench.formatting import as_json, as_text
+from vibropipe.bench.measurement import Contestant, Item, Ready, Target, measure
 from vibropipe.bench.textbook import textbook
 from vibropipe.lab import peers
 
@@ -85,7 +85,7 @@ def test_json_holds_every_round(item):
 
 def test_the_command_prints_the_table_or_json(item, monkeypatch, capsys):
     asked = []
-    monkeypatch.setattr("vibropipe.bench.items", lambda whole: asked.append(whole) or [item])
+    monkeypatch.setattr("vibropipe.bench.cases.items", lambda whole: asked.append(whole) or [item])
     for arguments in (["bench"], ["bench", "--whole", "--rounds", "2", "--json"]):
         with pytest.raises(SystemExit) as stopped:
             cli.main(arguments)

@@ -25,8 +25,8 @@ import json
 import numba
 import numpy as np
 from vibropipe.lab.simulate_rows import _drive
-from vibropipe.bench import measure
 from vibropipe.bench.cases import newmark
+from vibropipe.bench.measurement import measure
 from vibropipe.march.newmark_steps import SIZE, STRIDE, stride
 
 item = newmark()
@@ -81,5 +81,5 @@ def test_lanes_are_the_scalar_path_to_the_last_bit(without_avx512):
         "-q",
         "-p",
         "no:cacheprovider",
-        str(TESTS / "kernels" / "test_lanes.py"),
+        str(TESTS / "lab" / "test_lanes.py"),
     )

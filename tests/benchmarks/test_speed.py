@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from vibropipe.bench import items, measure
+from vibropipe.bench.cases import items
+from vibropipe.bench.measurement import measure
 
 pytestmark = pytest.mark.benchmark
 ROUNDS = 7

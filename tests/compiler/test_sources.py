@@ -42,6 +42,7 @@ MEASUREMENTS = {
     "lab/crude.py": {"accuracy", "effects"},
     "scenes/effects/solve.py": {"effects"},
     "scenes/motion/solve.py": {"motion"},
+    "lab/effect_bytes.py": {"effects"},
 }
 NEITHER = (
     "words/vocabulary.py",

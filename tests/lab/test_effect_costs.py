@@ -9,7 +9,8 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.lab import timing
-from vibropipe.lab.effect_costs import KERNELS, Trial, measure_effects, own_effects, works_of
+from vibropipe.lab.effect_costs import KERNELS, measure_effects
+from vibropipe.lab.effect_work import Trial, works_of
 from vibropipe.lab.timing import Timer, spent_on, take_turns
 from vibropipe.lab.work_precision_methods import March, Motion
 from vibropipe.march.grid import exact_grid
@@ -61,7 +62,7 @@ def test_a_timer_stops_when_all_it_may_spend_is_spent():
 @pytest.mark.parametrize("motion", [FULL, PLAIN, UNFORCED], ids=["full", "plain", "unforced"])
 def test_every_kernel_marches_the_same_contacts(motion):
     marches = []
-    for effects in (ALL_EFFECTS, own_effects(motion, False)):
+    for effects in (ALL_EFFECTS, Trial(motion).effects):
         march = March(motion, exact_grid(effects, motion.exciter.parameters()), effects)
         march.repeat(3)
         marches.append(march.log)
@@ -87,7 +88,7 @@ def measured():
         "row": Trial(PLAIN, row=True, outputs=("harmonics",)),
         "quiet": Trial(QUIET, row=True, outputs=("harmonics",), against="row"),
     }
-    return measure_effects(trials, FULL, lambda trial, motion: 8.0 + motion.periods, 9)
+    return measure_effects(trials, FULL, lambda motion, row, outputs: 8.0 + motion.periods, 9)
 
 
 def test_own_times_are_the_1_of_their_own_ratio(measured):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import llvmlite.binding as llvm
 import numba
@@ -12,10 +14,9 @@ import numpy as np
 
 from vibropipe.bench.measurement import Contestant, Item, Ready, Target
 from vibropipe.bench.textbook import textbook
-from vibropipe.lab import peers
-from vibropipe.lab import work_precision_methods as contestant
 from vibropipe.lab.simulate_rows import march_rows
-from vibropipe.lab.work_precision import Judge
+from vibropipe.lab.timing import repeated
+from vibropipe.lab.work_precision import Judge, build, enter
 from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import sweep
@@ -31,8 +32,6 @@ STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
 SWEEP_POINTS, EVERY = 400, 4
 PEER_PERIODS, PEER_MOTIONS = 100, 100
 
-Enter = Callable[[Motion], contestant.Contestant]
-
 
 def items(*, whole: bool = False) -> list[Item]:
     """Everything that `vibropipe bench` measures; whole: the sweep over all its points."""
@@ -43,34 +42,29 @@ def one_motion() -> Item:
     """A long motion that strikes both supports, its impacts recorded."""
     judge = Judge(Motion(FORCED, 0.0, 0.0, JUDGED_PERIODS))
 
-    def entry(name: str, package: str, enter: Enter, periods: int = PERIODS) -> Contestant:
-        return Contestant(name, lambda: ready(package, enter, periods, judge))
+    def entry(name: str, method: str, tolerance: float, periods: int = PERIODS) -> Contestant:
+        return Contestant(name, partial(ready, method, tolerance, periods, judge))
 
     return Item(
         "one motion, exact",
         "h = 0.1, nu = 1, f = 1, l = 1, R = 0.8 from rest, impacts recorded; error against 40 digits",
         "impact",
         [
-            entry("exact", "", contestant.exact),
-            entry("heyoka, 1e-15", "heyoka", lambda m: peers.heyoka_peer(m, 1e-15)),
-            entry(
-                "DOP853, 1e-12",
-                "DOP853",
-                lambda m: peers.scipy_peer(m, "DOP853", 1e-12),
-                FEW_PERIODS,
-            ),
+            entry("exact", "exact", math.nan),
+            entry("heyoka, 1e-15", "heyoka", 1e-15),
+            entry("DOP853, 1e-12", "DOP853", 1e-12, FEW_PERIODS),
         ],
         [Target("exact", "heyoka, 1e-15", 20), Target("exact", "DOP853, 1e-12", 10_000)],
     )
 
 
-def ready(package: str, enter: Enter, periods: int, judge: Judge) -> Ready | str:
+def ready(method: str, tolerance: float, periods: int, judge: Judge) -> Ready | str:
     """A method on the forced motion, with its error over the first periods; or why it does not enter."""
-    if package and not peers.is_installed(package):
+    judged = enter(method, tolerance, judge.motion)
+    entered = enter(method, tolerance, Motion(FORCED, 0.0, 0.0, periods))
+    if isinstance(judged, Outcome) or isinstance(entered, Outcome):
         return "not installed"
-    motion = Motion(FORCED, 0.0, 0.0, periods)
-    outcome, errors = judge.errors(enter(judge.motion).show())
-    entered = enter(motion)
+    outcome, errors = judge.errors(judged.show())
     shown = entered.show()
     worst = max(outcome, shown.outcome)
     if worst != Outcome.OK:
@@ -112,18 +106,13 @@ def in_lanes() -> Ready:
     """All rows in lanes, impacts recorded, on one thread."""
     parameters, starts = rows_near(), np.zeros((ROWS, 2))
     turns = np.full(ROWS, float(ROW_PERIODS))
-
-    def repeat(often: int) -> None:
-        with threads(1):
-            for _ in range(often):
-                march_rows(parameters, starts, turns, STEPS, 10**6)
-
-    return Ready(repeat, ROWS * ROW_PERIODS * STEPS)
+    march = partial(march_rows, parameters, starts, turns, STEPS, 10**6)
+    return Ready(threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
 
 
 def one_by_one() -> Ready:
     """One row by the scalar path that gives the same motion."""
-    entered = contestant.newmark(Motion(FORCED, 0.0, 0.0, ROW_PERIODS), STEPS)
+    entered = build("newmark", STEPS, Motion(FORCED, 0.0, 0.0, ROW_PERIODS))
     entered.show()
     return Ready(entered.repeat, ROW_PERIODS * STEPS)
 
@@ -131,12 +120,8 @@ def one_by_one() -> Ready:
 def by_the_book() -> Ready:
     """One row by the textbook loop."""
     p = FORCED.parameters()
-
-    def repeat(often: int) -> None:
-        for _ in range(often):
-            textbook((p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
-
-    return Ready(repeat, ROW_PERIODS * STEPS)
+    march = partial(textbook, (p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
+    return Ready(repeated(march), ROW_PERIODS * STEPS)
 
 
 def swept(*, whole: bool) -> Item:
@@ -146,18 +131,15 @@ def swept(*, whole: bool) -> Item:
     f = np.linspace(0.05, 2.0, SWEEP_POINTS)[every // 2 :: every]
 
     def steady() -> Ready:
-        def repeat(often: int) -> None:
-            with threads(2):
-                for _ in range(often):
-                    sweep(SWEPT, {"nu": nu, "f": f}, harmonics=3, outputs=("harmonics",))
-
-        return Ready(repeat, nu.size * f.size)
+        over = {"nu": nu, "f": f}
+        solve = partial(sweep, SWEPT, over, harmonics=3, outputs=("harmonics",))
+        return Ready(threads(2)(repeated(solve)), nu.size * f.size)
 
     def waits() -> Ready | str:
-        if not peers.is_installed("heyoka"):
+        entered = enter("heyoka", 1e-15, Motion(SWEPT, 0.0, 0.0, PEER_PERIODS))
+        if isinstance(entered, Outcome):
             return "not installed"
-        motion = peers.heyoka_peer(Motion(SWEPT, 0.0, 0.0, PEER_PERIODS), 1e-15)
-        return Ready(lambda often: motion.repeat(often * PEER_MOTIONS), PEER_MOTIONS)
+        return Ready(lambda often: entered.repeat(often * PEER_MOTIONS), PEER_MOTIONS)
 
     return Item(
         "sweep",

@@ -76,19 +76,19 @@ def whole(item: Item) -> dict[str, Any]:
             {
                 "name": one.name,
                 "why_not": one.why_not,
-                "nanoseconds": number(one.quartiles()[0]),
-                "quartiles": [number(q) for q in one.quartiles()[1:]],
+                "nanoseconds": numbers(one.quartiles())[0],
+                "quartiles": numbers(one.quartiles())[1:],
                 "rounds": one.times,
-                "error": number(one.error),
-                "first_call_seconds": number(one.first_seconds),
+                "error": numbers([one.error])[0],
+                "first_call_seconds": numbers([one.first_seconds])[0],
             }
             for one in item.contestants
         ],
         "targets": [
             {
                 **target._asdict(),
-                "ratio": number(item.ratios(target)[0]),
-                "ratio_quartiles": [number(q) for q in item.ratios(target)[1:]],
+                "ratio": numbers(item.ratios(target))[0],
+                "ratio_quartiles": numbers(item.ratios(target))[1:],
                 "reached": bool(item.ratios(target)[0] >= target.times),
             }
             for target in item.targets
@@ -96,6 +96,6 @@ def whole(item: Item) -> dict[str, Any]:
     }
 
 
-def number(value: float) -> float | None:
-    """A number, or None where there is none."""
-    return None if math.isnan(value) else value
+def numbers(values: Sequence[float]) -> list[float | None]:
+    """Numbers, and None where there is none."""
+    return [None if math.isnan(value) else value for value in values]

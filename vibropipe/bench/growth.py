@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -84,13 +85,13 @@ def measure_growth(
         solved = _solve_all(place, count, threads)
         joined, size = _apart(join_shards, place, count)
         copied = _apart(copy_file, place)
+        jobs = np.array(solved)  # (threads, shards, fields of Taken)
+        times = 1e3 * jobs.sum(axis=1) / count
         found = {
-            "time_per_point": [1e3 * sum(job.seconds for job in jobs) / count for jobs in solved],
-            "work_per_point": [1e3 * sum(job.work for job in jobs) / count for jobs in solved],
-            "storing_per_point": [
-                1e3 * sum(job.storing for job in jobs) / count for jobs in solved
-            ],
-            "solving_memory": max(job.memory for jobs in solved for job in jobs) / MB,
+            "time_per_point": times[:, 0],
+            "work_per_point": times[:, 1],
+            "storing_per_point": times[:, 3],
+            "solving_memory": jobs[..., 2].max() / MB,
             "joining_memory": joined.memory / MB,
             "query_memory": _apart(query, place).memory / MB,
             "joining_rate": size / joined.seconds / MB,
@@ -139,23 +140,18 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     # kernels and libraries are loaded before the clock starts
     store(sweep_of(4), path, {}, (1, 1))
     rounds = range(max(1, min(ROUNDS, ROWS_SOLVED // (stop - start))))
-    solving, storing = [], []
-    for _ in rounds:
-        begin, worked = time.perf_counter(), time.process_time()
+
+    def solve_all() -> None:
         for _block in solve_in_blocks(scene, start, stop, block_rows(scene)):
             pass
-        solving.append((time.perf_counter() - begin, time.process_time() - worked))
-    for _ in rounds:
-        begin = time.perf_counter()
-        if shards == 1:
-            store(scene, place / "whole.nc", {})
-        else:
-            store(scene, path, {}, (shard, shards))
-        storing.append(time.perf_counter() - begin)
+
+    solving = [_timed(solve_all) for _ in rounds]
+    target, cut = (place / "whole.nc", None) if shards == 1 else (path, (shard, shards))
+    storing = [_timed(partial(store, scene, target, {}, cut)).seconds for _ in rounds]
     memory = peak_memory()
     if shards == 1:
         store(scene, path, {}, (1, 1))
-    return Taken(*min(solving), memory, min(storing))
+    return min(solving)._replace(memory=memory, storing=min(storing))
 
 
 def join_shards(place: Path, points: int) -> tuple[Taken, int]:
@@ -165,36 +161,44 @@ def join_shards(place: Path, points: int) -> tuple[Taken, int]:
     from vibropipe.store import join
 
     target, dims = place / "joined" / f"{SCENE}.nc", sweep_of(points).over_arrays()
-    begin, worked = time.perf_counter(), time.process_time()
-    join(sorted((place / "shards").iterdir()), target, dims)
-    took = Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+    took = _timed(lambda: join(sorted((place / "shards").iterdir()), target, dims))
     return took, target.stat().st_size
 
 
 def copy_file(place: Path) -> Taken:
     """Copy the joined file, to the disk: what writing so many bytes takes at least."""
-    copy = place / "copy"
-    begin, worked = time.perf_counter(), time.process_time()
-    with (place / "joined" / f"{SCENE}.nc").open("rb") as source, copy.open("wb") as target:
-        shutil.copyfileobj(source, target, 1 << 20)
-        target.flush()
-        os.fsync(target.fileno())
-    return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+
+    def copy() -> None:
+        joined = place / "joined" / f"{SCENE}.nc"
+        with joined.open("rb") as source, (place / "copy").open("wb") as target:
+            shutil.copyfileobj(source, target, 1 << 20)
+            target.flush()
+            os.fsync(target.fileno())
+
+    return _timed(copy)
 
 
 def query(place: Path) -> Taken:
     """Ask the joined file for a slice, a largest value and where period doubling begins."""
     from vibropipe.store import open_study
 
+    def ask() -> None:
+        with open_study(place / "joined") as tree:
+            rows = tree[SCENE]
+            amplitude = rows["displacement_amplitude"].sel(f=1.0, method="nearest")
+            amplitude.sel(harmonic=1).max().compute()
+            struck_once = (rows["impacts_per_orbit"] == 1).all("support")
+            wanted = (rows["period_multiple"] == 1) & struck_once & (rows["stable"] == 1)
+            rows["impact_velocity_max"].max("support").where(wanted).max().compute()
+            rows["f"].where(rows["period_multiple"] == 2).min("f").compute()
+
+    return _timed(ask)
+
+
+def _timed(call: Callable[[], object]) -> Taken:
+    """Call a function; what this process needed for it."""
     begin, worked = time.perf_counter(), time.process_time()
-    with open_study(place / "joined") as tree:
-        rows = tree[SCENE]
-        rows["displacement_amplitude"].sel(f=1.0, method="nearest").sel(harmonic=1).max().compute()
-        symmetric = (rows["period_multiple"] == 1) & (rows["impacts_per_orbit"] == 1).all("support")
-        rows["impact_velocity_max"].max("support").where(
-            symmetric & (rows["stable"] == 1)
-        ).max().compute()
-        rows["f"].where(rows["period_multiple"] == 2).min("f").compute()
+    call()
     return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
 
 

@@ -8,11 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
-from vibropipe.lab.timing import Timer
-
-Repeat = Callable[[int], object]
+from vibropipe.lab.timing import Repeat, Timer, quartiles, take_turns
 
 
 class Ready(NamedTuple):
@@ -41,12 +37,9 @@ class Contestant:
         """Error against the twin; nan where none is asked."""
         return math.nan if self.ready is None else self.ready.error
 
-    def quartiles(self) -> tuple[float, float, float]:
+    def quartiles(self) -> list[float]:
         """Median and quartiles, in nanoseconds per unit; nan if it did not enter."""
-        if not self.times:
-            return (math.nan,) * 3
-        median, low, high = np.percentile(self.times, [50, 25, 75])
-        return float(median), float(low), float(high)
+        return quartiles(self.times)
 
 
 class Target(NamedTuple):
@@ -71,20 +64,17 @@ class Item:
         """The contestant of that name."""
         return next(one for one in self.contestants if one.name == name)
 
-    def ratios(self, target: Target) -> tuple[float, float, float]:
+    def ratios(self, target: Target) -> list[float]:
         """How many times cheaper: by medians, and the quartiles over rounds; nan without the peer."""
         ours, peer = self.find(target.ours), self.find(target.peer)
-        rounds = [b / a for a, b in zip(ours.times, peer.times, strict=False)]
-        if not rounds:
-            return (math.nan,) * 3
-        low, high = np.percentile(rounds, [25, 75])
-        return peer.quartiles()[0] / ours.quartiles()[0], float(low), float(high)
+        _, low, high = quartiles([b / a for a, b in zip(ours.times, peer.times, strict=False)])
+        return [peer.quartiles()[0] / ours.quartiles()[0], low, high]
 
 
 def measure(items: Sequence[Item], rounds: int) -> None:
     """Take so many times of every contestant that enters; the first call of each, which compiles or loads what
     it needs, is timed apart."""
-    timers: list[tuple[Contestant, Timer]] = []
+    timers = []
     for one in (one for item in items for one in item.contestants):
         begin = time.perf_counter()
         ready = one.build()
@@ -93,8 +83,6 @@ def measure(items: Sequence[Item], rounds: int) -> None:
             continue
         ready.repeat(1)
         one.ready, one.first_seconds = ready, time.perf_counter() - begin
-        timers.append((one, Timer(ready.repeat, ready.units, one.clock, math.inf)))
-    for _ in range(rounds):
-        for one, timer in timers:
-            timer.round()
-            one.times = timer.times
+        timers.append(Timer(ready.repeat, ready.units, one.clock, math.inf, is_warm=True))
+        one.times = timers[-1].times
+    take_turns(timers, rounds)

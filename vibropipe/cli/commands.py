@@ -267,7 +267,9 @@ def bench(
     json: Annotated[bool, typer.Option("--json", help="Print JSON with every time taken.")] = False,
 ) -> None:
     """Measure how fast this is, side by side with the peers that are installed."""
-    from vibropipe.bench import as_json, as_text, items, measure
+    from vibropipe.bench.cases import items
+    from vibropipe.bench.formatting import as_json, as_text
+    from vibropipe.bench.measurement import measure
 
     measured = items(whole=whole)
     measure(measured, rounds)

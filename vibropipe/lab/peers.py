@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
+from vibropipe.lab.timing import repeated
 from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown, failed
 from vibropipe.words.vocabulary import Outcome
 
@@ -62,12 +63,10 @@ class Recorder:
         self.left -= RESTART
         return -self.restitution[support] * velocity
 
-    def shown(
-        self, samples: Any, end: Any, work: tuple[float, float, float], *, timed: bool = False
-    ) -> Shown:
+    def shown(self, samples: Any, end: Any, work: tuple[float, float, float]) -> Shown:
         """What was found, with a fall through a support told."""
         tau, support, velocity = np.array(self.impacts or np.empty((0, 3))).T
-        x = np.append([] if timed else samples, end[0])
+        x = np.append(samples, end[0])
         if not np.isfinite([*x, end[1]]).all():
             return failed(Outcome.DID_NOT_END)
         depth = max(x.max() - self.bound[1], self.bound[2] - x.min())
@@ -84,11 +83,9 @@ def scipy_peer(motion: Motion, method: str, tolerance: float) -> Contestant:
         except WorkError:
             return failed(Outcome.DID_NOT_END)
 
-    def repeat(often: int) -> None:
-        for _ in range(often):
-            solve_by_scipy(motion, method, tolerance, timed=True)
-
-    return Contestant(show, repeat)
+    return Contestant(
+        show, repeated(partial(solve_by_scipy, motion, method, tolerance, timed=True))
+    )
 
 
 def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool = False) -> Shown:
@@ -112,7 +109,7 @@ def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool
     for gap in (gap_1, gap_2):
         gap.terminal, gap.direction = True, -1  # type: ignore[attr-defined]
     tau, state, times = 0.0, np.array([motion.x0, motion.v0]), last_period(motion)
-    samples, steps, evaluations = np.full(SAMPLES, np.nan), 0, 0
+    samples, steps, evaluations = np.full(0 if timed else SAMPLES, np.nan), 0, 0
     while tau < times[-1]:
         found = solve_ivp(
             equation, (tau, times[-1]), state, method, events=(gap_1, gap_2),
@@ -120,9 +117,9 @@ def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool
         )  # fmt: skip
         evaluations += found.nfev
         steps += len(found.t) - 1
-        if not timed and len(found.t) > 1:
-            among = (times[:-1] >= tau) & (times[:-1] <= found.t[-1])
-            samples[among] = found.sol(times[:-1][among])[0] if among.any() else np.nan
+        among = (times[:-1] >= tau) & (times[:-1] <= found.t[-1])
+        if not timed and len(found.t) > 1 and among.any():
+            samples[among] = found.sol(times[:-1][among])[0]
         tau, state = found.t[-1], found.y[:, -1]
         if found.status == -1:
             return failed(Outcome.DID_NOT_END)
@@ -130,7 +127,7 @@ def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool
             support = 1 if found.t_events[0].size else 2
             velocity = recorder.strike(tau, support, state[1])
             state = np.array([recorder.bound[support], velocity])
-    return recorder.shown(samples, state, (float(steps), float(evaluations), math.nan), timed=timed)
+    return recorder.shown(samples, state, (float(steps), float(evaluations), math.nan))
 
 
 @cache
@@ -147,12 +144,12 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
     """heyoka's Taylor integrator with an event at each support that resets the velocity."""
     import heyoka
 
-    e, holder = motion.exciter, [Recorder(motion)]
+    e, recorder = motion.exciter, Recorder(motion)
     x, v, acceleration = heyoka_equation()
 
     def strike(support: int) -> Any:
         def callback(integrator: Any, _sign: int) -> bool:
-            recorder, before = holder[0], float(integrator.state[1])
+            before = float(integrator.state[1])
             integrator.state[1] = recorder.strike(float(integrator.time), support, before)
             integrator.state[0] = recorder.bound[support]
             return recorder.may_go_on(0)
@@ -174,29 +171,30 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
     times = last_period(motion)
 
     def begin(*, bounded: bool = True) -> None:
-        holder[0] = Recorder(motion, bounded=bounded)
+        nonlocal recorder
+        recorder = Recorder(motion, bounded=bounded)
         integrator.time, integrator.state[:] = 0.0, (motion.x0, motion.v0)
         integrator.reset_cooldowns()
 
     def ahead(_integrator: Any) -> bool:
-        return holder[0].may_go_on()
+        return recorder.may_go_on()
 
     def show() -> Shown:
         begin()
-        ended = heyoka.taylor_outcome.time_limit
-        before = integrator.propagate_until(times[0], callback=ahead) if times[0] > 0 else None
-        if before is not None and before[0] != ended:
-            return failed(Outcome.DID_NOT_END)
+        ended, steps = heyoka.taylor_outcome.time_limit, 0
+        if times[0] > 0:
+            before = integrator.propagate_until(times[0], callback=ahead)
+            if before[0] != ended:
+                return failed(Outcome.DID_NOT_END)
+            steps = before[3]
         after = integrator.propagate_grid(times, callback=ahead)
         if after[0] != ended:
             return failed(Outcome.DID_NOT_END)
-        steps = after[3] + (before[3] if before is not None else 0)
-        states = after[-1]
-        return holder[0].shown(states[:-1, 0], states[-1], (float(steps), math.nan, math.nan))
+        states, work = after[-1], (float(steps + after[3]), math.nan, math.nan)
+        return recorder.shown(states[:-1, 0], states[-1], work)
 
-    def repeat(often: int) -> None:
-        for _ in range(often):
-            begin(bounded=False)
-            integrator.propagate_until(times[-1])
+    def once() -> None:
+        begin(bounded=False)
+        integrator.propagate_until(times[-1])
 
-    return Contestant(show, repeat)
+    return Contestant(show, repeated(once))

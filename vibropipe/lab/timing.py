@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +13,10 @@ import numpy as np
 SECONDS = 0.25
 SHORTEST = 2e-3
 
+Repeat = Callable[[int], object]
 
+
+@dataclass
 class Timer:
     """Times of one thing, a round at a time, in nanoseconds per unit.
 
@@ -20,17 +25,14 @@ class Timer:
     already, so that its first time counts.
     """
 
-    def __init__(
-        self,
-        repeat: Callable[[int], object],
-        units: float,
-        clock: Callable[[], float] = time.thread_time,
-        most: float = SECONDS,
-        is_warm: bool = False,
-    ) -> None:
-        self.repeat, self.units, self.times = repeat, units, list[float]()
-        self.often, self.spent, self.clock, self.most = 1, 0.0, clock, most
-        self.is_warm = is_warm
+    repeat: Repeat
+    units: float
+    clock: Callable[[], float] = time.thread_time
+    most: float = SECONDS
+    is_warm: bool = False
+    times: list[float] = field(default_factory=list)
+    often: int = 1
+    spent: float = 0.0
 
     def round(self) -> None:
         """Take one more time, unless all that may be spent has been."""
@@ -47,12 +49,28 @@ class Timer:
         self.times.append(taken / self.often / self.units * 1e9)
 
     def quartiles(self) -> list[float]:
-        """Median and quartiles."""
+        """Return median, lower and upper quartile of the times."""
         return quartiles(self.times)
+
+    def over(self, other: Timer) -> list[float]:
+        """Return these times as shares of another's, round by round."""
+        return [a / b for a, b in zip(self.times, other.times, strict=False)]
+
+
+def repeated(call: Callable[[], object]) -> Callable[[int], None]:
+    """Return what makes a call so many times in a row."""
+
+    def repeat(often: int) -> None:
+        for _ in range(often):
+            call()
+
+    return repeat
 
 
 def quartiles(values: Collection[float]) -> list[float]:
-    """Median, lower and upper quartile."""
+    """Return median, lower and upper quartile; nan where there are no values."""
+    if not values:
+        return [math.nan] * 3
     return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
 
 

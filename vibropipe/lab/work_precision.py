@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,7 +17,7 @@ import numpy as np
 from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab import peers
 from vibropipe.lab import work_precision_methods as contestant
-from vibropipe.lab.reference_solver import Truth, Twin, period_of
+from vibropipe.lab.reference_solver import Twin, period_of
 from vibropipe.lab.timing import Timer, take_turns
 from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown
 from vibropipe.solve.accuracy.motion_errors import partners
@@ -42,31 +41,26 @@ TIMES = ("time_per_period", "time_per_period_low", "time_per_period_high")
 class Entry(NamedTuple):
     """One place of the table: a method at one of its settings."""
 
-    method: int
+    method: str
     setting: int
     value: float
 
 
-@dataclass
 class Judge:
     """The truth of one motion, and the errors of others by it."""
 
-    motion: Motion
-
-    def __post_init__(self) -> None:
-        period = period_of(self.motion.exciter.nu)
-        times = [
-            period * (self.motion.periods - 1) + period * k / SAMPLES for k in range(SAMPLES + 1)
-        ]
-        self.truth: Truth = Twin(self.motion.exciter).run(self.motion.x0, self.motion.v0, times)
-        states = np.array(self.truth.states, dtype=float)
+    def __init__(self, motion: Motion) -> None:
+        self.motion, period = motion, period_of(motion.exciter.nu)
+        begin = period * (motion.periods - 1)
+        times = [begin + period * k / SAMPLES for k in range(SAMPLES + 1)]
+        truth = Twin(motion.exciter).run(motion.x0, motion.v0, times)
+        states = np.array(truth.states, dtype=float)
         self.samples, self.end = states[:-1, 0], states[-1]
-        impacts = np.array(self.truth.impacts, dtype=float).reshape(-1, 4)
+        impacts = np.array(truth.impacts, dtype=float).reshape(-1, 4)[:, :3]
         self.speed = max(np.abs(states[:, 1]).max(), np.abs(impacts[:, 2]).max(initial=0.0))
         self.size = np.abs(states[:, 0]).max()
-        self.tau, self.support, self.velocity = impacts[np.abs(impacts[:, 2]) > SLOW * self.speed][
-            :, :3
-        ].T
+        fast = np.abs(impacts[:, 2]) > SLOW * self.speed
+        self.tau, self.support, self.velocity = impacts[fast].T
 
     def errors(self, shown: Shown) -> tuple[Outcome, list[float]]:
         """Errors (ERRORS) of a method, relative to the largest displacement and velocity of the last period
@@ -92,51 +86,56 @@ def entries(
     methods: Sequence[str], steps: Sequence[int], tolerances: Sequence[float]
 ) -> list[Entry]:
     """All settings of all methods."""
-    listed = []
-    for m, method in enumerate(methods):
-        values: Sequence[float] = tolerances
-        if method in OWN:
-            values = [math.nan] if method == "exact" else steps
-        listed += [Entry(m, s, float(value)) for s, value in enumerate(values)]
-    return listed
+    settings = {"crude": steps, "newmark": steps, "exact": [math.nan]}
+    return [
+        Entry(method, place, float(value))
+        for method in methods
+        for place, value in enumerate(settings.get(method, tolerances))
+    ]
 
 
 def enter(method: str, value: float, motion: Motion) -> Contestant | Outcome:
     """A method at a setting on a motion, or why it does not enter."""
+    if method in OWN and value * motion.periods > MOST_STEPS:
+        return Outcome.NOT_TRIED
+    if method not in OWN and not peers.is_installed(method):
+        return Outcome.NOT_INSTALLED
+    return build(method, value, motion)
+
+
+def build(method: str, value: float, motion: Motion) -> Contestant:
+    """A method that is there, at a setting on a motion."""
     if method == "exact":
         return contestant.exact(motion)
     if method in OWN:
-        if value * motion.periods > MOST_STEPS:
-            return Outcome.NOT_TRIED
-        build = contestant.newmark if method == "newmark" else contestant.newmark_crude
-        return build(motion, int(value))
-    if not peers.is_installed(method):
-        return Outcome.NOT_INSTALLED
+        own = contestant.newmark if method == "newmark" else contestant.newmark_crude
+        return own(motion, int(value))
     if method == "heyoka":
         return peers.heyoka_peer(motion, value)
     return peers.scipy_peer(motion, method, value)
 
 
-def race(motion: Motion, listed: Sequence[tuple[str, Entry]], repeats: int) -> dict[Entry, Any]:
-    """Outcome, errors, work and times of each method on one motion."""
+def race(motion: Motion, listed: Sequence[Entry], repeats: int) -> dict[Entry, dict[str, float]]:
+    """Outcome, errors, work and times of each method on one motion, by the names of the dataset."""
     judge, found, timers = Judge(motion), {}, {}
-    for method, entry in listed:
-        entered = enter(method, entry.value, motion)
+    for entry in listed:
+        entered = enter(entry.method, entry.value, motion)
         if isinstance(entered, Outcome):
-            found[entry] = (entered, [math.nan] * len(ERRORS), [math.nan] * len(WORK))
+            found[entry] = {"outcome": float(entered)}
             continue
         shown = entered.show()
         outcome, errors = judge.errors(shown)
-        found[entry] = (outcome, errors, [count / motion.periods for count in shown.work])
+        work = [count / motion.periods for count in shown.work]
+        names = ("outcome", *ERRORS, *WORK)
+        found[entry] = dict(zip(names, (outcome, *errors, *work), strict=True))
         if outcome != Outcome.DID_NOT_END:
             # Peers show and repeat by the same code, a second of it where they are slow.
-            timers[entry] = Timer(entered.repeat, motion.periods, is_warm=method not in OWN)
+            is_warm = entry.method not in OWN
+            timers[entry] = Timer(entered.repeat, motion.periods, is_warm=is_warm)
     take_turns(timers.values(), repeats)
-    never = [math.nan] * len(TIMES)
-    return {
-        entry: (*result, timers[entry].quartiles() if entry in timers else never)
-        for entry, result in found.items()
-    }
+    for entry, timer in timers.items():
+        found[entry] |= zip(TIMES, timer.quartiles(), strict=True)
+    return found
 
 
 def compile_methods(methods: Sequence[str], motion: Motion) -> None:
@@ -144,14 +143,10 @@ def compile_methods(methods: Sequence[str], motion: Motion) -> None:
     short = motion._replace(periods=1)
 
     def show(method: str) -> None:
-        entered = enter(method, 8.0, short)
-        if not isinstance(entered, Outcome):
-            entered.show()
+        build(method, 8.0, short).show()
 
     def repeat(method: str) -> None:
-        entered = enter(method, 8.0, short)
-        if not isinstance(entered, Outcome):
-            entered.repeat(1)
+        build(method, 8.0, short).repeat(1)
 
     own = [method for method in methods if method in OWN]
     calls = [partial(call, method) for method in own for call in (show, repeat)]
@@ -174,45 +169,30 @@ def solve_accuracy(
     races (a motion by a method at a setting) are run, and of how many.
     Times differ from run to run; all else is the same with the same versions of the packages.
     """
+    import xarray as xr
+
     compile_methods(methods, next(iter(motions.values())))
     listed = entries(methods, steps, tolerances)
+    dims = ("motion", "method", "setting")
     shape = (len(motions), len(methods), max(entry.setting for entry in listed) + 1)
     columns = {name: np.full(shape, np.nan) for name in (*ERRORS, *WORK, *TIMES)}
-    outcomes = np.full(shape, Outcome.NOT_TRIED, np.int8)
+    columns["outcome"] = np.full(shape, Outcome.NOT_TRIED, np.int8)
     values, periods = np.full(shape[1:], np.nan), np.zeros(shape[:2], np.int64)
     run = 0
-    for entry in listed:
-        values[entry.method, entry.setting] = entry.value
     for i, motion in enumerate(motions.values()):
         short = motion._replace(periods=min(motion.periods, peer_periods))
         for chosen, own in ((motion, True), (short, False)):
-            part = [(methods[e.method], e) for e in listed if (methods[e.method] in OWN) == own]
-            for entry, (outcome, errors, work, times) in race(chosen, part, repeats).items():
-                place = (i, entry.method, entry.setting)
-                outcomes[place], periods[place[:2]] = outcome, chosen.periods
-                for name, value in zip(
-                    (*ERRORS, *WORK, *TIMES), (*errors, *work, *times), strict=True
-                ):
+            part = [entry for entry in listed if (entry.method in OWN) == own]
+            for entry, found in race(chosen, part, repeats).items():
+                place = (i, methods.index(entry.method), entry.setting)
+                values[place[1:]], periods[place[:2]] = entry.value, chosen.periods
+                for name, value in found.items():
                     columns[name][place] = value
             run += len(part)
             if progress is not None:
                 progress(run, len(motions) * len(listed))
-    return labelled(motions, methods, columns, outcomes, values, periods)
-
-
-def labelled(
-    motions: Any, methods: Any, columns: Any, outcomes: Any, values: Any, periods: Any
-) -> xr.Dataset:
-    """The table as a dataset, with the exciters as coordinates over `motion`."""
-    import xarray as xr
-
-    dims = ("motion", "method", "setting")
     variables: dict[str, Any] = {name: (dims, column) for name, column in columns.items()}
-    variables |= {
-        "outcome": (dims, outcomes),
-        "setting_value": (dims[1:], values),
-        "periods_run": (dims[:2], periods),
-    }
+    variables |= {"setting_value": (dims[1:], values), "periods_run": (dims[:2], periods)}
     coords = {**motion_coordinates(motions), "method": ("method", list(methods))}
     comment = (
         "time_per_period* are of the run that took them; everything else is the same in every run "
@@ -223,12 +203,10 @@ def labelled(
 
 def motion_coordinates(motions: Mapping[str, Motion]) -> dict[str, Any]:
     """Names, exciters and starts of motions, over `motion`."""
-    coords: dict[str, Any] = {
-        name: ("motion", [getattr(m.exciter, name) for m in motions.values()])
-        for name in PARAMETERS
+    listed = motions.values()
+    columns = {name: [getattr(m.exciter, name) for m in listed] for name in PARAMETERS} | {
+        "displacement_start": [m.x0 for m in listed],
+        "velocity_start": [m.v0 for m in listed],
+        "motion": list(motions),
     }
-    return coords | {
-        "displacement_start": ("motion", [m.x0 for m in motions.values()]),
-        "velocity_start": ("motion", [m.v0 for m in motions.values()]),
-        "motion": ("motion", list(motions)),
-    }
+    return {name: ("motion", values) for name, values in columns.items()}

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from vibropipe.lab.peers import MOST_WORK, RESTART
 from vibropipe.lab.timing import spent_on
 from vibropipe.lab.work_precision import MOST_STEPS, OWN, Entry, enter, entries
-from vibropipe.lab.work_precision_methods import MOST_CONTACTS, Motion
+from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.march.log import STEPS
 from vibropipe.solve.accuracy.method_choice import least_cost
-from vibropipe.solve.run import Run, Task, run_motion
+from vibropipe.solve.run import Run, run_motion
 from vibropipe.words.vocabulary import Outcome
 
 # Seconds of the twin that judges: for a motion, for each of its impacts.
@@ -50,27 +50,21 @@ def race_seconds(
     which those that are not installed cost nothing. Where the mass comes to rest they are taken to use
     up all the work that they may do.
     """
-    listed = [(methods[entry.method], entry) for entry in entries(methods, steps, tolerances)]
-    own = [(method, entry) for method, entry in listed if method in OWN]
-    peers = [(method, entry) for method, entry in listed if method not in OWN]
-    solved = [Solved(motion, exact_run(motion)) for motion in motions.values()]
+    listed = entries(methods, steps, tolerances)
+    own = [entry for entry in listed if entry.method in OWN]
+    solved = [
+        Solved(motion, run_motion(motion.exciter, motion.task())) for motion in motions.values()
+    ]
     plain = min(solved, key=lambda one: one.rests)
-    sampled = {entry: sample(plain.motion, method, entry) for method, entry in peers}
+    sampled = [sample(plain.motion, entry) for entry in listed if entry.method not in OWN]
     seconds = 0.0
     for one in solved:
         seconds += own_seconds(one, own, repeats) + judge_seconds(one, one.motion.periods)
         periods = min(one.motion.periods, peer_periods)
-        if peers:
+        if sampled:
             seconds += judge_seconds(one, periods)
-        for _method, entry in peers:
-            seconds += peer_seconds(sampled[entry], periods, one.rests, repeats)
+        seconds += sum(peer_seconds(each, periods, one.rests, repeats) for each in sampled)
     return seconds
-
-
-def exact_run(motion: Motion) -> Run:
-    """The exact method on a motion, without samples."""
-    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, 0, MOST_CONTACTS)
-    return run_motion(motion.exciter, task)
 
 
 def judge_seconds(one: Solved, periods: int) -> float:
@@ -81,20 +75,20 @@ def judge_seconds(one: Solved, periods: int) -> float:
     return JUDGED + JUDGED_IMPACT * share * one.run.contacts["impact_tau"].size
 
 
-def own_seconds(one: Solved, listed: Sequence[tuple[str, Entry]], repeats: int) -> float:
+def own_seconds(one: Solved, listed: Sequence[Entry], repeats: int) -> float:
     """Seconds of own methods on a motion."""
     spent = 0.0
-    for method, entry in listed:
-        steps = 1 if method == "exact" else int(entry.value)
+    for entry in listed:
+        steps = 1 if entry.method == "exact" else int(entry.value)
         if steps * one.motion.periods <= MOST_STEPS:
             each = least_cost(steps, one.motion.periods, one.run) * 1e-9
             spent += RUNS * each + spent_on(each, repeats)
     return spent
 
 
-def sample(motion: Motion, method: str, entry: Entry) -> Sampled:
+def sample(motion: Motion, entry: Entry) -> Sampled:
     """Seconds and work of a peer on one period of a motion."""
-    entered = enter(method, entry.value, motion._replace(periods=1))
+    entered = enter(entry.method, entry.value, motion._replace(periods=1))
     if isinstance(entered, Outcome):
         return None
     entered.show()  # loads and compiles

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from vibropipe.lab.crude import crude, crude_often
 from vibropipe.lab.repeat import march_often
+from vibropipe.lab.timing import Repeat, repeated
 from vibropipe.march.grid import Grid, exact_grid, locate, newmark_grid
 from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_log
 from vibropipe.physics.conservative import is_free
@@ -25,7 +27,7 @@ MOST_CONTACTS = 2_000_000
 
 
 class Motion(NamedTuple):
-    """A motion to be raced: whole forcing periods from (x0, v0) at tau = 0."""
+    """A motion to be measured: whole forcing periods from (x0, v0) at tau = 0."""
 
     exciter: Exciter
     x0: float
@@ -36,6 +38,10 @@ class Motion(NamedTuple):
     def tau_end(self) -> float:
         """End of the motion."""
         return self.periods * self.exciter.period
+
+    def task(self, samples_per_period: int = 0) -> Task:
+        """Return the motion as a solver takes it."""
+        return Task(0.0, self.tau_end, self.x0, self.v0, samples_per_period, MOST_CONTACTS)
 
 
 class Shown(NamedTuple):
@@ -56,7 +62,7 @@ class Contestant(NamedTuple):
     """A method with its setting on one motion: `show` solves it once, `repeat` so many times in a row."""
 
     show: Callable[[], Shown]
-    repeat: Callable[[int], object]
+    repeat: Repeat
 
 
 def failed(outcome: Outcome) -> Shown:
@@ -67,16 +73,11 @@ def failed(outcome: Outcome) -> Shown:
 
 def exact(motion: Motion) -> Contestant:
     """The exact method; a conservative motion in its closed form."""
-    grid = exact_grid(ALL_EFFECTS, motion.exciter.parameters())
-    if not is_free(motion.exciter.parameters(), motion.x0, motion.v0):
-        return marched(motion, grid)
-    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, samples_per_period=0)
-
-    def repeat(often: int) -> None:
-        for _ in range(often):
-            run_motion(motion.exciter, task)
-
-    return Contestant(lambda: shown(motion, None), repeat)
+    p = motion.exciter.parameters()
+    if is_free(p, motion.x0, motion.v0):
+        solve = partial(run_motion, motion.exciter, motion.task())
+        return Contestant(partial(shown, motion, None), repeated(solve))
+    return marched(motion, exact_grid(ALL_EFFECTS, p))
 
 
 def newmark(motion: Motion, steps: int) -> Contestant:
@@ -86,7 +87,7 @@ def newmark(motion: Motion, steps: int) -> Contestant:
 
 def marched(motion: Motion, grid: Grid) -> Contestant:
     """The marching loop on a grid; its tables are built before the time is taken."""
-    return Contestant(lambda: shown(motion, grid), March(motion, grid).repeat)
+    return Contestant(partial(shown, motion, grid), March(motion, grid).repeat)
 
 
 class March:
@@ -94,21 +95,16 @@ class March:
     contacts of the last one."""
 
     def __init__(self, motion: Motion, grid: Grid, effects: Effects = ALL_EFFECTS) -> None:
-        self.motion, self.grid, self.effects = motion, grid, effects
         self.work = np.empty(3 if grid.exact is None else ORDER + 1)
         self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
+        period, step, theta = locate(float(motion.periods), grid.steps)
+        start = motion.exciter.parameters(), grid, motion.x0, motion.v0
+        self.march = partial(march_often, effects, *start, period, step, theta)
 
     def repeat(self, often: int) -> None:
         """March so many times; the log grows until all contacts of the motion have room."""
-        motion, grid = self.motion, self.grid
-        p, (period, step, theta) = (
-            motion.exciter.parameters(),
-            locate(float(motion.periods), grid.steps),
-        )
         while True:
-            ahead = (self.log, self.work, MOST_CONTACTS, often)
-            start = (motion.x0, motion.v0)
-            status = march_often(self.effects, p, grid, *start, period, step, theta, *ahead)
+            status = self.march(self.log, self.work, MOST_CONTACTS, often)
             room = 4 * self.log.position.size
             if status != Status.LOG_FULL or room > 2 * MOST_CONTACTS:
                 return
@@ -117,11 +113,10 @@ class March:
 
 def shown(motion: Motion, grid: Grid | None) -> Shown:
     """One march with samples of its last period."""
-    task = Task(0.0, motion.tau_end, motion.x0, motion.v0, 0, MOST_CONTACTS)
-    run = run_motion(motion.exciter, task, grid)
+    run = run_motion(motion.exciter, motion.task(), grid)
     if run.status not in (Status.OK, Status.SHORT_FLIGHTS):
         return failed(Outcome.DID_NOT_END)
-    sampled = run_motion(motion.exciter, task._replace(samples_per_period=SAMPLES), grid)
+    sampled = run_motion(motion.exciter, motion.task(SAMPLES), grid)
     struck, counts = run.contacts, run.counts
     return Shown(
         Outcome.OK,
@@ -137,18 +132,19 @@ def shown(motion: Motion, grid: Grid | None) -> Shown:
 def newmark_crude(motion: Motion, steps: int) -> Contestant:
     """Newmark's method with impacts taken at the end of the step."""
     p = motion.exciter.parameters()
-    grid = newmark_grid(ALL_EFFECTS, p, steps)
-    room = [MARCH_LOG_CAPACITY]
+    what = (p, newmark_grid(ALL_EFFECTS, p, steps), motion.periods, motion.x0, motion.v0)
+    room = MARCH_LOG_CAPACITY
 
     def show() -> Shown:
+        nonlocal room
         samples = np.empty(SAMPLES)
         while True:
-            log = new_log(room[0], 1)
-            end = crude(p, grid, motion.periods, motion.x0, motion.v0, log, samples)
-            if log.counts[IMPACTS] <= room[0]:
+            log = new_log(room, 1)
+            end = crude(*what, log, samples)
+            n = int(log.counts[IMPACTS])
+            if n <= room:
                 break
-            room[0] = int(log.counts[IMPACTS])
-        n = int(log.counts[IMPACTS])
+            room = n
         return Shown(
             Outcome.OK if all(map(math.isfinite, end)) else Outcome.DID_NOT_END,
             end,
@@ -160,8 +156,6 @@ def newmark_crude(motion: Motion, steps: int) -> Contestant:
         )
 
     def repeat(often: int) -> None:
-        log = new_log(room[0], 1)
-        start = (motion.x0, motion.v0)
-        crude_often(p, grid, motion.periods, *start, log, np.empty(0), often)
+        crude_often(*what, new_log(room, 1), np.empty(0), often)
 
     return Contestant(show, repeat)

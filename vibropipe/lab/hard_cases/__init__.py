@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.lab.hard_cases.case import Case, Solver, judge, solvers
-from vibropipe.lab.hard_cases.chatter import CHATTER
-from vibropipe.lab.hard_cases.contacts import CONTACTS
-from vibropipe.lab.hard_cases.energy import ENERGY
-from vibropipe.lab.hard_cases.labels import LABELS
-from vibropipe.lab.hard_cases.smooth import SMOOTH
+from vibropipe.lab.hard_cases.case import Case, Measured, Solver, judge, solvers
+from vibropipe.lab.hard_cases.cases import CASES
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -20,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "solve_hard_cases"]
 
-CASES: tuple[Case, ...] = (*CONTACTS, *CHATTER, *SMOOTH, *ENERGY, *LABELS)
 NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
 
 
@@ -39,31 +34,21 @@ def solve_hard_cases(
     import xarray as xr
 
     by = solvers() if by is None else by
-    found = []
+    rows = []
     for case in cases:
-        found.append([judge(case, solver) for solver in by])
+        found = [judge(case, solver) for solver in by]
+        rows.append([[NOT_ASKED if value is None else value for value in one] for one in found])
         if progress is not None:
-            progress(len(found), len(cases))
-
-    def column(name: str, dtype: type) -> tuple[tuple[str, str], np.ndarray]:
-        return ("case", "solver"), np.array(
-            [[getattr(one, name) for one in row] for row in found], dtype
-        )
-
-    passed = [
-        [NOT_ASKED if one.passed is None else int(one.passed) for one in row] for row in found
-    ]
-    variables = {
+            progress(len(rows), len(cases))
+    table = np.array(rows, float)
+    variables: dict[str, Any] = {
         "asked": ("case", np.array([case.asked for case in cases])),
         "known": ("case", np.array([case.known for case in cases])),
-        "measured": column("measured", float),
-        "bound": column("bound", float),
-        "passed": (("case", "solver"), np.array(passed, np.int8)),
-        "worst_status": column("status", np.int8),
-        "motions": column("motions", np.int64),
-        "impacts": column("impacts", np.int64),
-        "short_flight_motions": column("short_flights", np.int64),
     }
+    for place, name in enumerate(Measured._fields):
+        short = name in ("passed", "worst_status")
+        dtype = float if name in ("measured", "bound") else np.int8 if short else np.int64
+        variables[name] = (("case", "solver"), table[..., place].astype(dtype))
     names = ", ".join(solver.name for solver in by)
     coords = {"case": [case.name for case in cases], "solver": [solver.name for solver in by]}
     return describe(xr.Dataset(variables, coords, {"method": f"{names} steps per forcing period"}))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import wraps
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.solve.motion import simulate
@@ -17,10 +20,12 @@ if TYPE_CHECKING:
 
 NEWMARK_STEPS = (8, 60, 2000)
 
+Measure = Callable[["Solver"], float]
+
 
 @dataclass
 class Solver:
-    """One way to solve a case; counts what it has done.
+    """One way to solve a case; `runs` keeps the status and the number of impacts of each motion it has solved.
 
     steps: Newmark steps per forcing period, None for the exact method. simulate, steady_state: the faces.
     """
@@ -29,10 +34,7 @@ class Solver:
     steps: int | None = None
     simulate: Callable[..., xr.Dataset] = simulate
     steady_state: Callable[..., xr.Dataset] = steady_state
-    motions: int = 0
-    impacts: int = 0
-    short_flights: int = 0
-    statuses: list[Status] = field(default_factory=list)
+    runs: list[tuple[Status, int]] = field(default_factory=list)
 
     def motion(
         self, p: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **more: Any
@@ -41,30 +43,15 @@ class Solver:
         asked: dict[str, Any] = {"samples_per_period": 0, **more}
         if self.steps is not None:
             asked |= {"method": "newmark", "steps_per_period": self.steps}
-        found = self.simulate(p, tau_end=tau_end, x0=x0, v0=v0, **asked)
-        self._count(found)
-        return found
+        return self._counted(self.simulate(p, tau_end=tau_end, x0=x0, v0=v0, **asked))
 
     def settled(self, p: Exciter, x0: float = 0.0, v0: float = 0.0) -> xr.Dataset:
         """The steady state from a start."""
-        found = self.steady_state(p, x0=x0, v0=v0)
-        self._count(found)
+        return self._counted(self.steady_state(p, x0=x0, v0=v0))
+
+    def _counted(self, found: xr.Dataset) -> xr.Dataset:
+        self.runs.append((Status(int(found["status"])), int(found.sizes.get("impact", 0))))
         return found
-
-    def begin(self) -> None:
-        """Count from zero again."""
-        self.motions = self.impacts = self.short_flights = 0
-        self.statuses = []
-
-    def _count(self, found: xr.Dataset) -> None:
-        self.motions += 1
-        self.impacts += int(found.sizes.get("impact", 0))
-        status = Status(int(found["status"]))
-        self.short_flights += status == Status.SHORT_FLIGHTS
-        self.statuses.append(status)
-
-
-Measure = Callable[[Solver], float]
 
 
 class Bound(NamedTuple):
@@ -103,10 +90,45 @@ class Measured(NamedTuple):
     measured: float
     bound: float
     passed: bool | None
-    status: Status
+    worst_status: Status
     motions: int
     impacts: int
-    short_flights: int
+    short_flight_motions: int
+
+
+class WrongOutcomeError(Exception):
+    """Something happens in a case that must not, or does not that must."""
+
+
+def expect(holds: bool) -> None:
+    """End the measure of a case with inf unless something holds."""
+    if not holds:
+        raise WrongOutcomeError
+
+
+def largest(errors: Callable[..., Iterator[float]]) -> Callable[..., float]:
+    """Make the measure that is the largest of all errors yielded; nan if one is."""
+
+    @wraps(errors)
+    def measure(*given: Any, **named: Any) -> float:
+        return float(np.max([0.0, *errors(*given, **named)]))
+
+    return measure
+
+
+def count(wrong: Callable[..., Iterator[int]]) -> Callable[..., float]:
+    """Make the measure that is the sum of all wrong answers yielded."""
+
+    @wraps(wrong)
+    def measure(*given: Any, **named: Any) -> float:
+        return float(sum(wrong(*given, **named)))
+
+    return measure
+
+
+def end_state(motion: xr.Dataset) -> tuple[float, float]:
+    """(x, x') at the end of a motion."""
+    return float(motion["displacement_end"]), float(motion["velocity_end"])
 
 
 def solvers() -> list[Solver]:
@@ -117,19 +139,20 @@ def solvers() -> list[Solver]:
 def judge(case: Case, solver: Solver) -> Measured:
     """Measure one case by one solver; nan, or an error where none is allowed, does not pass."""
     bound = case.bound.of(solver)
-    solver.begin()
     if math.isnan(bound):
         return Measured(math.nan, bound, None, Status.OK, 0, 0, 0)
+    solver.runs.clear()
     try:
         measured = float(case.measure(solver))
-    except ParameterError:
+    except (ParameterError, WrongOutcomeError):
         measured = math.inf
+    statuses, impacts = [status for status, _ in solver.runs], [n for _, n in solver.runs]
     return Measured(
         measured,
         bound,
         measured <= bound,
-        max(solver.statuses, default=Status.OK),
-        solver.motions,
-        solver.impacts,
-        solver.short_flights,
+        max(statuses, default=Status.OK),
+        len(statuses),
+        sum(impacts),
+        statuses.count(Status.SHORT_FLIGHTS),
     )

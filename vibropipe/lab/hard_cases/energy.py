@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibropipe.lab.hard_cases.analytic import Floats, flights, propagators, rests_of, with_force
-from vibropipe.lab.hard_cases.case import Bound, Case, Solver
+from vibropipe.lab.hard_cases.case import Solver, end_state, largest
 from vibropipe.physics.exciter import Exciter
 
 if TYPE_CHECKING:
@@ -49,23 +50,21 @@ def work_of_steps(p: Exciter, motion: xr.Dataset) -> tuple[float, float]:
     """
     place = {1: p.upper, 2: p.lower}
     columns = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
-    nodes = list(
-        zip(*(motion[name].values for name in ("tau", "displacement", "velocity")), strict=True)
-    )
+    samples = (motion[name].values for name in ("tau", "displacement", "velocity"))
+    nodes = list(zip(*samples, strict=True))
     for tau, support, before, after in zip(*(motion[n].values for n in columns), strict=True):
-        nodes += [(tau, place[int(support)], before), (tau, place[int(support)], after)]
+        nodes += [(tau, place[int(support)], v) for v in (before, after)]
     for start, end, support in rests_of(motion):
         nodes += [(at, place[support], 0.0) for at in (start, end) if at < float(motion["tau"][-1])]
     tau, x, v = np.array(sorted(nodes, key=lambda node: node[0])).T
-    force = p.f * np.sin(p.nu * tau)
-    way = np.diff(x)
+    force, way = p.f * np.sin(p.nu * tau), np.diff(x)
     work = 0.5 * (force[1:] + force[:-1]) * way
     return float(np.sum(work)), float(np.sum(0.5 * p.h * (v[1:] + v[:-1]) * way))
 
 
-def balance(solver: Solver) -> float:
+@largest
+def balance(solver: Solver) -> Iterator[float]:
     """Largest gap in the balance of a motion, relative to all that was put in and stored."""
-    worst = 0.0
     for p, tau_end, x0, v0 in MOTIONS:
         found = solver.motion(p, tau_end, x0, v0, samples_per_period=solver.steps or 0)
         if solver.steps is None:
@@ -74,35 +73,15 @@ def balance(solver: Solver) -> float:
             work, damped = work_of_steps(p, found)
         lost = found["impact_velocity"].values ** 2 - found["impact_velocity_after"].values ** 2
         at_supports = 0.5 * float(np.sum(lost))
-        x, v = float(found["displacement_end"]), float(found["velocity_end"])
+        x, v = end_state(found)
         stored = 0.5 * (x * x + v * v - x0 * x0 - v0 * v0)
         gap = work - damped - at_supports - stored
-        worst = max(worst, abs(gap) / (abs(work) + damped + at_supports + abs(stored)))
-    return worst
+        yield abs(gap) / (abs(work) + damped + at_supports + abs(stored))
 
 
-def balance_of_orbits(solver: Solver) -> float:
+@largest
+def balance_of_orbits(solver: Solver) -> Iterator[float]:
     """Largest gap in the balance of an orbit, relative to the work of the force in it."""
-    worst = 0.0
     for p, _, _, _ in MOTIONS[:3]:
         found = solver.settled(p)
-        worst = max(worst, abs(float(found["energy_residual"]) / float(found["energy_input"])))
-    return worst
-
-
-ENERGY = (
-    Case(
-        "energy_of_motions",
-        "five motions, with impacts, chatter, rest, without damping, without impacts",
-        "work of the force = damping + losses at the supports + stored; newmark: over its own steps",
-        balance,
-        Bound(1e-12, 1e-12),
-    ),
-    Case(
-        "energy_of_orbits",
-        "three orbits, with impacts and rest",
-        "work of the force = damping + losses at the supports, per orbit",
-        balance_of_orbits,
-        Bound(1e-11, None),
-    ),
-)
+        yield abs(float(found["energy_residual"]) / float(found["energy_input"]))

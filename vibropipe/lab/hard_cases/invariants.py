@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator, Sequence
 
 from vibropipe.lab.hard_cases.analytic import breaches, flight_error
-from vibropipe.lab.hard_cases.case import Solver
+from vibropipe.lab.hard_cases.case import Solver, largest
 from vibropipe.physics.exciter import Exciter
-
-# what a measure gives where something happens that must not, or does not that must
-WRONG = math.inf
-FLIGHTS = (
-    "exact: each flight is the closed form from impact to impact; newmark: inside, reset by eq. (6)"
-)
 
 
 def flights_or_breaches(
@@ -22,3 +16,10 @@ def flights_or_breaches(
     if solver.steps is None:
         return flight_error(p, solver.motion(p, tau_end, x0, v0), tau_end, x0, v0)
     return breaches(p, solver.motion(p, tau_end, x0, v0, samples_per_period=32))
+
+
+@largest
+def flies(solver: Solver, tasks: Sequence[tuple[Exciter, float, float, float]]) -> Iterator[float]:
+    """Flights (exact) or breaches (newmark) of motions given by exciter, tau_end, x0, v0."""
+    for task in tasks:
+        yield flights_or_breaches(solver, *task)

@@ -7,10 +7,12 @@ nothing to speak of: a slow drift changes little in a period, and has far to go 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibropipe.lab.hard_cases.case import Solver, end_state
 from vibropipe.orbits.outputs import regime_of
 from vibropipe.orbits.settling import GROWTH, MAX_MULTIPLE
 from vibropipe.physics.exciter import Exciter
@@ -19,21 +21,28 @@ from vibropipe.words.regimes import Regime
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibropipe.lab.hard_cases.case import Solver
-
 WINDOW = 4 * MAX_MULTIPLE
 # Shares of the motion's size: what may be left of its way, and what rounding makes of a motion at its end.
 LEFT, ROUNDING = 1e-6, 1e-12
 
 
 class Ended(NamedTuple):
-    """regime, period_multiple (0: nothing repeats), section (x, v) at the last whole period, and the velocity of
-    the last impact (nan: none)."""
+    """regime, period_multiple (0: nothing repeats); of a motion that is only marched section (x, v) at the last
+    whole period, and the velocity of the last impact (nan: none); else the orbit that was closed."""
 
-    regime: Regime
+    regime: int
     period_multiple: int
-    section: tuple[float, float]
-    last_impact: float
+    section: tuple[float, float] = (math.nan, math.nan)
+    last_impact: float = math.nan
+    orbit: xr.Dataset | None = None
+
+
+def fate_of(solver: Solver, p: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0) -> Ended:
+    """What the motion from (x0, v0) becomes: the steady state of the exact method, else `end_of` a march."""
+    if solver.steps is not None:
+        return end_of(solver, p, periods, x0, v0)
+    found = solver.settled(p, x0, v0)
+    return Ended(int(found["regime"]), int(found["period_multiple"]), orbit=found)
 
 
 def end_of(solver: Solver, p: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0) -> Ended:
@@ -53,9 +62,8 @@ def end_of(solver: Solver, p: Exciter, periods: int, x0: float = 0.0, v0: float 
         struck = {1: p.R1, 2: p.R2}
         lossy = any(struck[int(support)] < 1.0 for support in window["impact_support"])
         regime = Regime.UNRESOLVED if p.h > 0.0 or lossy else Regime.UNBOUNDED
-    velocities = window["impact_velocity"].values
-    last = float(velocities[-1]) if velocities.size else np.nan
-    return Ended(regime, m, (float(sections[-1, 0]), float(sections[-1, 1])), last)
+    last = np.append(math.nan, window["impact_velocity"].values)[-1]
+    return Ended(regime, m, (float(sections[-1, 0]), float(sections[-1, 1])), float(last))
 
 
 def multiple_of(sections: np.ndarray, size: float) -> int:
@@ -83,7 +91,7 @@ def _marched(
 ) -> tuple[float, float, float]:
     """(size, x, v) after so many forcing periods more, each counted from tau = 0: it is the same phase."""
     found = solver.motion(p, periods * p.period, x, v)
-    x, v = float(found["displacement_end"]), float(found["velocity_end"])
+    x, v = end_state(found)
     return max(abs(x) + abs(v), _fastest(found)), min(max(x, p.lower), p.upper), v
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import prange
@@ -31,20 +31,10 @@ FIRST_ROOM, ROOM_PER_PERIOD, GROWTH = 64, 6, 4
 # Contacts that the logs of one call have room for, all rows together.
 MOST_ROOM = 2_000_000
 # Columns of a log, and where it counts their entries.
-OF_IMPACTS = ("position", "velocity", "impulse", "support")
-OF_RESTS = ("rest_start", "rest_end", "rest_support")
-COLUMNS = {IMPACTS: OF_IMPACTS, RESTS: OF_RESTS}
-
-
-class Marched(NamedTuple):
-    """What motions leave, in the order of rows: (x, v) at their ends, Status and counts of each; and columns of
-    their logs, flat, with `row_of` the row of each impact (at IMPACTS) and rest (at RESTS)."""
-
-    end: np.ndarray
-    status: np.ndarray
-    counts: np.ndarray
-    columns: dict[str, np.ndarray]
-    row_of: dict[int, np.ndarray]
+COLUMNS = {
+    IMPACTS: ("position", "velocity", "impulse", "support"),
+    RESTS: ("rest_start", "rest_end", "rest_support"),
+}
 
 
 def simulate_rows(
@@ -70,6 +60,8 @@ def simulate_rows(
     contacts has status `max_impacts`, an end of nan and the contacts up to there.
     Raises ParameterError for a value outside what is allowed, or another number of them than exciters.
     """
+    import xarray as xr
+
     steps = check_steps(steps_per_period)
     rows = len(exciters)
     if rows == 0:
@@ -83,7 +75,15 @@ def simulate_rows(
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
     turns = np.array([turns_of(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
-    return _to_dataset(parameters, march_rows(parameters, starts, turns, steps, max_impacts))
+    found = march_rows(parameters, starts, turns, steps, max_impacts)
+    variables = {name: (_dim_of(name), values) for name, values in found.items()}
+    coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
+    return describe(xr.Dataset(variables, coords))
+
+
+def _dim_of(name: str) -> str:
+    first = name.partition("_")[0]
+    return first if first in ("impact", "rest") else "row"
 
 
 def _per_row(name: str, value: Any, rows: int) -> np.ndarray:
@@ -102,9 +102,10 @@ def march_rows(
     steps: int,
     max_impacts: int,
     effects: Effects = ALL_EFFECTS,
-) -> Marched:
+) -> dict[str, np.ndarray]:
     """The motions of parameters (rows, 7) from starts (rows, 2) over turns (rows,) forcing periods of so many
-    Newmark steps; rows whose logs were too small are marched again with larger ones."""
+    Newmark steps, by the names of `simulate_rows`; rows whose logs were too small are marched again with
+    larger ones."""
     ends = np.array([locate(turn, steps) for turn in turns], float)
     sines, cosines = waves(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
@@ -122,7 +123,8 @@ def march_rows(
             again.append(part[is_full])
             done.append(_compact(part, left, logs, ~is_full))
         waiting, room = np.concatenate(again), room * GROWTH
-    return _in_order(done)
+    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+    return _in_order(whole, 2 * math.pi / parameters[:, 0])
 
 
 def _room_for(rows: int, room: int) -> tuple[Left, Log]:
@@ -148,7 +150,7 @@ def _drive(e: Effects, tasks: Tasks, left: Left, logs: Log) -> None:
 def _compact(rows: np.ndarray, left: Left, logs: Log, keep: np.ndarray) -> dict[str, np.ndarray]:
     """State, status, counts and flat logs of the rows to keep, as columns; "row" and "row_of_<count>" number them."""
     counts = logs.counts[keep]
-    found = {name: getattr(left, name)[keep] for name in ("end", "state", "status")}
+    found = {name: getattr(left, name)[keep] for name in Left._fields}
     found |= {"row": rows[keep], "counts": counts}
     for place, names in COLUMNS.items():
         found[f"row_of_{place}"] = np.repeat(found["row"], counts[:, place])
@@ -158,52 +160,34 @@ def _compact(rows: np.ndarray, left: Left, logs: Log, keep: np.ndarray) -> dict[
     return found
 
 
-def _in_order(done: list[dict[str, np.ndarray]]) -> Marched:
-    """All parts together, in the order of rows, rests that go on at the end among them."""
-    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+def _in_order(whole: dict[str, np.ndarray], period: np.ndarray) -> dict[str, np.ndarray]:
+    """All motions in the order of rows, by the names of a dataset, rests that go on at the end among them."""
     order = np.argsort(whole["row"])
-    state, counts = whole["state"][order], whole["counts"][order]
+    state, counts, status, end = (whole[n][order] for n in ("state", "counts", "status", "end"))
+    short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
+    end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
+    status[short] = Status.SHORT_FLIGHTS
     resting = np.flatnonzero(state[:, 6] == REST)
-    whole["rest_start"] = np.append(whole["rest_start"], state[resting, 7])
-    whole["rest_end"] = np.append(whole["rest_end"], np.full(resting.size, math.inf))
-    whole["rest_support"] = np.append(whole["rest_support"], state[resting, 3].astype(np.int8))
-    whole[f"row_of_{RESTS}"] = np.append(whole[f"row_of_{RESTS}"], resting)
-    columns: dict[str, np.ndarray] = {}
-    row_of: dict[int, np.ndarray] = {}
+    going_on = (state[resting, 7], np.full(resting.size, math.inf), state[resting, 3], resting)
+    for name, values in zip((*COLUMNS[RESTS], f"row_of_{RESTS}"), going_on, strict=True):
+        whole[name] = np.append(whole[name], values.astype(whole[name].dtype))
     for place, names in COLUMNS.items():
         by_row = np.argsort(whole[f"row_of_{place}"], kind="stable")
-        row_of[place] = whole[f"row_of_{place}"][by_row]
-        columns |= {name: whole[name][by_row] for name in names}
-    status = whole["status"][order].astype(np.int8)
-    short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
-    status[short] = Status.SHORT_FLIGHTS
-    end = whole["end"][order]
-    end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
-    return Marched(end, status, counts, columns, row_of)
-
-
-def _to_dataset(parameters: np.ndarray, marched: Marched) -> xr.Dataset:
-    import xarray as xr
-
-    rows, columns, row_of = len(parameters), marched.columns, marched.row_of
-    period = 2 * math.pi / parameters[:, 0]
+        whole |= {name: whole[name][by_row] for name in (*names, f"row_of_{place}")}
     # Tails of chatters stand in the log beside the impacts.
-    struck = columns["support"] > 0
-    of_impact, of_rest = row_of[IMPACTS][struck], row_of[RESTS]
-    before = columns["velocity"][struck]
-    variables: dict[str, Any] = {
-        "displacement_end": ("row", marched.end[:, 0]),
-        "velocity_end": ("row", marched.end[:, 1]),
-        "status": ("row", marched.status),
-        "row_size": ("row", np.bincount(of_impact, minlength=rows)),
-        "impact_tau": ("impact", columns["position"][struck] * period[of_impact]),
-        "impact_support": ("impact", columns["support"][struck]),
-        "impact_velocity": ("impact", before),
-        "impact_velocity_after": ("impact", before + columns["impulse"][struck]),
-        "row_rests": ("row", np.bincount(of_rest, minlength=rows)),
-        "rest_start": ("rest", columns["rest_start"] * period[of_rest]),
-        "rest_end": ("rest", columns["rest_end"] * period[of_rest]),
-        "rest_support": ("rest", columns["rest_support"]),
+    struck, of_rest = whole["support"] > 0, whole[f"row_of_{RESTS}"]
+    of_impact, before = whole[f"row_of_{IMPACTS}"][struck], whole["velocity"][struck]
+    return {
+        "displacement_end": end[:, 0],
+        "velocity_end": end[:, 1],
+        "status": status.astype(np.int8),
+        "row_size": np.bincount(of_impact, minlength=period.size),
+        "impact_tau": whole["position"][struck] * period[of_impact],
+        "impact_support": whole["support"][struck],
+        "impact_velocity": before,
+        "impact_velocity_after": before + whole["impulse"][struck],
+        "row_rests": np.bincount(of_rest, minlength=period.size),
+        "rest_start": whole["rest_start"] * period[of_rest],
+        "rest_end": whole["rest_end"] * period[of_rest],
+        "rest_support": whole["rest_support"],
     }
-    coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
-    return describe(xr.Dataset(variables, coords))

@@ -9,7 +9,6 @@ import xarray as xr
 from vibropipe.scenes.accuracy.summary import (
     failures,
     orders,
-    summary,
     time_to_reach,
     worst_error,
 )
@@ -85,9 +84,3 @@ def test_failures_are_those_of_every_setting_tried():
         np.ones((3, 3)), np.ones((3, 3)), [[fell, miss, none], [fell, Outcome.OK, none], [none] * 3]
     )
     assert failures(ds) == {"m0": {miss: ["one"]}}
-
-
-def test_the_summary_is_in_the_vocabulary():
-    ds = summary(made([[1e-3]], [[5]]))
-    assert set(ds.data_vars) == {"time_to_reach", "order"}
-    assert ds.time_to_reach.attrs["units"] == "ns"

@@ -8,6 +8,7 @@ library's `decimal`.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from decimal import Context, Decimal, localcontext
@@ -22,6 +23,8 @@ CLOSE = Decimal("1e-36")
 # Hops of a chatter are followed down to this height, in half distances of the supports, then summed up.
 LEAST_HOP = Decimal("1e-32")
 MAX_EVENTS = 200_000
+# The way out through each support.
+SIDE = {1: 1, 2: -1}
 # Velocities this near are the same.
 SAME = Decimal("1e-34")
 
@@ -72,19 +75,18 @@ class Twin:
         """The motion from (x0, v0) at tau = 0 to the last of the ascending `times`; an impact at a time comes
         before its state. RuntimeError beyond MAX_EVENTS contacts."""
         with localcontext(Context(prec=DIGITS)):
-            self.truth, self.times = Truth(), list(times)
+            self.truth, self.ahead = Truth(), deque(times)
             self.tau, self.x, self.v = ZERO, Decimal(x0), Decimal(v0)
             self.force = (ZERO, self.f * self.nu)
             self.met: dict[int, tuple[Decimal, Decimal, int]] = {}
             on = 1 if self.x >= self.bound[1] else 2 if self.x <= self.bound[2] else 0
             for _ in range(MAX_EVENTS):
-                if self.done():
+                if not self.ahead:
                     return self.truth
-                if on and self.meet(on):
+                released = on > 0 and self.meet(on)
+                if released:
                     self.rest(on)
-                    on = self.fly(on, released=True)
-                else:
-                    on = self.fly(on, released=False)
+                on = self.fly(on, released)
         raise RuntimeError(f"more than {MAX_EVENTS} contacts up to tau = {float(self.tau):g}")
 
     def repeat(self, on: int) -> None:
@@ -96,7 +98,7 @@ class Twin:
         if known is None or not lossless or abs(known[1] - self.v) > SAME * abs(self.v):
             return
         round_trip = self.tau - known[0]
-        rounds = int((self.times[len(self.truth.states)] - self.tau) / round_trip) - 1
+        rounds = int((self.ahead[0] - self.tau) / round_trip) - 1
         made = self.truth.impacts[known[2] :]
         for k in range(1, rounds + 1):
             self.truth.impacts += [
@@ -105,19 +107,13 @@ class Twin:
         self.tau += max(0, rounds) * round_trip
         self.met.clear()
 
-    def done(self) -> bool:
-        """Whether all states asked for are known."""
-        return len(self.truth.states) == len(self.times)
-
     def push(self, on: int) -> Decimal:
         """Force that presses the mass into the support it is on."""
-        press = self.force[0] - self.bound[on] - self.h * self.v
-        return press if on == 1 else -press
+        return SIDE[on] * (self.force[0] - self.bound[on] - self.h * self.v)
 
     def meet(self, on: int) -> bool:
         """Reset the velocity at a support; whether the mass then stays there, its chatter completed."""
-        side = 1 if on == 1 else -1
-        if side * self.v > 0:
+        if SIDE[on] * self.v > 0:
             before, self.v = self.v, -self.restitution[on] * self.v
             self.truth.impacts.append((self.tau, on, before, self.v))
             self.repeat(on)
@@ -150,8 +146,8 @@ class Twin:
 
     def pass_time(self, span: Decimal, x: Series, force: Series | None = None) -> None:
         """Move on by `span` along a series, telling the states that fall in it."""
-        while not self.done() and self.times[len(self.truth.states)] < self.tau + span:
-            at = self.times[len(self.truth.states)] - self.tau
+        while self.ahead and self.ahead[0] < self.tau + span:
+            at = self.ahead.popleft() - self.tau
             self.truth.states.append((value(x, at), value(slope(x), at)))
         while span > 0:
             part = min(span, self.reach)
@@ -162,11 +158,11 @@ class Twin:
 
     def rest(self, on: int) -> None:
         """Lie on a support until it is pushed no more, or until all states are known."""
-        start, side = self.tau, 1 if on == 1 else -1
-        while not self.done():
+        start, side = self.tau, SIDE[on]
+        while self.ahead:
             if side * self.bound[on] + abs(self.f) <= 0 or self.f == 0:
                 # The force can never overcome the spring.
-                self.pass_time(self.times[-1] - self.tau + ONE, [self.bound[on]])
+                self.pass_time(self.ahead[-1] - self.tau + ONE, [self.bound[on]])
                 break
             _x, force = self.series()
             push = [side * (force[0] - self.bound[on]), *(side * c for c in force[1:])]
@@ -179,21 +175,16 @@ class Twin:
 
     def fly(self, on: int, released: bool) -> int:
         """Fly to the next contact; its support, or 0 when all states are known before."""
-        order = 0
-        if on:
-            order = 3 if released else 1 if self.v != 0 else 2
-        while not self.done():
+        order = 0 if not on else 3 if released else 1 if self.v != 0 else 2
+        while self.ahead:
             x, force = self.series()
-            if released and order == 3:
+            if order == 3:
                 x[2] = ZERO
-            found: tuple[Decimal, int] | None = None
-            for support in (1, 2):
-                side = 1 if support == 1 else -1
-                gap = [side * (self.bound[support] - x[0]), *(-side * c for c in x[1:])]
-                gap = gap[order:] if support == on else gap
-                at = self.first_zero(gap, self.reach if found is None else found[0])
-                found = found if at is None else (at, support)
-            span, support = (self.reach, 0) if found is None else found
+            span, support = self.reach, 0
+            for other, side in SIDE.items():
+                gap = [side * (self.bound[other] - x[0]), *(-side * c for c in x[1:])]
+                at = self.first_zero(gap[order:] if other == on else gap, span)
+                span, support = (span, support) if at is None else (at, other)
             self.pass_time(span, x, force)
             self.v = value(slope(x), span)
             self.x = self.bound[support] if support else value(x, span)
@@ -214,13 +205,12 @@ class Twin:
                 return t
             # Below a parabola of the steepest curvature there is no zero.
             root = (fall * fall + TWO * second * height).sqrt() if height > 0 else abs(fall)
-            step = (
-                TWO * height / (fall + root)
-                if fall > 0
-                else (root - fall) / second
-                if second
-                else span
-            )
+            if fall > 0:
+                step = TWO * height / (fall + root)
+            elif second:
+                step = (root - fall) / second
+            else:
+                step = span
             if step <= CLOSE * self.reach + t * CLOSE:
                 bend = value(slope(rate), t)
                 if fall > 0 and fall * fall >= TWO * bend * height:

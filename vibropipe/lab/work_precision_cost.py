@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from vibropipe.lab.peers import MOST_WORK, RESTART
 from vibropipe.lab.timing import spent_on
@@ -24,18 +23,6 @@ RUNS = 3
 Sampled = tuple[float, float] | None
 
 
-class Solved(NamedTuple):
-    """A motion to be raced with the exact run of it, by which the work of others is guessed."""
-
-    motion: Motion
-    run: Run
-
-    @property
-    def rests(self) -> bool:
-        """Whether it comes to rest: a chatter, which peers do not get through."""
-        return self.run.contacts["rest_start"].size > 0
-
-
 def race_seconds(
     motions: Mapping[str, Motion],
     methods: Sequence[str],
@@ -52,36 +39,33 @@ def race_seconds(
     """
     listed = entries(methods, steps, tolerances)
     own = [entry for entry in listed if entry.method in OWN]
-    solved = [
-        Solved(motion, run_motion(motion.exciter, motion.task())) for motion in motions.values()
-    ]
-    plain = min(solved, key=lambda one: one.rests)
-    sampled = [sample(plain.motion, entry) for entry in listed if entry.method not in OWN]
+    runs = [run_motion(motion.exciter, motion.task()) for motion in motions.values()]
+    rests = [run.contacts["rest_start"].size > 0 for run in runs]
+    plain = list(motions.values())[rests.index(min(rests))]
+    sampled = [sample(plain, entry) for entry in listed if entry.method not in OWN]
     seconds = 0.0
-    for one in solved:
-        seconds += own_seconds(one, own, repeats) + judge_seconds(one, one.motion.periods)
-        periods = min(one.motion.periods, peer_periods)
+    for motion, run, is_chatter in zip(motions.values(), runs, rests, strict=True):
+        periods = min(motion.periods, peer_periods)
+        seconds += own_seconds(run, motion.periods, own, repeats) + judge_seconds(run, 1.0)
         if sampled:
-            seconds += judge_seconds(one, periods)
-        seconds += sum(peer_seconds(each, periods, one.rests, repeats) for each in sampled)
+            seconds += judge_seconds(run, periods / motion.periods)
+        seconds += sum(peer_seconds(each, periods, is_chatter, repeats) for each in sampled)
     return seconds
 
 
-def judge_seconds(one: Solved, periods: int) -> float:
-    """Seconds of the twin; a closed form costs it next to nothing for each impact."""
-    if one.run.counts[STEPS] == 0:
-        return JUDGED
-    share = periods / one.motion.periods
-    return JUDGED + JUDGED_IMPACT * share * one.run.contacts["impact_tau"].size
+def judge_seconds(run: Run, share: float) -> float:
+    """Seconds of the twin on a share of a motion; a closed form costs it next to nothing for each impact."""
+    impacts = share * run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
+    return JUDGED + JUDGED_IMPACT * impacts
 
 
-def own_seconds(one: Solved, listed: Sequence[Entry], repeats: int) -> float:
-    """Seconds of own methods on a motion."""
+def own_seconds(run: Run, periods: int, listed: Sequence[Entry], repeats: int) -> float:
+    """Seconds of own methods on a motion of so many periods."""
     spent = 0.0
     for entry in listed:
         steps = 1 if entry.method == "exact" else int(entry.value)
-        if steps * one.motion.periods <= MOST_STEPS:
-            each = least_cost(steps, one.motion.periods, one.run) * 1e-9
+        if steps * periods <= MOST_STEPS:
+            each = least_cost(steps, periods, run) * 1e-9
             spent += RUNS * each + spent_on(each, repeats)
     return spent
 

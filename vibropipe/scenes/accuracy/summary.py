@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.words.vocabulary import Outcome, describe
+from vibropipe.words.vocabulary import Outcome
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
@@ -58,16 +58,6 @@ def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray
             steps, errors = np.log(setting[place[1]][kept]), np.log(values[place][kept])
             found[place] = -np.polyfit(steps, errors, 1)[0]
     return xr.DataArray(found, {n: dataset[n] for n in ("motion", "method")}, ("motion", "method"))
-
-
-def summary(dataset: xr.Dataset) -> xr.Dataset:
-    """`time_to_reach` and `order` of a race, as a dataset."""
-    both = {"time_to_reach": time_to_reach(dataset), "order": orders(dataset)}
-    kept = {
-        name: values.drop_vars(set(values.coords) - set(values.dims))
-        for name, values in both.items()
-    }
-    return describe(xr.Dataset(kept))
 
 
 def failures(dataset: xr.Dataset) -> dict[str, dict[Outcome, list[str]]]:

@@ -69,11 +69,25 @@ def measure_growth(
     threads: Sequence[int] = THREADS,
     say: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Solve, join and query studies of so many points, in files under `folder`.
+    """Solve, join and query studies of so many points.
 
-    Returns `time_per_point`, `work_per_point` and `storing_per_point` over (points, threads), `solving_memory`,
-    `joining_memory`, `query_memory`, `joining_rate` and `copying_rate` over points. Times leave out the start of
-    a process and the loading of its kernels.
+    Parameters
+    ----------
+    folder : Path
+        Where the files of a study stand until it is measured.
+    points : sequence of int
+        Numbers of points of the studies.
+    threads : sequence of int
+        Numbers of threads that solve each.
+    say : callable, optional
+        Told a line of text after each study.
+
+    Returns
+    -------
+    xarray.Dataset
+        `time_per_point`, `work_per_point` and `storing_per_point` (ms) over (points, threads); `solving_memory`,
+        `joining_memory`, `query_memory` (MB), `joining_rate` and `copying_rate` (MB/s) over points. Times leave out
+        the start of a process and the loading of its kernels.
     """
     import xarray as xr
 

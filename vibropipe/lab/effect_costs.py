@@ -49,13 +49,27 @@ def measure_effects(
     rounds: int,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Time and size of each trial, over `motion` (its name) and `kernel` (KERNELS).
+    """Measure time and size of each trial, over `motion` (its name) and `kernel` (KERNELS).
 
-    full: the motion that has all effects; size: bytes of a row about a motion, or of its forcing period, with some
-    outputs (`bytes_of`); progress: is told the times taken and all.
-    `kernel_time` is per forcing period; `time_ratio`, of the trial's own kernel over each, and `target_ratio` are
-    of whole rows, or of forcing periods of motions, round by round. Times differ from run to run; bytes are
-    the same with the same versions of the packages.
+    Parameters
+    ----------
+    trials : mapping of str to Trial
+        What is timed, by name.
+    full : Motion
+        The motion that has all effects.
+    size : callable
+        Bytes of a row about a motion, or of its forcing period, with some outputs (`bytes_of`).
+    rounds : int
+        Timings of each.
+    progress : callable, optional
+        Called as progress(done, total) with the number of timings.
+
+    Returns
+    -------
+    xarray.Dataset
+        `kernel_time` is per forcing period (ns); `time_ratio`, of the trial's own kernel over each, and
+        `target_ratio` are of whole rows, or of forcing periods of motions, round by round. Times differ from run to
+        run; bytes are the same with the same versions of the packages.
     """
     import xarray as xr
 

@@ -46,19 +46,38 @@ def simulate_rows(
     steps_per_period: int,
     max_impacts: int = 1_000_000,
 ) -> xr.Dataset:
-    """The motions of eqs. (5), (6) of many exciters from (x0, v0) at tau = 0 to tau_end, by Newmark's method.
+    """Solve the motions of eqs. (5), (6) of many exciters from (x0, v0) at tau = 0 to tau_end, by Newmark's method.
 
+    Parameters
+    ----------
+    exciters : sequence of Exciter
+        One per row.
+    tau_end, x0, v0 : float or array_like
+        A number for all rows, or one per row; x0 left out as for `simulate`.
+    steps_per_period : int
+        Steps per forcing period.
+    max_impacts : int
+        Contacts that a row may have; one with more has status `max_impacts`, an end of nan and the contacts up to
+        there.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `row` (all non-dimensional) the parameters as coordinates, `displacement_end`, `velocity_end` and
+        `status` (as of `simulate`); `impact_tau`, `impact_support`, `impact_velocity`, `impact_velocity_after` over
+        `impact`, a contiguous ragged array with `row_size` impacts of each row; `rest_start`, `rest_end`,
+        `rest_support` over `rest`, `row_rests` of each row.
+
+    Raises
+    ------
+    ParameterError
+        For a value outside what is allowed, or another number of them than exciters.
+
+    Notes
+    -----
     Each row is the motion of `simulate(..., method="newmark")` to the last bit, several times cheaper: rows are
     marched WIDTH at a time in lockstep, blocks of them on all threads. Rows that last about as many forcing
     periods share a block.
-
-    exciters: one per row; tau_end, x0, v0: a number for all rows, or one per row; x0 left out as for `simulate`.
-    Returns a dataset over `row` (all non-dimensional): the parameters as coordinates, `displacement_end,
-    velocity_end`, `status` (as of `simulate`); `impact_tau, impact_support, impact_velocity,
-    impact_velocity_after` over `impact`, a contiguous ragged array with `row_size` impacts of each row;
-    `rest_start, rest_end, rest_support` over `rest`, `row_rests` of each row. A row with more than max_impacts
-    contacts has status `max_impacts`, an end of nan and the contacts up to there.
-    Raises ParameterError for a value outside what is allowed, or another number of them than exciters.
     """
     import xarray as xr
 

@@ -162,12 +162,30 @@ def solve_accuracy(
     repeats: int = 7,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Error, time and work over (motion, method, setting).
+    """Measure error, time and work of methods over (motion, method, setting).
 
-    methods: any of METHODS; steps: steps per forcing period of crude and newmark; tolerances: of the peers,
-    which run over `peer_periods` of a motion's periods at most; repeats: timings of each; progress: is told how many
-    races (a motion by a method at a setting) are run, and of how many.
-    Times differ from run to run; all else is the same with the same versions of the packages.
+    Parameters
+    ----------
+    motions : mapping of str to Motion
+        What is solved, by name.
+    methods : sequence of str
+        Any of METHODS, each once.
+    steps : sequence of int
+        Steps per forcing period of crude and newmark.
+    tolerances : sequence of float
+        Relative and absolute tolerances of the peers.
+    peer_periods : int
+        Forcing periods of a motion that peers run over at most.
+    repeats : int
+        Timings of each.
+    progress : callable, optional
+        Called as progress(done, total) with the number of runs, each a motion by a method at a setting.
+
+    Returns
+    -------
+    xarray.Dataset
+        Errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`,
+        `periods_run`. Times differ from run to run; all else is the same with the same versions of the packages.
     """
     import xarray as xr
 

@@ -31,8 +31,10 @@ def race_seconds(
     peer_periods: int,
     repeats: int,
 ) -> float:
-    """Seconds of one core that `solve_accuracy` will take with these arguments, about.
+    """Estimate the seconds of one core that `solve_accuracy` will take with these arguments.
 
+    Notes
+    -----
     Own methods by the prices of their work; peers by one period of one motion, each at each tolerance, in
     which those that are not installed cost nothing. Where the mass comes to rest they are taken to use
     up all the work that they may do.

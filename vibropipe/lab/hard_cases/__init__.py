@@ -24,12 +24,23 @@ def solve_hard_cases(
     by: Sequence[Solver] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Measure each case by each solver (the exact method, and Newmark's from coarse steps to fine).
+    """Measure each case by each solver: the exact method, and Newmark's from coarse steps to fine.
 
-    Returns a dataset over `case` and `solver` (their names): `asked` and `known` as text over `case`;
-    `measured`, its `bound`, `passed` (not_passed, passed, not_asked where a case is not for a solver),
-    `worst_status`, and the work: `motions` solved, `impacts` in them, `short_flight_motions`, those with
-    flights shorter than the step. progress is told the cases measured and all of them.
+    Parameters
+    ----------
+    cases : sequence of Case
+        What is measured.
+    by : sequence of Solver, optional
+        What measures it; `solvers()` if left out.
+    progress : callable, optional
+        Called as progress(done, total) with the number of cases.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `case` and `solver` (their names): `asked` and `known` as text over `case`; `measured`, its `bound`,
+        `passed` (not_passed, passed, not_asked where a case is not for a solver), `worst_status`, and the work:
+        `motions` solved, `impacts` in them, `short_flight_motions`, those with flights shorter than the step.
     """
     import xarray as xr
 

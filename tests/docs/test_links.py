@@ -1,0 +1,73 @@
+"""Links and paths in the documents lead to something, and their tables are complete."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+import pytest
+from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Page
+
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
+
+FOLDERS = (
+    "vibropipe", "tests", "workflow", "config", "docs", "profiles", ".ci", "words", "compiler",
+    "physics", "march", "orbits", "solve", "store", "figures", "report", "lab", "scenes", "study",
+    "jobs", "bench", "cli",
+)  # fmt: skip
+A_PATH = re.compile(
+    rf"(?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]*|[\w.-]+\.(?:txt|toml|cff|md)"
+)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=str)
+def test_links_lead_somewhere(page: Page) -> None:
+    for link in page.links:
+        name, _, anchor = link.partition("#")
+        target = (page.path.parent / name).resolve() if name else page.path
+        assert target.exists(), link
+        if anchor:
+            assert anchor in Page(target.relative_to(ROOT).as_posix()).anchors, link
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page is not CHANGELOG], ids=str)
+def test_paths_exist(page: Page) -> None:
+    for name in page.quoted:
+        if A_PATH.fullmatch(name) and not is_result(page, name):
+            assert (ROOT / name).exists(), name
+
+
+def is_result(page: Page, name: str) -> bool:
+    """Whether a path is that of a result beside a dataset, as the tutorial and the list of results have it."""
+    return name.startswith("figures/") and page.name in ("docs/tutorial.md", "results/README.md")
+
+
+def test_every_document_is_linked_from_the_readme() -> None:
+    linked = {link.partition("#")[0] for link in README.links}
+    assert {page.name for page in PAGES} - linked <= {"README.md", "results/README.md"}
+
+
+def first_column(page: Page, heading: str) -> set[str]:
+    """The names in backticks in the first column of the table under a heading."""
+    section = page.text.split(f"\n{heading}\n")[1].split("\n## ")[0]
+    cells = re.findall(r"^\| (`[^|]*) \|", section, re.MULTILINE)
+    return set(re.findall(r"`(\w+)`", " ".join(cells)))
+
+
+def test_every_status_has_its_remedy() -> None:
+    listed = first_column(Page("docs/troubleshooting.md"), "## Status")
+    assert listed == {"status"} | {status.name.lower() for status in Status}
+
+
+def test_every_regime_is_explained() -> None:
+    listed = first_column(Page("docs/theory.md"), "## Steady states")
+    assert listed == {"regime"} | {regime.name.lower() for regime in Regime}
+
+
+def test_every_folder_is_in_the_layout() -> None:
+    folders = {path.parent.name for path in (ROOT / "vibropipe").glob("*/__init__.py")}
+    assert set(re.findall(r"^\| \d+ \| `vibropipe/(\w+)/`", CONTRIBUTING.text, re.M)) == folders
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    layers = project["tool"]["importlinter"]["contracts"][0]["layers"]
+    assert set(" ".join(layers).replace(":", " ").split()) == folders

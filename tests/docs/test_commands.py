@@ -8,10 +8,12 @@ import shlex
 import tomllib
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from documents import CHANGELOG, PAGES, ROOT, Block, Page, all_blocks
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from vibropipe.cli.commands import app
 
@@ -88,6 +90,8 @@ CHECKS: dict[str, Callable[[list[str], bool], None]] = {
     ".": lambda arguments, whole: None,
 } | dict.fromkeys(("ruff", "mypy", "lint-imports", "snakefmt", "uv"), tool)
 INLINE = ("vibropipe", "snakemake", "pytest", "python")
+# What takes long or is run by other tests.
+NOT_RUN = ("new", "run", "bench")
 
 
 def check(line: str, whole: bool) -> None:
@@ -102,6 +106,29 @@ def check(line: str, whole: bool) -> None:
 def test_commands_of_a_block(block: Block) -> None:
     for line in block.text.splitlines():
         check(line, whole=True)
+
+
+def quick_commands() -> list[str]:
+    """The commands of the package in the order of the documents, each once."""
+    lines = [line for block in all_blocks("bash") for line in block.text.splitlines()]
+    quick = [
+        line for line in lines if line.startswith("vibropipe ") and line.split()[1] not in NOT_RUN
+    ]
+    return list(dict.fromkeys(quick))
+
+
+def test_quick_commands_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One after another in one folder, since a join needs the shards that were solved before it."""
+    monkeypatch.chdir(folder)
+    assert len(quick_commands()) >= 8
+    for line in quick_commands():
+        done = CliRunner().invoke(app, shlex.split(line)[1:])
+        assert done.exit_code == 0, f"{line}\n{done.output}"
+
+
+def test_every_command_is_explained() -> None:
+    listed = re.findall(r"^\| `vibropipe (\w+)` \|", Page("docs/tutorial.md").text, re.MULTILINE)
+    assert sorted(listed) == sorted(get_command(app).commands)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page is not CHANGELOG], ids=str)

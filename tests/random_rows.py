@@ -10,8 +10,9 @@ import xarray as xr
 from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import coordinates, label_rows
-from vibropipe.solve.rows import OUTPUTS, solve_rows
+from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS
+from vibropipe.words.outputs import OUTPUTS
 
 HARMONICS = 3
 

@@ -12,7 +12,8 @@ from vibropipe.scenes.accuracy.summary import (
     time_to_reach,
     worst_error,
 )
-from vibropipe.words.vocabulary import Outcome, describe
+from vibropipe.words.measurements import Outcome
+from vibropipe.words.vocabulary import describe
 
 DIMS = ("motion", "method", "setting")
 

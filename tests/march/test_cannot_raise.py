@@ -15,7 +15,8 @@ from numba.core.dispatcher import Dispatcher
 import vibropipe as vp
 from vibropipe.compiler import jit
 from vibropipe.lab.simulate_rows import simulate_rows
-from vibropipe.solve.rows import OUTPUTS, drive
+from vibropipe.solve.rows import drive
+from vibropipe.words.outputs import OUTPUTS
 
 # What is left is no fault of a row: arrays are made once per row or motion, their sizes bounded by constants, so only
 # a machine without memory refuses them. numba looks at the size of every one.

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from vibropipe.march.fast_path import crosses_once, refine
 from vibropipe.march.grid import Grid, exact_grid
 from vibropipe.march.roots import hop_root, only_root
-from vibropipe.physics.effects import ALL_EFFECTS, NAMES, of_names
+from vibropipe.physics.effects import ALL_EFFECTS, of_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine, motion
 from vibropipe.physics.forcing import TWO_PI
+from vibropipe.words.effects import EFFECT_NAMES
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 GRID: Grid = exact_grid(ALL_EFFECTS, FORCED)
@@ -140,5 +141,5 @@ def test_without_a_force_the_equation_refines_like_the_polynomial(
         return
     asked = FORCED, GRID, c, load, 1.0, 0.0, *ends
     theta, slope = refine(ALL_EFFECTS, *asked)
-    unforced = of_names([name for name in NAMES if name != "forcing"])
+    unforced = of_names([name for name in EFFECT_NAMES if name != "forcing"])
     assert refine(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)

@@ -14,7 +14,7 @@ import pytest
 from comparisons import parameters_of, reference
 
 import vibropipe as vp
-from vibropipe.physics.effects import NAMES
+from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
 
 # high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
@@ -64,7 +64,7 @@ LEFT_OUT = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7), {"f": [0.02,
 def rows_with_a_support_left_out() -> list[list[int]]:
     """Status and regime of rows marched without support 1, which is only watched (kernels that no other test
     asks for: compiled they would be the dearest of all)."""
-    effects = [name for name in NAMES if name != "support_1"]
+    effects = [name for name in EFFECT_NAMES if name != "support_1"]
     ds = vp.sweep(*LEFT_OUT, outputs=["impacts"], effects=effects)
     return [ds.status.values.tolist(), ds.regime.values.tolist()]
 

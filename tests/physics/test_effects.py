@@ -14,13 +14,13 @@ import vibropipe as vp
 from vibropipe.physics.bounds import largest_size, linear_size, ultimate_size
 from vibropipe.physics.effects import (
     ALL_EFFECTS,
-    NAMES,
     asked_effects,
     contradiction,
     effects_of,
     names_of,
     of_names,
 )
+from vibropipe.words.effects import EFFECT_NAMES
 
 FORCED = {"nu": 1.0, "f": -1.0, "h": 0.2, "l": 0.5, "delta": 0.0, "R1": 0.7, "R2": 0.7}
 FAR_2 = {"l": 100.0, "delta": -99.5}  # support 1 at 0.5, support 2 at -199.5
@@ -30,13 +30,13 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
 @pytest.mark.parametrize(
     ("changed", "start", "called_for"),
     [
-        ({}, (0.0, 0.0), set(NAMES)),
-        ({"h": 0.0}, (0.0, 0.0), set(NAMES) - {"damping"}),
+        ({}, (0.0, 0.0), set(EFFECT_NAMES)),
+        ({"h": 0.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"damping"}),
         ({"f": 0.0}, (0.0, 0.6), {"damping", "support_1", "support_2", "restitution"}),
         ({"f": 0.0}, (0.0, 0.4), {"damping"}),
         ({"f": 0.0, "delta": 0.5}, (0.2, 0.6), {"damping", "support_2", "restitution", "rest"}),
-        ({"f": 0.4}, (0.0, 0.6), set(NAMES) - {"rest"}),
-        ({"R1": 1.0, "R2": 1.0}, (0.0, 0.0), set(NAMES) - {"restitution"}),
+        ({"f": 0.4}, (0.0, 0.6), set(EFFECT_NAMES) - {"rest"}),
+        ({"R1": 1.0, "R2": 1.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"restitution"}),
         ({"f": 0.01}, (0.0, 0.0), {"damping", "forcing"}),
         ({**FAR_2, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_1", "restitution"}),
         ({**FAR_1, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_2", "restitution"}),
@@ -46,7 +46,7 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
             (0.0, 0.0),
             {"damping", "forcing", "support_1"},
         ),
-        ({**FAR_2, "h": 0.0}, (0.0, 0.0), set(NAMES) - {"damping"}),
+        ({**FAR_2, "h": 0.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"damping"}),
     ],
 )
 def test_effects_follow_from_parameters_and_start(
@@ -65,7 +65,7 @@ def test_a_short_motion_can_not_come_far() -> None:
 
 def test_a_grid_calls_for_what_any_of_its_rows_calls_for() -> None:
     grid = {**FORCED, "f": [0.0, 0.1], "h": [0.0, 0.3], "R2": [0.5, 1.0]}
-    assert set(names_of(effects_of(grid, 0.0, 0.4))) == set(NAMES) - {"rest"}
+    assert set(names_of(effects_of(grid, 0.0, 0.4))) == set(EFFECT_NAMES) - {"rest"}
     # resonance lies inside the range, not at its ends
     nu = np.linspace(0.5, 1.5, 101)
     off = {**FORCED, "f": 0.06, "nu": [0.5, 1.5]}
@@ -81,13 +81,13 @@ def test_rows_that_follow_each_other_start_anywhere() -> None:
 
 def test_all_effects_where_nothing_is_stated() -> None:
     assert asked_effects(None, FORCED, 0.0, 0.0) == ALL_EFFECTS
-    assert names_of(ALL_EFFECTS) == NAMES
-    assert of_names(NAMES) == ALL_EFFECTS
+    assert names_of(ALL_EFFECTS) == EFFECT_NAMES
+    assert of_names(EFFECT_NAMES) == ALL_EFFECTS
 
 
 @pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
 def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
-    names = [other for other in NAMES if other != name]
+    names = [other for other in EFFECT_NAMES if other != name]
     found, allowed = contradiction(names, FORCED, 0.0, 0.0) or ("", "")
     assert name in found
     assert name in allowed
@@ -96,7 +96,7 @@ def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
 
 
 def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
-    names = [name for name in NAMES if name != "support_2"]
+    names = [name for name in EFFECT_NAMES if name != "support_2"]
     watched = asked_effects(names, FORCED, 0.0, 0.0)
     assert watched == ALL_EFFECTS._replace(watched=2)
     assert "support_2" not in names_of(watched)
@@ -105,7 +105,7 @@ def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
 
 
 def test_more_than_is_called_for_may_be_stated() -> None:
-    assert asked_effects(NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
+    assert asked_effects(EFFECT_NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
 
 
 def test_an_unknown_effect_is_named() -> None:

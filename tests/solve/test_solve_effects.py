@@ -10,13 +10,14 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.march.grid import exact_grid
-from vibropipe.physics.effects import ALL_EFFECTS, NAMES
+from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.run import Task, has_closed_form, run_motion
 from vibropipe.solve.sweep import solve_shard
+from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
 
 FORCED = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
-ALL_BUT_1 = [name for name in NAMES if name != "support_1"]
+ALL_BUT_1 = [name for name in EFFECT_NAMES if name != "support_1"]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_what_the_parameters_have_can_not_be_left_out() -> None:
     with pytest.raises(vp.ParameterError, match=r"no forcing, but f = 1\.0"):
         vp.simulate(exciter, effects=["damping", "support_1", "support_2", "restitution"])
     with pytest.raises(vp.ParameterError, match=r"no damping, but h = 0\.4"):
-        vp.sweep(exciter, {"h": [0.0, 0.4]}, effects=list(NAMES)[1:])
+        vp.sweep(exciter, {"h": [0.0, 0.4]}, effects=list(EFFECT_NAMES)[1:])
 
 
 def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
@@ -78,7 +79,7 @@ def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
     exciter, over = vp.Exciter(**FORCED), {"h": [0.0, 0.1, 0.3]}
     asked: dict[str, Any] = {"outputs": ("impacts",)}
     with pytest.raises(vp.ParameterError, match="no damping"):
-        solve_shard(exciter, over, 0, 1, **asked, effects=list(NAMES)[1:])
+        solve_shard(exciter, over, 0, 1, **asked, effects=list(EFFECT_NAMES)[1:])
     whole = solve_shard(exciter, over, 0, 3, **asked)
     parts = [solve_shard(exciter, over, row, row + 1, **asked) for row in range(3)]
     assert {part.attrs["effects"] for part in parts} == {whole.attrs["effects"]}

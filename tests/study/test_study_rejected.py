@@ -5,9 +5,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from study_texts import BASE, faults, scene_faults, study_of
 
-from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.keys.spelling import nearest
 from vibropipe.study import StudyError, parse_study
+from vibropipe.words.parameters import PARAMETERS
 
 
 def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
@@ -235,7 +236,7 @@ def test_parameters_refuse_what_is_no_finite_number(tmp_path, name, value):
     exciter = f"{{l: 1, {name}: {value}}}" if name != "l" else f"{{l: {value}}}"
     (line,) = scene_faults("{kind: motion}", tmp_path, exciter=exciter)
     assert line.startswith(f"exciter.{name}: found ")
-    assert f"allowed {ALLOWED[name]}" in line
+    assert f"allowed {PARAMETERS[name].range.text}" in line
 
 
 @pytest.mark.parametrize(

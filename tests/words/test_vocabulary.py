@@ -7,14 +7,13 @@ import pytest
 import xarray as xr
 from matplotlib.mathtext import MathTextParser
 
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (
-    PARAMETERS,
     REGIMES,
     VOCABULARY,
     attributes,
     describe,
-    flags,
     label,
     quantity,
 )
@@ -39,7 +38,6 @@ def test_every_name_is_in_the_table(name):
 
 
 def test_parameters_are_scalars_of_the_table():
-    assert PARAMETERS == ("nu", "f", "h", "l", "delta", "R1", "R2")
     assert all(VOCABULARY[name].dims == () for name in PARAMETERS)
 
 
@@ -83,7 +81,7 @@ def test_flags_of_regimes_are_the_contract():
 
 
 def test_flags_of_status_are_its_members():
-    assert flags("status") == {member.name.lower(): member.value for member in Status}
+    assert quantity("status").flags == {member.name.lower(): member.value for member in Status}
     attrs = attributes("status")
     assert attrs["flag_meanings"].split()[0] == "ok"
     assert len(attrs["flag_values"]) == len(Status)
@@ -91,7 +89,7 @@ def test_flags_of_status_are_its_members():
 
 def test_flag_meanings_are_single_words():
     for name in VOCABULARY:
-        for word in flags(name) or {}:
+        for word in quantity(name).flags or {}:
             assert re.fullmatch(r"[a-z][a-z0-9_]*", word)
 
 

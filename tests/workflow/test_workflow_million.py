@@ -10,8 +10,8 @@ import netCDF4
 import numpy as np
 import pytest
 
+from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import Regime
 
 # One of its rows ended shard, job and study before.
 STUDY = """\

@@ -20,7 +20,7 @@ from vibropipe.lab.work_precision import Judge, build, enter
 from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import sweep
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import Outcome
 
 FORCED = Exciter(h=0.1, nu=1.0, f=1.0, l=1.0, R1=0.8, R2=0.8)
 SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)

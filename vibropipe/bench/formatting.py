@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibropipe.bench.measurement import Contestant, Item, Target
-from vibropipe.jobs.terminal_tables import columns
+from vibropipe.words.wording import aligned
 
 UNITS = (("ms", 1e6), ("us", 1e3), ("ns", 1.0))
 
@@ -22,7 +22,7 @@ def as_text(items: Sequence[Item]) -> str:
 def item_text(item: Item) -> str:
     """The table of one item."""
     head = ("", f"time per {item.unit}", "quartiles", "error", "first call")
-    lines = columns([head, *(line(one) for one in item.contestants)])
+    lines = aligned([head, *(line(one) for one in item.contestants)])
     told = [target_text(item, target) for target in item.targets]
     return "\n".join([f"{item.name}: {item.what}", *lines, *told])
 

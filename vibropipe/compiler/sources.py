@@ -24,7 +24,7 @@ SOLVERS = (
     "vibropipe.solve.sweep",
     COMPILER,
 )
-# Names, units and long names of quantities: words beside the numbers, never part of them.
+# Units, symbols and long names of quantities: words beside the numbers, never part of them.
 WORDS = ("vibropipe.words.vocabulary",)
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"

@@ -11,8 +11,9 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import PARAMETERS, REGIMES, quantity
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS, REGIMES, quantity
 
 REGIME_WORDS = {
     "no_impact": "no impact",
@@ -43,18 +44,6 @@ UNRESOLVED_WORDS = {
     Status.LOG_FULL: "more contacts than are kept",
     Status.SUPPORT_REACHED: "a support is reached that was left out",
     Status.MAX_STEPS: "more steps in a forcing period than are marched",
-}
-PLAIN_SYMBOLS = {
-    "nu": "ν",
-    "f": "f",
-    "h": "h",
-    "l": "l",
-    "delta": "δ",
-    "R1": "R₁",
-    "R2": "R₂",
-    "delta_over_l": "δ\u2060/\u2060l",
-    "tau_bar": "τ̄",
-    "amplitude": "A",
 }
 # what stands where there is nothing to draw
 SAMPLES_NOT_ASKED = (

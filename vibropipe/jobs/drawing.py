@@ -68,4 +68,6 @@ def drawing_hash() -> str:
 
 
 def _files(path: Path) -> Iterable[Path]:
-    return sorted(item for item in path.rglob("*") if item.suffix in (".py", ".typ", ".mplstyle"))
+    return sorted(
+        item for item in path.rglob("*") if item.suffix in (".py", ".toml", ".typ", ".mplstyle")
+    )

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.physics.effects import NAMES
+from vibropipe.jobs.plan import plan_scene
+from vibropipe.scenes.costs import Estimate
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import PARAMETERS
-from vibropipe.words.wording import count
+from vibropipe.words.wording import aligned, count
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibropipe.scenes.costs import Estimate
     from vibropipe.study import Study
 
 MOST_LINES = 60
@@ -24,64 +24,58 @@ MOST_LINES = 60
 def plan_text(study: Study, found: Mapping[str, Estimate] | None = None) -> str:
     """Return the plan of a study as a table for people.
 
-    With what a calibration has `found` by scene: the method chosen, the time expected on this machine
-    and the size on disk; without it, rough ones that are the same everywhere.
+    Parameters
+    ----------
+    study : Study
+        What is planned.
+    found : mapping of str to Estimate, optional
+        What a calibration on this machine found, by scene. Without it, rough times and sizes that are the same
+        everywhere.
     """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
-    known = found or {}
-    work, size = ("expected", "on disk") if found else ("work", "size of data")
-    head = ("scene", "kind", "size", "method", "effects", "outputs", "jobs", work, size)
+    expected = found or {
+        plan.name: Estimate(plan.seconds, 0.0, plan.bytes, parallel=False, method=plan.method)
+        for plan in plans
+    }
+    # kernels are loaded by each job
+    work = {
+        plan.name: expected[plan.name].core_seconds + plan.shards * expected[plan.name].load_seconds
+        for plan in plans
+    }
+    heads = ("expected", "on disk") if found else ("work", "size of data")
     body = [
         (
             plan.name,
             plan.kind,
             plan.size,
-            known[plan.name].method if found else plan.method,
+            expected[plan.name].method,
             effects_text(plan.effects),
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
-            seconds_text(work_of(plan, found)),
-            bytes_text(known[plan.name].bytes if found else plan.bytes),
+            seconds_text(work[plan.name]),
+            bytes_text(expected[plan.name].bytes),
         )
         for plan in plans
     ]
-    seconds = sum(work_of(plan, found) for plan in plans)
-    stored = sum(known[plan.name].bytes if found else plan.bytes for plan in plans)
-    rows = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')},"
+    head = ("scene", "kind", "size", "method", "effects", "outputs", "jobs", *heads)
+    seconds = sum(work.values())
+    stored = bytes_text(sum(expected[plan.name].bytes for plan in plans))
+    total = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')}, "
     if found:
         cores = os.cpu_count() or 1
-        longest = max(work_of(plan, found) / plan.shards for plan in plans)
-        total = (
-            f"{rows} expected on this machine: {seconds_text(seconds)} of one core,"
-            f" {seconds_text(max(longest, seconds / cores))} on its {cores}, {bytes_text(stored)} on disk"
+        longest = max(work[plan.name] / plan.shards for plan in plans)
+        total += (
+            f"expected on this machine: {seconds_text(seconds)} of one core,"
+            f" {seconds_text(max(longest, seconds / cores))} on its {cores}, {stored} on disk"
         )
     else:
-        total = (
-            f"{rows} roughly {seconds_text(seconds)} of work on one core,"
-            f" {bytes_text(stored)} before compression"
-        )
-    return "\n".join([f"{study.name}: {study.title}", *columns([head, *body]), total])
-
-
-def work_of(plan: ScenePlan, found: Mapping[str, Estimate] | None) -> float:
-    """Return the seconds of one core that a scene takes, kernels loaded by each of its jobs."""
-    if not found:
-        return plan.seconds
-    return found[plan.name].core_seconds + plan.shards * found[plan.name].load_seconds
-
-
-def columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows of text as lines with aligned columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+        total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
+    return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total])
 
 
 def effects_text(effects: Sequence[str]) -> str:
     """Return the effects of a scene by name; all of them, or none, in a word."""
-    if set(effects) == set(NAMES):
+    if set(effects) == set(EFFECT_NAMES):
         return "all"
     return " ".join(effects) if effects else "none"
 
@@ -117,7 +111,7 @@ def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:
         f" velocity {float(motion['velocity_end']):.12g}"
     )
     status = Status(int(motion["status"]))
-    lines = [parameters, *_chosen(motion), *_shortened(columns([head, *body]), most), end]
+    lines = [parameters, *_chosen(motion), *_shortened(aligned([head, *body]), most), end]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
 
 
@@ -133,23 +127,25 @@ def _chosen(motion: xr.Dataset) -> list[str]:
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:
     """Return (tau, row of the table) of each impact, grazing, rest and release, by kind."""
-    found: list[tuple[float, tuple[str, ...]]] = [
-        (tau, (f"{tau:.12g}", "impact", str(support), f"{before:.9g}", f"{after:.9g}"))
-        for tau, support, before, after in _together(
-            motion, "impact_tau", "impact_support", "impact_velocity", "impact_velocity_after"
-        )
+
+    def each(*names: str) -> Iterator[tuple[float, ...]]:
+        return zip(*(motion[name].values.tolist() for name in names), strict=True)
+
+    impacts = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
+    found: list[tuple[float, str, float, str, str]] = [
+        (tau, "impact", support, f"{before:.9g}", f"{after:.9g}")
+        for tau, support, before, after in each(*impacts)
     ]
-    for tau, support in _together(motion, "grazing_tau", "grazing_support"):
-        found.append((tau, (f"{tau:.12g}", "grazing", str(support), "0", "0")))
-    for start, end, support in _together(motion, "rest_start", "rest_end", "rest_support"):
-        found.append((start, (f"{start:.12g}", "rest", str(support), "", "")))
+    for tau, support in each("grazing_tau", "grazing_support"):
+        found.append((tau, "grazing", support, "0", "0"))
+    for start, end, support in each("rest_start", "rest_end", "rest_support"):
+        found.append((start, "rest", support, "", ""))
         if end != float("inf"):
-            found.append((end, (f"{end:.12g}", "release", str(support), "", "")))
-    return found
-
-
-def _together(motion: xr.Dataset, *names: str) -> zip[tuple[float, ...]]:
-    return zip(*(motion[name].values.tolist() for name in names), strict=True)
+            found.append((end, "release", support, "", ""))
+    return [
+        (tau, (f"{tau:.12g}", event, str(support), *velocities))
+        for tau, event, support, *velocities in found
+    ]
 
 
 def _shortened(lines: list[str], most: int) -> list[str]:

@@ -15,9 +15,8 @@ import numpy as np
 
 from vibropipe.lab.timing import repeated
 from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown, failed
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import SCIPY, Outcome
 
-SCIPY = ("RK45", "DOP853", "Radau")
 # Work in a forcing period after which a peer is stopped: evaluations of the equation, or steps of heyoka. Counted
 # and not timed, so that the same peers are stopped on every machine.
 MOST_WORK = 10_000

@@ -21,13 +21,13 @@ from vibropipe.lab.reference_solver import Twin, period_of
 from vibropipe.lab.timing import Timer, take_turns
 from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown
 from vibropipe.solve.accuracy.motion_errors import partners
-from vibropipe.words.vocabulary import PARAMETERS, Outcome, describe
+from vibropipe.words.measurements import COMPARED_METHODS, OWN, Outcome
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OWN = ("crude", "newmark", "exact")
-METHODS = (*OWN, *peers.SCIPY, "heyoka")
 HARMONICS = 4
 # Impacts slower than this share of the fastest belong to a chatter, in which methods need not agree.
 SLOW = 0.05
@@ -155,7 +155,7 @@ def compile_methods(methods: Sequence[str], motion: Motion) -> None:
 
 def solve_accuracy(
     motions: Mapping[str, Motion],
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str] = COMPARED_METHODS,
     steps: Sequence[int] = (16, 64, 256, 1024, 4096, 16384),
     tolerances: Sequence[float] = (1e-4, 1e-7, 1e-10),
     peer_periods: int = 4,

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 
 from vibropipe.lab.peers import MOST_WORK, RESTART
 from vibropipe.lab.timing import spent_on
-from vibropipe.lab.work_precision import MOST_STEPS, OWN, Entry, enter, entries
+from vibropipe.lab.work_precision import MOST_STEPS, Entry, enter, entries
 from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.march.log import STEPS
 from vibropipe.solve.accuracy.method_choice import least_cost
 from vibropipe.solve.run import Run, run_motion
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import OWN, Outcome
 
 # Seconds of the twin that judges: for a motion, for each of its impacts.
 JUDGED, JUDGED_IMPACT = 5e-3, 7e-4

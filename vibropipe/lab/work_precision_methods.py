@@ -19,8 +19,8 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import ORDER
 from vibropipe.solve.run import MARCH_LOG_CAPACITY, Task, run_motion
+from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import Outcome
 
 SAMPLES = 64
 MOST_CONTACTS = 2_000_000

@@ -15,8 +15,10 @@ import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_size
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.words.effects import EFFECT_NAMES
 
-NAMES = ("damping", "forcing", "support_1", "support_2", "restitution", "rest")
+# The bit of each support in `Effects.watched`.
+WATCHED = {"support_1": 1, "support_2": 2}
 
 
 class Effects(NamedTuple):
@@ -39,18 +41,21 @@ ALL_EFFECTS = Effects()
 
 
 def names_of(effects: Effects) -> tuple[str, ...]:
-    """The names of the effects that are present, in the order of NAMES; watched supports are not."""
+    """Return the names of the effects that are present, in the order of EFFECT_NAMES; watched supports are not."""
     watched = effects.watched or 0
-    left_out = {name for bit, name in ((1, "support_1"), (2, "support_2")) if watched & bit}
-    return tuple(n for n in NAMES if getattr(effects, n) is not None and n not in left_out)
+    return tuple(
+        name
+        for name in EFFECT_NAMES
+        if getattr(effects, name) is not None and not watched & WATCHED.get(name, 0)
+    )
 
 
 def of_names(names: Iterable[str]) -> Effects:
-    """Effects by name; ParameterError for a name that is none of NAMES."""
+    """Return effects by name, or raise a ParameterError for a name that is none of EFFECT_NAMES."""
     chosen = set(names)
-    for name in chosen - set(NAMES):
-        raise ParameterError(f"effects: {name!r}: allowed are any of {', '.join(NAMES)}")
-    return Effects(*(1 if name in chosen else None for name in NAMES))
+    for name in chosen - set(EFFECT_NAMES):
+        raise ParameterError(f"effects: {name!r}: allowed are any of {', '.join(EFFECT_NAMES)}")
+    return Effects(*(1 if name in chosen else None for name in EFFECT_NAMES))
 
 
 def effects_of(
@@ -86,7 +91,7 @@ def effects_of(
     lossy = {name for name, R in (("support_1", "R1"), ("support_2", "R2")) if (p[R] < 1).any()}
     pressed = {name for name, place in places.items() if not force < place * (1 - ROUNDING)}
     present = ((p["h"] > 0).any(), force > 0, *(name in met for name in places))
-    watched = sum(bit for bit, name in ((1, "support_1"), (2, "support_2")) if name in met - there)
+    watched = sum(WATCHED[name] for name in met - there)
     called_for = (*present, there & lossy, there & pressed)
     effects = Effects(*(1 if is_so else None for is_so in called_for))
     return effects._replace(watched=watched or None)
@@ -108,17 +113,13 @@ def asked_effects(
     if missing is not None:
         raise ParameterError(f"effects = {', '.join(names)}: {missing[0]}; allowed is {missing[1]}")
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
-    watched = derived.watched or 0
-    return stated._replace(
-        support_1=1 if watched & 1 else stated.support_1,
-        support_2=1 if watched & 2 else stated.support_2,
-        watched=derived.watched,
-    )
+    marched = {name: 1 for name, bit in WATCHED.items() if (derived.watched or 0) & bit}
+    return stated._replace(watched=derived.watched, **marched)
 
 
 def absent_supports(names: Sequence[str]) -> tuple[str, ...]:
     """The supports that are not among the names."""
-    return tuple(name for name in ("support_1", "support_2") if name not in names)
+    return tuple(name for name in WATCHED if name not in names)
 
 
 def contradiction(
@@ -126,8 +127,8 @@ def contradiction(
 ) -> tuple[str, str] | None:
     """(what was found, what is allowed) where `names` leave out an effect that the parameters call for."""
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
-    of_parameters = ("damping", "forcing", "restitution", "rest")
-    missing = [n for n in of_parameters if getattr(derived, n) is not None and n not in names]
+    called_for = [name for name in EFFECT_NAMES if getattr(derived, name) is not None]
+    missing = [name for name in called_for if name not in (*names, *WATCHED)]
     if not missing:
         return None
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vibropipe.physics.start import start_at, start_room
+from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, POSITIVE, Range
 
 
 class ParameterError(ValueError):
@@ -25,29 +26,8 @@ class Parameters(NamedTuple):
     R2: float
 
 
-ALLOWED = {
-    "nu": "a finite number > 0",
-    "f": "a finite number",
-    "h": "a finite number >= 0",
-    "l": "a finite number > 0",
-    "delta": "a finite number",
-    "R1": "a number from 0 to 1",
-    "R2": "a number from 0 to 1",
-}
-
-
-def _in_range(name: str, value: float) -> bool:
-    if not math.isfinite(value):
-        return False
-    if name in ("nu", "l"):
-        return value > 0
-    if name in ("R1", "R2"):
-        return 0 <= value <= 1
-    return name != "h" or value >= 0
-
-
 def number(name: str, value: Any, allowed: str) -> float:
-    """`value` as a float, or a ParameterError naming it; text and booleans are not numbers."""
+    """Return `value` as a float, or raise a ParameterError naming it; text and booleans are not numbers."""
     try:
         if isinstance(value, (str, bytes, bool)):
             raise TypeError
@@ -56,31 +36,50 @@ def number(name: str, value: Any, allowed: str) -> float:
         raise ParameterError(f"{name} = {value!r}: allowed is {allowed}") from None
 
 
+def number_within(name: str, value: Any, within: Range) -> float:
+    """Return `value` as a float that lies in a range, or raise a ParameterError naming it."""
+    found = number(name, value, within.text)
+    if not within.contains(found):
+        raise ParameterError(f"{name} = {found!r}: allowed is {within.text}")
+    return found
+
+
 @dataclass(frozen=True)
 class Exciter:
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
 
-    nu: frequency of excitation over the eigenfrequency; f: amplitude of excitation; h: damping;
-    l: half the distance between the supports; delta: offset of the equilibrium, so that support 1 stands
-    at x = l + delta and support 2 at x = -(l - delta); R1, R2: restitution of the supports.
-    Raises ParameterError for a value outside `ALLOWED`.
+    Parameters
+    ----------
+    l : float
+        Half the distance between the supports, > 0.
+    nu : float
+        Frequency of excitation over the eigenfrequency, > 0.
+    f : float
+        Amplitude of excitation.
+    h : float
+        Damping, >= 0.
+    delta : float
+        Offset of the equilibrium: support 1 stands at x = l + delta and support 2 at x = -(l - delta).
+    R1, R2 : float
+        Coefficients of restitution of the supports, from 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range (`vibropipe.words.parameters`), or the supports coincide in floating point.
     """
 
     l: float  # noqa: E741 - the paper's symbol
-    nu: float = 1.0
-    f: float = 0.0
-    h: float = 0.0
-    delta: float = 0.0
-    R1: float = 1.0
-    R2: float = 1.0
+    nu: float = DEFAULTS["nu"]
+    f: float = DEFAULTS["f"]
+    h: float = DEFAULTS["h"]
+    delta: float = DEFAULTS["delta"]
+    R1: float = DEFAULTS["R1"]
+    R2: float = DEFAULTS["R2"]
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            allowed = ALLOWED[field.name]
-            value = number(field.name, getattr(self, field.name), allowed)
-            if not _in_range(field.name, value):
-                raise ParameterError(f"{field.name} = {value!r}: allowed is {allowed}")
-            object.__setattr__(self, field.name, value)
+        for name, known in PARAMETERS.items():
+            object.__setattr__(self, name, number_within(name, getattr(self, name), known.range))
         if not self.lower < self.upper:
             raise ParameterError(
                 f"l = {self.l!r}: with delta = {self.delta!r} the supports fall on one floating-point number; "
@@ -97,18 +96,19 @@ class Exciter:
         F: float,
         omega: float,
         l: float,  # noqa: E741
-        delta: float = 0.0,
-        R1: float = 1.0,
-        R2: float = 1.0,
+        delta: float = DEFAULTS["delta"],
+        R1: float = DEFAULTS["R1"],
+        R2: float = DEFAULTS["R2"],
     ) -> Exciter:
-        """The exciter of mass m, stiffness C, viscous damping H, force F sin(omega t), by eqs. (2)-(4):
-        p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p; lengths stay in the unit of l and delta."""
+        """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t).
+
+        By eqs. (2)-(4): p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths stay in the unit of l and
+        delta.
+        """
         for name, value in (("m", m), ("C", C)):
-            if not (math.isfinite(number(name, value, "a finite number > 0")) and value > 0):
-                raise ParameterError(f"{name} = {value!r}: allowed is a finite number > 0")
+            number_within(name, value, POSITIVE)
         for name, value in (("H", H), ("F", F), ("omega", omega)):
-            if not math.isfinite(number(name, value, "a finite number")):
-                raise ParameterError(f"{name} = {value!r}: allowed is a finite number")
+            number_within(name, value, FINITE)
         # sqrt of each first: the product m C can overflow where h does not.
         h = H / math.sqrt(m) / math.sqrt(C)
         return cls(l=l, nu=omega / math.sqrt(C / m), f=F / C, h=h, delta=delta, R1=R1, R2=R2)
@@ -139,15 +139,28 @@ class Exciter:
         return Parameters(**vars(self))
 
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
-        """A start (x0, v0) as floats, x0 on a support that it is within rounding of
-        (`start_at`); x0 left out (None) is the
-        equilibrium, or the support nearest to it. ParameterError if it is not finite or lies outside the supports."""
-        allowed = f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
-        v = number("v0", v0, "a finite number")
-        x = 0.0 if x0 is None else number("x0", x0, allowed)
-        least, most = start_room(self.l, self.delta)
-        if x0 is not None and not least <= x <= most:
-            raise ParameterError(f"x0 = {x!r}: allowed is {allowed}")
-        if not math.isfinite(v):
-            raise ParameterError(f"v0 = {v!r}: allowed is a finite number")
-        return float(start_at(self.l, self.delta, None if x0 is None else x, v)), v
+        """Return a start as floats, on a support that it is within rounding of (`start_at`).
+
+        Parameters
+        ----------
+        x0 : float or None
+            Displacement; None is the equilibrium, or the support nearest to it where that lies beyond.
+        v0 : float
+            Velocity.
+
+        Raises
+        ------
+        ParameterError
+            If the start is not finite or lies outside the supports.
+        """
+        v = number_within("v0", v0, FINITE)
+        x = None
+        if x0 is not None:
+            allowed = (
+                f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
+            )
+            x = number("x0", x0, allowed)
+            least, most = start_room(self.l, self.delta)
+            if not least <= x <= most:
+                raise ParameterError(f"x0 = {x!r}: allowed is {allowed}")
+        return float(start_at(self.l, self.delta, x, v)), v

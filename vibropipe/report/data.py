@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import PLAIN_SYMBOLS, grid_words, number
+from vibropipe.figures.text import grid_words, number
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.words.vocabulary import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import count
 
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")

@@ -15,12 +15,11 @@ from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.physics.start import start_text
 from vibropipe.solve.energy import TERMS, balance
 from vibropipe.solve.run import Run, Task, run_motion, sample_times, turns_of
+from vibropipe.words.methods import METHODS
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
-
-METHODS = ("exact", "newmark")
 
 
 def simulate(

@@ -23,8 +23,8 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
 from vibropipe.physics.start import row_starts
 from vibropipe.solve.unsolved import mask_unsolved
+from vibropipe.words.outputs import OUTPUTS
 
-OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 PHASES = 256
 # Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
 # 256 impacts in each; an array of them for every row of a call is mapped, and only what is written to takes memory.

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import MAX_PERIODS, assemble, solve_shard
+from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
     import xarray as xr
-
-OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 
 
 def steady_state(
@@ -43,7 +42,7 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    asked: dict[str, Any] = {"x0": x0, "v0": v0, "harmonics": harmonics, "outputs": OUTPUTS}
+    asked: dict[str, Any] = {"x0": x0, "v0": v0, "harmonics": harmonics, "outputs": OF_STEADY_STATE}
     asked |= {"accuracy": accuracy, "effects": effects, "patience": patience}
     shard = solve_shard(exciter, over, 0, 1, **asked)
     return assemble([shard], over).isel(nu=0).drop_vars("row_size")

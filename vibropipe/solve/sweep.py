@@ -20,13 +20,13 @@ from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import nudged_rows, row_errors, told
 from vibropipe.solve.cluster import gathered, solve_on
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows, take_rows
-from vibropipe.solve.rows import OUTPUTS, solve_rows
+from vibropipe.solve.rows import solve_rows
+from vibropipe.words.outputs import OUTPUTS, SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DEFAULT_OUTPUTS = ("harmonics", "impacts", "stability")
 DIRECTIONS = ("up", "down")
 MAX_PERIODS = limits.PATIENCE[1]
 # Forcing periods after which a row of a sweep is left where small differences grow.
@@ -41,7 +41,7 @@ def sweep(
     v0: float = 0.0,
     harmonics: int = 3,
     follow: Follow = None,
-    outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    outputs: Sequence[str] = SWEEP_DEFAULT,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     client: Any = None,
@@ -156,7 +156,7 @@ def solve_blocks(
     v0: float = 0.0,
     harmonics: int = 3,
     follow: Follow = None,
-    outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    outputs: Sequence[str] = SWEEP_DEFAULT,
     progress: Callable[[int], None] | None = None,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,

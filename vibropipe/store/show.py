@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import unicodedata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.words.vocabulary import flags, quantity
+from vibropipe.words.vocabulary import quantity
+from vibropipe.words.wording import aligned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,19 +60,7 @@ def _quantities(dataset: xr.Dataset) -> str:
         variable = dataset[name]
         dims = f"({', '.join(map(str, variable.dims))})" if variable.dims else ""
         rows.append((f"{name}{dims}", _symbol(str(name)), _range(variable), _long_name(variable)))
-    widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(
-            cell + " " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True)
-        )
-        for row in rows
-    ]
-    return "\n".join(["Quantities", *(f"  {line}".rstrip() for line in lines)]) if rows else ""
-
-
-def _width(text: str) -> int:
-    """Return the columns ``text`` takes: an accent stands over the letter before it."""
-    return sum(not unicodedata.combining(letter) for letter in text)
+    return "\n".join(["Quantities", *(f"  {line}" for line in aligned(rows))]) if rows else ""
 
 
 def _symbol(name: str) -> str:
@@ -105,7 +93,7 @@ def _range(variable: xr.DataArray) -> str:
 def _counts(dataset: xr.Dataset, name: str) -> str:
     """Return how often each named value of ``name`` occurs."""
     values = np.asarray(dataset[name].values).reshape(-1)
-    named = {value: word for word, value in (flags(name) or {}).items()}
+    named = {value: word for word, value in (quantity(name).flags or {}).items()}
     lines = [
         f"  {named.get(int(value), value)}: {count} ({count / len(values):.1%})"
         for value, count in zip(*np.unique(values, return_counts=True), strict=True)

@@ -1,8 +1,9 @@
-"""Amounts and lists as a sentence has them."""
+"""Amounts and lists as a sentence has them, and rows of words as a table has them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import unicodedata
+from collections.abc import Iterable, Sequence
 
 
 def count(amount: int, noun: str, plural: str | None = None) -> str:
@@ -21,3 +22,18 @@ def series(words: Iterable[str]) -> str:
     if len(listed) < 2:
         return "".join(listed)
     return f"{', '.join(listed[:-1])} and {listed[-1]}"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of cells as lines with aligned columns; an accent stands over the letter before it."""
+
+    def width(text: str) -> int:
+        return sum(not unicodedata.combining(letter) for letter in text)
+
+    widths = [max(map(width, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell + " " * (most - width(cell)) for cell, most in zip(row, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    ]

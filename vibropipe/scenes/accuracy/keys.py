@@ -11,13 +11,9 @@ from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.values import Name, Within
+from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod
 
-Method = Literal["crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka"]
-METHODS: tuple[Method, ...] = ("crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka")
-PEERS = METHODS[3:]
-
-
-Methods = Annotated[list[Method], Field(min_length=1), AfterValidator(each_once)]
+Methods = Annotated[list[ComparedMethod], Field(min_length=1), AfterValidator(each_once)]
 Steps = Annotated[int, Within(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, Within(1e-14, 0.1)]
 
@@ -30,7 +26,8 @@ class AccuracyScene(SetOfMotions):
         description="The motions by name, each with `exciter`, `start` and `periods`."
     )
     methods: Methods = Field(
-        default=list(METHODS), description="What is compared; the last four are other packages."
+        default=list(COMPARED_METHODS),
+        description="What is compared; the last four are other packages.",
     )
     steps_per_period: Annotated[list[Steps], Field(min_length=1)] = Field(
         default=[16, 64, 256, 1024, 4096, 16384],
@@ -54,11 +51,11 @@ class AccuracyScene(SetOfMotions):
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
         return ", ".join(self.methods)
 
-    def settings(self, method: Method) -> list[float]:
+    def settings(self, method: ComparedMethod) -> list[float]:
         """Return the settings of a method; the exact one has nothing to set."""
         if method == "exact":
             return [0.0]
-        return [*(self.steps_per_period if method in METHODS[:2] else self.tolerances)]
+        return [*(self.steps_per_period if method in COMPARED_METHODS[:2] else self.tolerances)]
 
 
 CHECKS = (Check((*EXCITER, ("motions",)), check_motions),)

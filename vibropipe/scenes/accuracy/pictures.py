@@ -14,7 +14,7 @@ from vibropipe.figures.style import LINE_MARKERS, SMALL_FONT_SIZE, legend, line_
 from vibropipe.scenes.accuracy.summary import orders, sound, time_to_reach, worst_error
 from vibropipe.scenes.accuracy.text import describe_work_precision
 from vibropipe.scenes.kind import only_picture
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import Outcome
 
 COLUMNS = 3
 PANEL_HEIGHT_CM = 5.4

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.accuracy.keys import PEERS
 from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+from vibropipe.words.measurements import PEERS
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from vibropipe.report.table import Datasets, Table, breakable
 from vibropipe.scenes.accuracy.summary import time_to_reach
 from vibropipe.scenes.accuracy.text import conclusion
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import Outcome
 
 NOT_REACHED = "not reached"
 MEDIAN_OF_ALL = "median of all"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import Outcome
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")

@@ -16,7 +16,7 @@ from vibropipe.scenes.accuracy.summary import (
     time_to_reach,
     worst_error,
 )
-from vibropipe.words.vocabulary import Outcome
+from vibropipe.words.measurements import Outcome
 from vibropipe.words.wording import count, series
 
 # for one method, for several

@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import PLAIN_SYMBOLS, number, regime_name, sentences
+from vibropipe.figures.text import number, regime_name, sentences
 from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
 
 

@@ -7,11 +7,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from vibropipe.scenes.keys.base import DEFAULTS, BaseScene, Harmonics
+from vibropipe.scenes.keys.base import BaseScene, Harmonics
 from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.problems import Path, Problem
 from vibropipe.scenes.keys.values import Within, Written
+from vibropipe.words.parameters import DEFAULTS
 
 
 class BackboneScene(BaseScene):

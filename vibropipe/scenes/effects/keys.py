@@ -8,17 +8,16 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import NAMES, effects_of, names_of
+from vibropipe.physics.effects import effects_of, names_of
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import largest_start
-from vibropipe.scenes.keys.base import Output, each_once
+from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
 from vibropipe.scenes.keys.values import Name, Within, Written
-
-OF_MOTIONS: tuple[Output, ...] = ("impacts", "motion")
-OF_ROWS: tuple[Output, ...] = ("harmonics", "impacts", "stability", "energy")
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.outputs import OF_MOTION, OF_STEADY_STATE, Output
 
 
 class TimedMotion(MotionKeys):
@@ -76,7 +75,7 @@ def _timed(scene: EffectsScene) -> Iterator[Problem]:
         known = ", ".join(scene.motions)
         yield Problem(("full",), repr(scene.full), known, did_you_mean(scene.full, scene.motions))
     elif not faults:
-        missing = [name for name in NAMES if name not in scene.effects_of(scene.full)]
+        missing = [name for name in EFFECT_NAMES if name not in scene.effects_of(scene.full)]
         if missing:
             found = f"a motion without {', '.join(missing)}"
             yield Problem(
@@ -84,7 +83,7 @@ def _timed(scene: EffectsScene) -> Iterator[Problem]:
             )
     for name, timed in scene.motions.items():
         path = ("motions", name)
-        fits = OF_ROWS if timed.of == "row" else OF_MOTIONS
+        fits = OF_STEADY_STATE if timed.of == "row" else OF_MOTION
         for place, output in enumerate(timed.outputs):
             if output not in fits:
                 yield Problem((*path, "outputs", place), repr(output), ", ".join(fits))

@@ -5,11 +5,11 @@ from __future__ import annotations
 import xarray as xr
 
 from vibropipe.figures.text import digits, number
-from vibropipe.physics.effects import NAMES
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.effects import EFFECT_NAMES
 
 VERDICTS = {0: "not passed", 1: "passed"}
 HOW = (
@@ -84,7 +84,7 @@ def effects_words(names: str) -> str:
     """Write the effects of a motion; all of them in a word."""
     if not names:
         return DASH
-    return "all" if set(names.split(", ")) == set(NAMES) else breakable(names)
+    return "all" if set(names.split(", ")) == set(EFFECT_NAMES) else breakable(names)
 
 
 REPORT = ReportPart(sections)

@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import NAMES
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
 from vibropipe.scenes.keys.values import Name
+from vibropipe.words.effects import EFFECT_NAMES
 
 
 class HardCasesScene(BaseScene):
@@ -30,7 +30,7 @@ class HardCasesScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: among the cases each occurs."""
-        return NAMES
+        return EFFECT_NAMES
 
 
 def _cases(scene: HardCasesScene) -> Iterator[Problem]:

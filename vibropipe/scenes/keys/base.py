@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import Keys, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions
 from vibropipe.scenes.keys.values import Within, Words, refuse
+from vibropipe.words.outputs import Output
+from vibropipe.words.parameters import DEFAULTS
 
-Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
 Title = Annotated[str, Words(200)]
 Prose = Annotated[str, Words(4000, one_line=False)]
 Harmonics = Annotated[int, Within(*HARMONICS, whole=True)]
 
-DEFAULTS = {"nu": 1.0, "f": 0.0, "h": 0.0, "delta": 0.0, "R1": 1.0, "R2": 1.0}
 # No data depend on these; what is left of the exciter is told by `data_exciter`.
 NO_DATA = ("title", "caption", "figure", "exciter")
 

@@ -10,14 +10,14 @@ import itertools
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS
 from vibropipe.scenes.keys.problems import Path, Problem
 from vibropipe.scenes.keys.values import takes
-from vibropipe.words.vocabulary import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS
 
 EXCITER: tuple[Path, ...] = tuple(("exciter", name) for name in PARAMETERS)
 SUPPORTS: tuple[Path, ...] = (
@@ -39,7 +39,7 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
     """See that l is there and that all parameters together leave room between the supports."""
     if not scene.has_l():
         hint = "in the scene or, for all scenes, in the study's exciter"
-        yield Problem(("exciter", "l"), "nothing", ALLOWED["l"], hint)
+        yield Problem(("exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
         return
     for corner in corners(scene):
         if not all(takes(name, value) for name, value in corner.items()):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator
 
@@ -13,8 +13,8 @@ from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import Written
+from vibropipe.words.effects import Effect
 
-Effect = Literal["damping", "forcing", "support_1", "support_2", "restitution", "rest"]
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), Written]
 EFFECTS_WORDS = "Physics to compute with, nothing else; left out, what the scene calls for."
 

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from vibropipe.physics.effects import NAMES
-from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
 from vibropipe.scenes.keys.grids import Keys
 from vibropipe.scenes.keys.parts import ExciterKeys, Start
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import Within
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.parameters import PARAMETERS
 
 
 class MotionKeys(Keys):
@@ -49,7 +50,7 @@ class SetOfMotions(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: the motions are there to compare them."""
-        return NAMES
+        return EFFECT_NAMES
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
@@ -65,7 +66,7 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
         path = ("motions", name)
         if "l" not in shared and "l" not in motion.exciter.given():
             hint = "in the motion, in the scene or in the study's exciter"
-            yield Problem((*path, "exciter", "l"), "nothing", ALLOWED["l"], hint)
+            yield Problem((*path, "exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))

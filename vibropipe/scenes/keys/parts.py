@@ -11,10 +11,12 @@ from pydantic import BeforeValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import Keys
-from vibropipe.scenes.keys.spelling import PARAMETERS, latin
+from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import Number, Parameter, Within
+from vibropipe.words import parameters as words
+from vibropipe.words.methods import Method
 
-ParameterName = Annotated[Literal["nu", "f", "h", "l", "delta", "R1", "R2"], BeforeValidator(latin)]
+ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
 
 
 class ExciterKeys(Keys):
@@ -45,7 +47,9 @@ class ExciterKeys(Keys):
 
     def given(self) -> dict[str, float]:
         """Return the parameters that are written down here."""
-        return {name: getattr(self, name) for name in PARAMETERS if name in self.model_fields_set}
+        return {
+            name: getattr(self, name) for name in words.PARAMETERS if name in self.model_fields_set
+        }
 
 
 class Start(Keys):
@@ -69,7 +73,7 @@ class Follow(Keys):
 class Solver(Keys):
     """How a motion is computed: a method with its step, or the accuracy that is wanted."""
 
-    method: Literal["exact", "newmark"] = Field(
+    method: Method = Field(
         default="exact", description="The closed-form flow, or constant average acceleration."
     )
     steps_per_period: Annotated[int | None, Within(*STEPS_PER_PERIOD, whole=True)] = Field(

@@ -7,10 +7,13 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Any
 
-PARAMETERS = ("nu", "f", "h", "l", "delta", "R1", "R2")
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
-GREEK = {"nu": "ν", "delta": "δ", "tau": "τ", "R1": "R₁", "R2": "R₂"}
-_TO_LATIN = str.maketrans({"ν": "nu", "δ": "delta", "τ": "tau", "₁": "1", "₂": "2"})
+GREEK = {name: PLAIN_SYMBOLS[name] for name in (*PARAMETERS, "tau") if PLAIN_SYMBOLS[name] != name}
+_TO_LATIN = str.maketrans(
+    {"₁": "1", "₂": "2"} | {s: name for name, s in GREEK.items() if len(s) == 1}
+)
 
 # Letters a keyboard or a PDF hands over in place of the right ones; used for hints, never taken.
 _LOOK_ALIKE = str.maketrans(

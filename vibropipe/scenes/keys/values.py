@@ -17,7 +17,7 @@ from typing import Annotated, Any, NoReturn
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.physics.exciter import ALLOWED, Exciter, ParameterError
+from vibropipe.words.parameters import PARAMETERS
 
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -130,28 +130,19 @@ class Within(Rule):
         return int(number) if self.whole else number
 
 
-_PARAMETER_SCHEMA: dict[str, dict[str, Any]] = {
-    "nu": {"exclusiveMinimum": 0},
-    "h": {"minimum": 0},
-    "l": {"exclusiveMinimum": 0},
-    "R1": {"minimum": 0, "maximum": 1},
-    "R2": {"minimum": 0, "maximum": 1},
-}
-
-
 @dataclass(frozen=True)
 class Parameter(Rule):
-    """One parameter of the exciter; the exciter itself is asked whether it takes the value."""
+    """One parameter of the exciter, within its range."""
 
     name: str
 
     @property
     def allowed(self) -> str:  # noqa: D102
-        return ALLOWED[self.name]
+        return PARAMETERS[self.name].range.text
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102
-        return {"type": "number", **_PARAMETER_SCHEMA.get(self.name, {})}
+        return Within(*PARAMETERS[self.name].range).schema
 
     def take(self, value: Any) -> float:  # noqa: D102
         number = as_number(value)
@@ -164,13 +155,7 @@ class Parameter(Rule):
 
 def takes(name: str, value: float) -> bool:
     """Tell whether an exciter takes `value` for its parameter `name`, whatever the others are."""
-    # Supports far enough apart for any offset, so that this one parameter alone is judged.
-    others = {"l": max(1.0, abs(value))} if name == "delta" and math.isfinite(value) else {"l": 1.0}
-    try:
-        Exciter(**{**others, name: value})
-    except ParameterError:
-        return False
-    return True
+    return PARAMETERS[name].range.contains(value)
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,7 @@ from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffe
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
 from vibropipe.scenes.keys.problems import Path, Problem
 from vibropipe.scenes.keys.values import Within
-
-# Outputs that tell of the orbit that the motion settles on.
-STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
+from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
 class MotionFigure(FigureOptions):
@@ -69,7 +67,7 @@ class MotionScene(ForcedScene):
         default=6, description="How many harmonics, where they are asked for."
     )
     outputs: Outputs = Field(
-        default=["motion", "impacts"], description="What is computed and stored, nothing else."
+        default=list(MOTION_DEFAULT), description="What is computed and stored, nothing else."
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
 
@@ -80,7 +78,7 @@ class MotionScene(ForcedScene):
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene
         # the steady state of a motion is found beyond its end
-        span = math.inf if STEADY_OUTPUTS & set(self.outputs) else self.tau_span()[1]
+        span = math.inf if OF_ORBIT & set(self.outputs) else self.tau_span()[1]
         return span, {"exact": self.solver.arguments().get("method") == "exact"}
 
 

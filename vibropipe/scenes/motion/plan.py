@@ -13,7 +13,7 @@ from vibropipe.scenes.costs import (
     Work,
     steady_bytes,
 )
-from vibropipe.scenes.motion.keys import STEADY_OUTPUTS
+from vibropipe.words.outputs import OF_ORBIT
 
 if TYPE_CHECKING:
     from vibropipe.scenes.motion.keys import MotionScene
@@ -31,7 +31,7 @@ def plan(scene: MotionScene) -> Work:
     if "motion" in scene.outputs:
         # tau, displacement, velocity and force; the exact motion beside newmark's
         stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)
-    if STEADY_OUTPUTS & set(scene.outputs):
+    if OF_ORBIT & set(scene.outputs):
         stored += steady_bytes(scene.outputs, scene.harmonics)
     return Work(
         size=f"tau {scene.tau_end:g}",

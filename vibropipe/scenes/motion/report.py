@@ -9,7 +9,6 @@ import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
-    PLAIN_SYMBOLS,
     REGIME_WORDS,
     departure,
     number,
@@ -19,6 +18,7 @@ from vibropipe.figures.text import (
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
 
 STEADY_CAPTION = (

@@ -15,6 +15,7 @@ from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.run import Task
 from vibropipe.solve.steady import steady_state
+from vibropipe.words.outputs import OF_ORBIT
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ OF_THE_ORBIT = {
         *TERMS, *(f"{term}_error" for term in TERMS),
     )
 }  # fmt: skip
-STEADY_OUTPUTS = {"harmonics", "stability", "energy"}
 
 
 def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
@@ -44,7 +44,7 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
         motion["velocity_exact"] = exact["velocity"]
     if "impacts" not in scene.outputs:
         motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
-    if STEADY_OUTPUTS & set(scene.outputs):
+    if OF_ORBIT & set(scene.outputs):
         motion = with_steady_state(motion, scene, exciter)
     # where the settling began, not the record
     start = exciter.check_start(scene.start.x0, scene.start.v0)

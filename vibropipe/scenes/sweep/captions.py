@@ -9,7 +9,6 @@ import xarray as xr
 
 from vibropipe.figures.text import (
     CURVES_NOT_ASKED,
-    PLAIN_SYMBOLS,
     REGIME_WORDS,
     UNRESOLVED_WORDS,
     grid_words,
@@ -21,6 +20,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.sweep.curves import axis_and_rest, panels_of, row_kinds, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import count, series
 
 

@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.exciter import ALLOWED
 from vibropipe.physics.limits import PATIENCE
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, Outputs, each_once
 from vibropipe.scenes.keys.checks import (
@@ -25,6 +24,8 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
 from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
 from vibropipe.scenes.keys.values import NameRule, Within, Written, takes
+from vibropipe.words.outputs import SWEEP_DEFAULT
+from vibropipe.words.parameters import PARAMETERS
 
 
 class SweepFigure(FigureOptions):
@@ -66,7 +67,7 @@ class SweepScene(ForcedScene):
     )
     harmonics: Harmonics = Field(default=3, description="How many harmonics.")
     outputs: Outputs = Field(
-        default=["harmonics", "impacts", "stability"],
+        default=list(SWEEP_DEFAULT),
         description="What is computed and stored, nothing else.",
     )
     solver: Solver = Field(
@@ -118,7 +119,7 @@ def _swept(scene: SweepScene) -> Iterator[Problem]:
         for value in dict.fromkeys((grid.low, grid.high)):
             if not takes(name, value):
                 hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
-                yield Problem(("over", name), repr(value), ALLOWED[name], hint)
+                yield Problem(("over", name), repr(value), PARAMETERS[name].range.text, hint)
                 break
         if name in scene.exciter.given():
             allowed = "it left out here, since it is swept"

@@ -22,7 +22,7 @@ from vibropipe.physics.flow import steps_for_exact
 from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion import to_variables
 from vibropipe.solve.run import Run, Task, has_closed_form, run_motion
-from vibropipe.words.vocabulary import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS
 
 ULP = 2.0**-52
 COPIES = 3

@@ -1,0 +1,72 @@
+"""Parameters, outputs, effects and methods: each name once, and the code that spells them out agrees."""
+
+import math
+from dataclasses import MISSING, fields
+from typing import get_args
+
+import pytest
+from vibropipe.study.parts import ExciterKeys, Solver
+
+import vibropipe as vp
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.methods import METHODS
+from vibropipe.words.outputs import (
+    MOTION_DEFAULT,
+    OF_MOTION,
+    OF_ORBIT,
+    OF_STEADY_STATE,
+    OUTPUTS,
+    SWEEP_DEFAULT,
+)
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS, ParameterName, Range
+
+TINY = math.ulp(0.0)
+
+
+@pytest.mark.parametrize(
+    ("within", "text", "inside", "outside"),
+    [
+        (Range(), "a finite number", (-1e308, 0.0, 1e308), ()),
+        (Range(0), "a finite number >= 0", (0.0, -0.0, 1e308), (-TINY,)),
+        (Range(0, above=True), "a finite number > 0", (TINY, 1e308), (0.0, -1.0)),
+        (Range(0, 1), "a number from 0 to 1", (0.0, 0.5, 1.0), (-TINY, math.nextafter(1.0, 2.0))),
+        (Range(-0.5, 2, True), "a number above -0.5 up to 2", (-0.25, 2.0), (-0.5, 2.5)),
+    ],
+)
+def test_a_range_says_what_it_contains(within, text, inside, outside):
+    assert within.text == text
+    assert all(within.contains(value) for value in inside)
+    assert not any(within.contains(value) for value in (*outside, math.nan, math.inf, -math.inf))
+
+
+def test_parameters_stand_in_one_order():
+    assert (*PARAMETERS,) == get_args(ParameterName) == Parameters._fields
+    assert set(PARAMETERS) == {field.name for field in fields(vp.Exciter)}
+    assert set(PARAMETERS) == set(ExciterKeys.model_fields)
+
+
+def test_defaults_are_those_of_an_exciter():
+    needed = [field.name for field in fields(vp.Exciter) if field.default is MISSING]
+    assert [name for name in PARAMETERS if name not in DEFAULTS] == needed == ["l"]
+    assert vars(vp.Exciter(l=0.5)) == {**DEFAULTS, "l": 0.5}
+    for name, value in DEFAULTS.items():
+        assert PARAMETERS[name].range.contains(value)
+        said = ExciterKeys.model_fields[name].description or ""
+        assert f"({value:g})." in said
+
+
+def test_effects_are_the_fields_that_kernels_read():
+    assert Effects._fields == (*EFFECT_NAMES, "watched")
+
+
+def test_a_study_takes_the_methods_of_a_motion():
+    assert get_args(Solver.model_fields["method"].annotation) == METHODS == ("exact", "newmark")
+
+
+def test_outputs_of_each_face_are_among_all():
+    assert OUTPUTS == ("harmonics", "impacts", "motion", "stability", "energy")
+    for some in (SWEEP_DEFAULT, MOTION_DEFAULT, OF_MOTION, OF_STEADY_STATE, OF_ORBIT):
+        assert set(some) <= set(OUTPUTS)
+    assert {"harmonics", "stability", "energy"} == OF_ORBIT

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from typing import TextIO
 
 __all__ = ["Progress", "shown", "words"]
@@ -21,35 +22,48 @@ FIRST_LINE, FURTHEST_LINES = 5.0, 300.0
 
 @contextmanager
 def shown(title: str, unit: str = "rows", stream: TextIO | None = None) -> Iterator[Progress]:
-    """Show the progress of the work done inside this on ``stream`` (stderr if left out).
+    """Show the progress of the work done inside this, as a bar on a terminal, else in lines.
 
-    Nothing is shown before the first word of it. Yields what is to be told; a call costs next to
-    nothing unless it is time to show something again.
+    Parameters
+    ----------
+    title : str
+        Stands before each line or bar.
+    unit : str
+        What the points are.
+    stream : file, optional
+        Where it is shown; stderr if left out.
+
+    Yields
+    ------
+    Progress
+        What is to be called. A call costs next to nothing unless it is time to show something again; nothing is
+        shown before the first call.
     """
     stream = sys.stderr if stream is None else stream
-    with _bar(title, unit, stream) if stream.isatty() else _lines(title, unit, stream) as told:
+    on_terminal = stream.isatty()
+    begin, due = time.perf_counter(), 0.0 if on_terminal else FIRST_LINE
+    with _bar(title, stream) if on_terminal else nullcontext() as bar:
+
+        def told(done: int, total: int) -> None:
+            nonlocal due
+            elapsed = time.perf_counter() - begin
+            if elapsed < due and (done < total or not total):
+                return
+            said = words(done, total, elapsed, unit)
+            if bar is None:
+                due = elapsed + min(elapsed, FURTHEST_LINES)
+                print(f"{title}: {said}", file=stream, flush=True)
+            else:
+                due = elapsed + BAR_SECONDS
+                bar(completed=done, total=total or None, said=said, visible=True, refresh=True)
+
         yield told
 
 
 @contextmanager
-def _lines(title: str, unit: str, stream: TextIO) -> Iterator[Progress]:
-    """Write lines, and a last one when all is done."""
-    begin, due = time.perf_counter(), FIRST_LINE
-
-    def told(done: int, total: int) -> None:
-        nonlocal due
-        elapsed = time.perf_counter() - begin
-        if elapsed < due and (done < total or not total):
-            return
-        due = elapsed + min(elapsed, FURTHEST_LINES)
-        print(f"{title}: {words(done, total, elapsed, unit)}", file=stream, flush=True)
-
-    yield told
-
-
-@contextmanager
-def _bar(title: str, unit: str, stream: TextIO) -> Iterator[Progress]:
-    """Draw a bar; no thread of its own, the kernels have all of them."""
+def _bar(title: str, stream: TextIO) -> Iterator[Callable[..., None]]:
+    """Yield what draws a bar, one that only moves where no total is known; no thread of its own, the kernels have
+    all of them."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
@@ -60,20 +74,7 @@ def _bar(title: str, unit: str, stream: TextIO) -> Iterator[Progress]:
         TextColumn("{task.fields[said]}"),
     )
     with Bar(*columns, console=Console(file=stream), auto_refresh=False) as bar:
-        task = bar.add_task(title, total=None, said="", visible=False)
-        begin, due = time.perf_counter(), 0.0
-
-        def told(done: int, total: int) -> None:
-            nonlocal due
-            elapsed = time.perf_counter() - begin
-            if elapsed < due and (done < total or not total):
-                return
-            due = elapsed + BAR_SECONDS
-            said = words(done, total, elapsed, unit)
-            known = total or None  # a bar that only moves
-            bar.update(task, completed=done, total=known, said=said, visible=True, refresh=True)
-
-        yield told
+        yield partial(bar.update, bar.add_task(title, total=None, said="", visible=False))
 
 
 def words(done: int, total: int, elapsed: float, unit: str) -> str:

@@ -48,7 +48,7 @@ def check_end(process: subprocess.Popen) -> None:
     said = process.communicate(timeout=60)[1]
     assert process.returncode == 130, said
     lines = [line for line in said.splitlines() if not line.startswith("response")]
-    assert lines == ["vibropipe: interrupted; what was whole stays, nothing half-written was left"]
+    assert lines == ["vibropipe: interrupted; completed files are kept, no partial file is left"]
 
 
 @pytest.mark.parametrize("name", ["typer", "pydantic", "numba"])

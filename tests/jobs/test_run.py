@@ -5,10 +5,12 @@ from types import SimpleNamespace
 import pytest
 
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.jobs.run import read_run
+from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run, write_caption
 from vibropipe.jobs.solving import code_hash
+from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
+from vibropipe.store import NotWrittenError
 
 SCENES = """\
 title: T
@@ -75,9 +77,10 @@ def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
 
 def test_long_work_comes_first(folder):
     run = read_run(None, {})
-    at = {name: run.priority(job("first", name)) for name in ("race", "wide", "one")}
-    assert at["race"] > run.figures_priority("first")
-    assert at["race"] > at["wide"]
+    at = {name: run.priority(job("first", name)) for name in ("race", "cases", "wide", "one")}
+    assert at["race"] == FIRST > at["cases"] > at["wide"] >= at["one"] >= len(run.plans["first"])
+    # one that is solved in shards takes a core for each, and never as many as a measurement
+    assert FIRST > run.priority(job("second", "wide")) > at["cases"]
 
 
 def test_a_long_sweep_is_cut_into_shards(folder):
@@ -86,3 +89,52 @@ def test_a_long_sweep_is_cut_into_shards(folder):
     assert len(run.shards(wide)) == 4
     assert run.cut(wide) == "3/4"
     assert run.shard_sidecars(wide)[0] == "results/second/shards/wide/0001.json"
+
+
+def test_a_folder_that_takes_no_file_is_told_of_and_one_that_does_is_made(tmp_path):
+    check_writable(str(tmp_path / "new" / "results"))
+    assert list(tmp_path.joinpath("new/results").iterdir()) == []
+    tmp_path.joinpath("file").touch()
+    with pytest.raises(
+        NotWrittenError, match=r"file/results cannot be written \(Not a directory\)"
+    ):
+        check_writable(str(tmp_path / "file" / "results"))
+
+
+def test_leftovers_of_other_cuts_are_removed_among_shards_alone(tmp_path):
+    for folder in ("results/first", "results/first/shards/wide"):
+        tmp_path.joinpath(folder).mkdir(parents=True)
+        for name in ("0001", "0009"):
+            tmp_path.joinpath(folder, f".{name}.nc.node-7.12.part").touch()
+    clear_leftovers(
+        str(tmp_path / folder / "0001.nc")
+        for folder in ("results/first", "results/first/shards/wide")
+    )
+    left = [path.name for path in tmp_path.rglob("*.part")]
+    assert left == [".0009.nc.node-7.12.part"]
+    assert list(tmp_path.joinpath("results/first").glob(".*.part"))
+
+
+def test_a_caption_is_text_whatever_marks_it_has(folder):
+    file = folder / "config/first.yaml"
+    marked = "one: {kind: motion, caption: 'Impacts {{ on }} *both*', "
+    file.write_text(file.read_text().replace("one: {kind: motion, ", marked))
+    run = read_run(None, {})
+    path = write_caption("first", run.studies["first"].scenes["one"])
+    assert path == str(folder / ".snakemake/captions/first/one.rst")
+    with open(path) as caption:
+        assert caption.read() == r"Impacts \{\{ on \}\} \*both\*" + "\n"
+
+
+def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
+    run = read_run(None, {})
+    wanted = [f"results/first/{name}.nc" for name in ("one", "cases")]
+    folder.joinpath("results/first").mkdir(parents=True)
+    folder.joinpath(wanted[0]).touch()
+    planned = file_times(wanted)
+    assert planned[wanted[0]] > 0 == planned[wanted[1]]
+    summary = summarise(run, wanted, planned)
+    assert summary.missing == [wanted[1], wanted[0]]
+    assert summary.lines[0] == "first: not made: one, cases (results/first/)"
+    assert summary.lines[-1] == HOW_TO_RESUME
+    assert summary.lines[-3:-1] == [f"  {path}" for path in summary.missing]

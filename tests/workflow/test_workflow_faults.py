@@ -117,7 +117,7 @@ def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undis
     last = process.stdout.read()
     assert process.wait() == 130
     assert [line for line in last.splitlines() if line and "solving response" not in line] == [
-        "interrupted; what is finished is kept: the same command goes on from there"
+        "interrupted; completed files are kept; run the same command to resume"
     ]
     assert not list(unsolved.path("results").rglob(".*.part"))
     again = unsolved.snakemake("--notemp", TARGET, **OFTEN)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 
 INTERRUPTED = 130
-STOPPED = "vibropipe: interrupted; what was whole stays, nothing half-written was left"
+STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
 # The verbs that open a study lazily, in arrays of dask.
 LAZY = ["show"]
 

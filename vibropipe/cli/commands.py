@@ -8,12 +8,15 @@ from typing import Annotated
 
 import typer
 
+from vibropipe.cli.options import OutputFile, ResultsFolder, SceneName, StudyFile, number_of
 from vibropipe.cli.run import new, run
+from vibropipe.words.methods import METHODS
+from vibropipe.words.parameters import DEFAULTS
 
 PLOT_SUFFIXES = (".svg", ".pdf", ".png")
 
 app = typer.Typer(
-    help="Laws of motion of vibro-impact exciters over whole ranges of parameters.",
+    help="Simulate vibro-impact exciters and map their steady states over parameter ranges.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -48,72 +51,57 @@ def _tell_of_compiling(kernel: str) -> None:
     typer.echo(f"compiling {kernel}, once for this version", err=True)
 
 
-StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
-SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
-OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
-ResultsFolder = Annotated[
-    Path,
-    typer.Option(
-        "--results", metavar="DIR", help="Folder of all results; the study has its own in it."
-    ),
-]
-Threads = Annotated[
-    int | None, typer.Option(min=1, metavar="T", help="Threads to use; all there are if left out.")
-]
-
-
 @app.command()
 def plan(
     file: StudyFile,
     rough: Annotated[
-        bool, typer.Option("--rough", help="Guess the times at once, without solving samples.")
+        bool, typer.Option("--rough", help="Use machine-independent estimates; solve no samples.")
     ] = False,
 ) -> None:
-    """Check a study and say, scene by scene, what it will compute and how long it will take here."""
+    """Validate a study and list what each scene computes, with estimated run time and disk space."""
     from vibropipe.jobs.terminal_tables import plan_text
     from vibropipe.study import load_study
 
-    study = load_study(file)
-    if rough:
-        typer.echo(plan_text(study))
-        return
+    study, estimates = load_study(file), None
+    if not rough:
+        from vibropipe.jobs.estimates import estimate_study
+        from vibropipe.scenes.costs import compiled_kernels
 
-    from vibropipe.jobs.estimates import estimate_study
-    from vibropipe.scenes.costs import compiled_kernels
-
-    if compiled_kernels() == 0:
-        typer.echo("compiling the kernels, once, to take times with them", err=True)
-    typer.echo(plan_text(study, estimate_study(study)))
+        if compiled_kernels() == 0:
+            typer.echo("compiling the kernels, once, to take times with them", err=True)
+        estimates = estimate_study(study)
+    typer.echo(plan_text(study, estimates))
 
 
 @app.command()
 def simulate(
-    l: Annotated[float, typer.Option("--l", help="Half distance between the supports.")],  # noqa: E741
-    nu: Annotated[float, typer.Option("--nu", help="Frequency of excitation.")] = 1.0,
-    f: Annotated[float, typer.Option("--f", help="Amplitude of excitation.")] = 0.0,
-    h: Annotated[float, typer.Option("--h", help="Damping.")] = 0.0,
-    delta: Annotated[float, typer.Option("--delta", help="Offset of the equilibrium.")] = 0.0,
-    R1: Annotated[float, typer.Option("--R1", help="Restitution of support 1.")] = 1.0,
-    R2: Annotated[float, typer.Option("--R2", help="Restitution of support 2.")] = 1.0,
+    l: Annotated[float, number_of("l")],  # noqa: E741
+    nu: Annotated[float, number_of("nu")] = DEFAULTS["nu"],
+    f: Annotated[float, number_of("f")] = DEFAULTS["f"],
+    h: Annotated[float, number_of("h")] = DEFAULTS["h"],
+    delta: Annotated[float, number_of("delta")] = DEFAULTS["delta"],
+    R1: Annotated[float, number_of("R1")] = DEFAULTS["R1"],
+    R2: Annotated[float, number_of("R2")] = DEFAULTS["R2"],
     x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
     tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
-    method: Annotated[str, typer.Option("--method", help="exact or newmark.")] = "exact",
+    method: Annotated[str, typer.Option("--method", help=f"{' or '.join(METHODS)}.")] = METHODS[0],
     steps_per_period: Annotated[
-        int | None, typer.Option("--steps-per-period", help="Steps of newmark per forcing period.")
+        int | None,
+        typer.Option("--steps-per-period", help="Steps per forcing period; newmark only."),
     ] = None,
     accuracy: Annotated[
         float | None,
-        typer.Option("--accuracy", help="Error allowed, in place of a method and its steps."),
+        typer.Option("--accuracy", help="Maximum error; selects method and step."),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="F", help="Draw it: .svg, .pdf or .png.")
+        Path | None, typer.Option("--plot", metavar="F", help="Write a figure: .svg, .pdf or .png.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="F", help="Keep it: .nc.")
+        Path | None, typer.Option("--output", "-o", metavar="F", help="Write the dataset: .nc.")
     ] = None,
 ) -> None:
-    """Compute one motion and print its impacts, rests and end as a table."""
+    """Simulate one motion and print its impacts, rests and end state as a table."""
     from vibropipe.jobs.terminal_tables import motion_text
     from vibropipe.physics.exciter import Exciter
     from vibropipe.solve.motion import simulate as solve_motion
@@ -156,7 +144,10 @@ def solve(
         str | None,
         typer.Option(metavar="I/N", help="Solve the I-th of N shards of a sweep, from 1 to N."),
     ] = None,
-    threads: Threads = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="T", help="Number of threads (default: all available)."),
+    ] = None,
 ) -> None:
     """Solve one scene of a study, or one shard of it, into a dataset."""
     from vibropipe.jobs.sharding import check_cut
@@ -222,7 +213,7 @@ def show(
         Path, typer.Argument(metavar="DATASET", help="A .nc file, or a study's folder.")
     ],
 ) -> None:
-    """Say what a dataset holds: parameters, dimensions, quantities and where it came from."""
+    """Summarise a dataset: parameters, dimensions, quantities and provenance."""
     from vibropipe.store import open_study, read, summary
 
     if dataset.is_dir():
@@ -239,13 +230,13 @@ def verify(
         Path, typer.Argument(metavar="RESULTS", help="A study's folder, or a .nc file of it.")
     ],
     rows: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Rows of each sweep to compute again.")
+        int, typer.Option(min=1, metavar="N", help="Rows of each sweep to recompute.")
     ] = 100,
     seed: Annotated[
         int | None, typer.Option(min=0, metavar="S", help="Seed of the sample, to repeat one.")
     ] = None,
 ) -> None:
-    """Compute a random sample of each dataset again and compare it bit for bit."""
+    """Recompute a random sample of each dataset and compare it bit for bit."""
     from vibropipe.jobs.verify import new_seed, verify
 
     chosen = new_seed() if seed is None else seed
@@ -263,10 +254,10 @@ def bench(
     whole: Annotated[
         bool, typer.Option("--whole", help="Solve all 160,000 points of the sweep.")
     ] = False,
-    rounds: Annotated[int, typer.Option(min=1, metavar="N", help="Times taken of each.")] = 7,
+    rounds: Annotated[int, typer.Option(min=1, metavar="N", help="Number of timing rounds.")] = 7,
     json: Annotated[bool, typer.Option("--json", help="Print JSON with every time taken.")] = False,
 ) -> None:
-    """Measure how fast this is, side by side with the peers that are installed."""
+    """Benchmark against the installed reference packages."""
     from vibropipe.bench.cases import items
     from vibropipe.bench.formatting import as_json, as_text
     from vibropipe.bench.measurement import measure

@@ -11,6 +11,8 @@ from typing import Annotated
 
 import typer
 
+from vibropipe.cli.options import ResultsFolder
+
 # Where the workflow lies in an installed package, and in a clone.
 INSTALLED = Path(__file__).parents[1] / "_workflow"
 CLONE = Path(__file__).parents[2]
@@ -21,16 +23,14 @@ def run(
         list[Path], typer.Argument(metavar="FILE...", help="Studies, YAML files anywhere.")
     ],
     cores: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Cores to use; all if left out.")
+        int | None, typer.Option(min=1, metavar="N", help="Number of cores (default: all).")
     ] = None,
-    results: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder of all results; each study has its own.")
-    ] = Path("results"),
+    results: ResultsFolder = Path("results"),
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", "-n", help="List what would be made, and make nothing.")
+        bool, typer.Option("--dry-run", "-n", help="List the jobs that would run, and run none.")
     ] = False,
 ) -> None:
-    """Make studies: datasets, figures and a report each; what is up to date is not made again."""
+    """Run studies: datasets, figures and a report each; completed files that are up to date are kept."""
     from vibropipe.jobs.run import check_results_name
     from vibropipe.study import config_of_files, load_study
 
@@ -42,12 +42,13 @@ def run(
         load_study(settings.study_file(name))
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
-    command = [sys.executable, "-m", "snakemake"]
-    command += ["--snakefile", str(folder / "workflow" / "Snakefile")]
-    command += ["--workflow-profile", str(folder / "profiles" / "default")]
-    command += ["--cores", str(cores or os.cpu_count() or 1), *(["--dry-run"] if dry_run else [])]
-    # JSON is YAML, which is what snakemake reads there
-    command += [
+    command = [
+        *(sys.executable, "-m", "snakemake"),
+        *("--snakefile", str(folder / "workflow" / "Snakefile")),
+        *("--workflow-profile", str(folder / "profiles" / "default")),
+        *("--cores", str(cores or os.cpu_count() or 1)),
+        *(["--dry-run"] if dry_run else []),
+        # JSON is YAML, which is what snakemake reads there
         "--config",
         f"studies={json.dumps(paths)}",
         f"results={json.dumps(settings.results)}",
@@ -63,7 +64,7 @@ def new(
         Path, typer.Argument(metavar="NAME", help="Name of the study, or its file: NAME.yaml.")
     ],
 ) -> None:
-    """Write a study to start from, with the schema that editors check it by beside it."""
+    """Write a template study, and beside it the schema by which editors check it."""
     from importlib.resources import files
 
     from vibropipe.scenes.keys.values import NAME, NameRule

@@ -8,7 +8,9 @@ the jobs of that scene alone, a touched file by none.
 from __future__ import annotations
 
 import hashlib
+import math
 import re
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +22,8 @@ from vibropipe.jobs.solving import code_hash
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
+from vibropipe.store import NotWrittenError
+from vibropipe.store.atomic import remove_leftovers
 from vibropipe.study import (
     Config,
     Study,
@@ -29,10 +33,13 @@ from vibropipe.study import (
     load_config,
     load_study,
 )
+from vibropipe.study.values import NAME
 
 CONFIG = "config/config.yaml"
 # A sweep is worth a thread for each four seconds of its work.
 SECONDS_PER_THREAD = 4
+# Priority of a job that nothing is to be started before.
+FIRST = 1000
 
 
 @dataclass(frozen=True)
@@ -76,15 +83,14 @@ class Run:
     def priority(self, job: Any) -> int:
         """Return how early a scene is solved.
 
-        What wants several cores comes first: later it would wait for them until all others are done. Then what
-        would keep one core at work when nothing is left for the others: what is long, and the study whose many
-        figures are drawn by one core when all its scenes are there. Figures follow (`figures_priority`).
+        First what takes several cores: later it would wait for them until all others are done. Then by the
+        seconds that are left of its study: its own work, and about one for each figure, which one job draws when
+        all scenes of a study are there.
         """
         plan = self.plan(job)
-        if plan.is_timed or useful_threads(plan) > 1:
-            return 20
-        most = max(self.plans, key=lambda name: len(self.plans[name]))
-        return 15 if plan.seconds > SECONDS_PER_THREAD or job.study == most else 5
+        if plan.shards == 1 and (plan.is_timed or useful_threads(plan) > 1):
+            return FIRST
+        return min(math.ceil(plan.seconds) + len(self.plans[job.study]), FIRST - 1)
 
     def shards(self, job: Any) -> list[str]:
         """Return the files of all shards of a sweep."""
@@ -121,10 +127,6 @@ class Run:
         """Return what is made of a study."""
         figures = [*self.figures(name, "svg"), *self.figures(name, "pdf")]
         return [*self.datasets(name), *figures, self.report(name)]
-
-    def figures_priority(self, name: str) -> int:
-        """Return how early the figures of a study are drawn: the more, the longer it takes and the sooner."""
-        return min(len(self.studies[name].scenes), 15)
 
     def scenes_regex(self, chosen: Callable[[ScenePlan], bool], folder: str = "") -> str:
         """Return the names of the scenes whose plan is chosen, each behind the folder of its study."""
@@ -193,12 +195,44 @@ def check_results_name(results: str) -> None:
         raise PlanError(f"results: must be a folder, but {results} is a file")
 
 
+def check_writable(results: str) -> None:
+    """Make the folder of results, and raise NotWrittenError unless it takes files."""
+    try:
+        Path(results).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=results):
+            pass
+    except OSError as error:
+        raise NotWrittenError(
+            f"{results} cannot be written ({error.strerror}): change its permissions, make room, or name"
+            f" another folder under `results` in {CONFIG}"
+        ) from None
+
+
+def clear_leftovers(paths: Iterable[str]) -> None:
+    """Remove the hidden files that killed writers of some files left, for one who has locked these files."""
+    made: dict[Path, set[str]] = {}
+    for path in map(Path, paths):
+        made.setdefault(path.parent, set()).add(path.name)
+    for folder, names in made.items():
+        # shards belong to one sweep, however it was cut before
+        remove_leftovers(folder, None if folder.parent.name == "shards" else names)
+
+
+def write_caption(study: str, scene: BaseScene) -> str:
+    """Write the caption of a scene for `snakemake --report`, which reads it as reStructuredText; return the file."""
+    words = " ".join((scene.caption or scene.title or scene.name).split())
+    path = Path(".snakemake", "captions", study, f"{scene.name}.rst").absolute()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(re.sub(r"([^\w\s])", r"\\\1", words) + "\n", encoding="utf-8")
+    return str(path)
+
+
 def _named(config: Config, arguments: Iterable[str]) -> Iterator[str]:
     """Yield the studies beside those of the list that a command line names: by a file of their results or, where a
     job is a call of its own, by the job."""
     results = re.escape(config.results.rstrip("/"))
-    by_file = re.compile(rf"(?:\./)?{results}/+([a-z][a-z0-9_]*)/")
-    by_job = re.compile(r"(?:figures_|.*\bstudy=)([a-z][a-z0-9_]*)")
+    by_file = re.compile(rf"(?:\./)?{results}/+({NAME.pattern})/")
+    by_job = re.compile(rf"(?:figures_|.*\bstudy=)({NAME.pattern})")
     for argument in arguments:
         if found := by_file.match(argument):
             yield found[1]

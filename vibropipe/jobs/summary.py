@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +10,12 @@ from types import SimpleNamespace
 from vibropipe.jobs.run import Run
 from vibropipe.store import read_sidecar
 from vibropipe.words.wording import share
+
+HOW_TO_RESUME = (
+    "The run is incomplete; see the error above and logs/. Fix the cause and run the same command again: completed\n"
+    "files are kept. If snakemake was killed and reports a locked folder, run `snakemake --unlock` first."
+)
+MOST_LISTED = 20
 
 
 @dataclass(frozen=True)
@@ -34,9 +40,8 @@ def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> 
     """
     lines: list[str] = []
     missing = [path for path in sorted(wanted) if not Path(path).is_file()]
-    missing += [
-        path for path in planned if path not in missing and not _is_new(path, planned[path])
-    ]
+    now = file_times(planned)
+    missing += [path for path in planned if now[path] in (0, planned[path])]
     for name, study in run.studies.items():
         parts = _parts(run, name)
         asked = {part: paths & set(wanted) for part, paths in parts.items() if paths & set(wanted)}
@@ -55,7 +60,16 @@ def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> 
         shown = run.report(name) if "report" in asked else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({shown})")
         lines += _unresolved(run, name, scenes)
-    return Summary(lines, list(dict.fromkeys(missing)))
+    missing = list(dict.fromkeys(missing))
+    if missing:
+        lines.append("less was made than was asked for: missing or made of something else:")
+        lines += [*(f"  {path}" for path in missing[:MOST_LISTED]), HOW_TO_RESUME]
+    return Summary(lines, missing)
+
+
+def file_times(paths: Iterable[str]) -> dict[str, int]:
+    """Return when files were last changed (ns), 0 where there is none."""
+    return {path: Path(path).stat().st_mtime_ns if Path(path).exists() else 0 for path in paths}
 
 
 def _parts(run: Run, name: str) -> dict[str, set[str]]:
@@ -63,13 +77,6 @@ def _parts(run: Run, name: str) -> dict[str, set[str]]:
     scenes = {scene: {f"{run.results}/{name}/{scene}.nc"} for scene in run.studies[name].scenes}
     figures = {*run.figures(name, "svg"), *run.figures(name, "pdf")}
     return {**scenes, "figures": figures, "report": {run.report(name)}}
-
-
-def _is_new(path: str, before: int) -> bool:
-    try:
-        return Path(path).stat().st_mtime_ns != before
-    except OSError:
-        return False
 
 
 def _outdated(run: Run, name: str, scenes: list[str]) -> list[str]:

@@ -20,6 +20,7 @@ from vibropipe.lab.timing import Timer, quartiles, take_turns
 from vibropipe.lab.work_precision import motion_coordinates
 from vibropipe.lab.work_precision_methods import Motion
 from vibropipe.physics.effects import names_of
+from vibropipe.words.measurements import Passed
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 # What stands beside each other (`works_of`).
 KERNELS = ("own", "all", "full")
-NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
+NOT_PASSED, PASSED, NOT_ASKED = Passed
 
 Progress = Callable[[int, int], None]
 Size = Callable[[Motion, bool, tuple[str, ...]], float]

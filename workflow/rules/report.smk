@@ -13,7 +13,7 @@ for name in RUN.studies:
             f"logs/{name}/figures.log",
         benchmark:
             f"benchmarks/{name}/figures.tsv"
-        priority: RUN.figures_priority(name)
+        priority: FIRST
         threads: 1
         resources:
             mem_mb=2000,

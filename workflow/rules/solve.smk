@@ -37,8 +37,7 @@ rule solve_shard:
         "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
         scene=RUN.scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
-    # the longest work of a study begins first, so that no core waits for it in the end
-    priority: 10
+    priority: lambda wildcards: RUN.priority(wildcards)
     threads: 1
     resources:
         mem_mb=1000,

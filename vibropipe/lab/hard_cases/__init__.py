@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.lab.hard_cases.case import Case, Measured, Solver, judge, solvers
 from vibropipe.lab.hard_cases.cases import CASES
+from vibropipe.words.measurements import Passed
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "solve_hard_cases"]
 
-NOT_PASSED, PASSED, NOT_ASKED = 0, 1, 2
+NOT_PASSED, PASSED, NOT_ASKED = Passed
 
 
 def solve_hard_cases(

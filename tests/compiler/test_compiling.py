@@ -42,10 +42,11 @@ CHAOTIC = """
 import hashlib
 import numpy as np
 import vibropipe as vp
+from vibropipe.words.regimes import Regime
 rows = vp.sweep(
     vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7), {"f": [0.2], "nu": np.linspace(0.4, 1.4, 100)}
 )
-print((rows.regime == 5).sum().item(), hashlib.sha256(rows.displacement_strobe.values).hexdigest())
+print((rows.regime == Regime.APERIODIC).sum().item(), hashlib.sha256(rows.displacement_strobe.values).hexdigest())
 """
 
 

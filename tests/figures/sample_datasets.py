@@ -9,6 +9,9 @@ import xarray as xr
 
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.registry import kinds
+from vibropipe.words.measurements import Passed
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import REGIMES, describe
 
 
@@ -67,7 +70,7 @@ def motion(exact=False, rest=False, grazing=False, **given) -> xr.Dataset:
         "grazing_support": ("grazing", np.array([1, 1] if grazing else [], np.int8)),
         "displacement_end": x[-1],
         "velocity_end": v[-1],
-        "status": np.int8(0),
+        "status": np.int8(Status.OK),
     }
     if exact:
         data |= {"displacement_exact": ("tau", x + 1e-3), "velocity_exact": ("tau", v + 1e-3)}
@@ -137,7 +140,8 @@ def amplitude_frequency(delta=0.01) -> xr.Dataset:
         x = np.concatenate([A * np.cos(angle), A * np.cos(angle[::-1])])
         v = np.concatenate([-A * np.sin(angle), A * np.sin(angle[::-1])])
         X, V = np.abs(np.fft.rfft(x))[:4] / 512, np.abs(np.fft.rfft(v))[:4] / 512
-        regime = 3 if upper < A else 2 if lower < A else 0
+        both, one, none = Regime.TWO_SIDED, Regime.ONE_SIDED_2, Regime.NO_IMPACT
+        regime = both if upper < A else one if lower < A else none
         rows.append((np.pi / half, x.mean(), X, V, regime))
     frequency, mean, X, V, regime = map(np.array, zip(*rows, strict=True))
     return describe(
@@ -167,21 +171,21 @@ def sweep(points=121, all_regimes=False, **over) -> xr.Dataset:
         np.broadcast_to(grids[dims[-1]] if len(dims) > 1 else np.array(1.0), shape),
     )
     peak = np.clip(second / np.hypot(1 - nu**2, 0.2 * nu), 0, 0.5)
-    regime = np.where(peak >= 0.5, 3, 0)
-    regime[(peak > 0.45) & (peak < 0.5)] = 2
-    regime[(peak > 0.40) & (peak < 0.45)] = 1
-    regime[(nu > 2.6)] = 5
+    regime = np.where(peak >= 0.5, int(Regime.TWO_SIDED), int(Regime.NO_IMPACT))
+    regime[(peak > 0.45) & (peak < 0.5)] = Regime.ONE_SIDED_2
+    regime[(peak > 0.40) & (peak < 0.45)] = Regime.ONE_SIDED_1
+    regime[(nu > 2.6)] = Regime.APERIODIC
     if all_regimes:
-        regime[nu < 0.45] = 4
-        regime[(nu > 2.2) & (nu < 2.4)] = 6
-        regime[(nu > 2.4) & (nu < 2.6)] = 7
+        regime[nu < 0.45] = Regime.WITH_REST
+        regime[(nu > 2.2) & (nu < 2.4)] = Regime.UNBOUNDED
+        regime[(nu > 2.4) & (nu < 2.6)] = Regime.UNRESOLVED
     multiple = np.where((nu > 1.9) & (nu < 2.1), 2, 1)
-    multiple[regime >= 5] = 0
+    multiple[regime >= Regime.APERIODIC] = 0
     amplitude = np.stack([peak, 0.2 * peak**2, 0.35 * peak], axis=-1)
-    amplitude[regime == 6] = np.nan
+    amplitude[regime == Regime.UNBOUNDED] = np.nan
     velocity = np.stack([2 * peak * nu, 2.2 * peak * nu], axis=-1)
-    velocity[..., 0][np.isin(regime, [0, 2])] = np.nan
-    velocity[..., 1][np.isin(regime, [0, 1])] = np.nan
+    velocity[..., 0][np.isin(regime, [Regime.NO_IMPACT, Regime.ONE_SIDED_2])] = np.nan
+    velocity[..., 1][np.isin(regime, [Regime.NO_IMPACT, Regime.ONE_SIDED_1])] = np.nan
     fixed = {"nu": 1.0, "f": 1.0, "h": 0.2, "l": 0.5, "delta": 0.0, "R1": 0.7, "R2": 0.7}
     coords |= {k: v for k, v in fixed.items() if k not in dims}
     return describe(
@@ -190,7 +194,10 @@ def sweep(points=121, all_regimes=False, **over) -> xr.Dataset:
                 "regime": (dims, regime.astype(np.int8)),
                 "period_multiple": (dims, multiple.astype(np.int32)),
                 "stable": (dims, ((nu < 1.15) | (nu > 1.25)).astype(np.int8)),
-                "displacement_mean": (dims, np.where(regime == 6, np.nan, -0.1 * peak)),
+                "displacement_mean": (
+                    dims,
+                    np.where(regime == Regime.UNBOUNDED, np.nan, -0.1 * peak),
+                ),
                 "displacement_amplitude": ((*dims, "harmonic"), amplitude),
                 "impact_velocity_max": ((*dims, "support"), velocity),
                 "residual": (dims, np.full(shape, 1e-14)),
@@ -204,6 +211,7 @@ def sweep(points=121, all_regimes=False, **over) -> xr.Dataset:
 def hard_cases() -> xr.Dataset:
     """Return four cases by three solvers: passed, exactly right, not for all, not passed."""
     grid = ("case", "solver")
+    no, yes, not_asked = Passed
     measured = np.array([[2e-15, 0.04, 8e-4], [0, 0, 0], [3e-11, np.nan, np.nan], [0.5, np.inf, 1]])
     bound = np.array([[1e-12, 0.06, 1e-3], [0, 0, 0], [1e-9, np.nan, np.nan], [1e-3, 1.0, 0]])
     data = {
@@ -211,8 +219,14 @@ def hard_cases() -> xr.Dataset:
         "known": ("case", np.array(["its series", "one impact", "its velocity", "wrong of 20"])),
         "measured": (grid, measured),
         "bound": (grid, bound),
-        "passed": (grid, np.array([[1, 1, 1], [1, 1, 1], [1, 2, 2], [0, 0, 0]], np.int8)),
-        "worst_status": (grid, np.array([[0, 5, 0]] * 4, np.int8)),
+        "passed": (
+            grid,
+            np.array([[yes] * 3, [yes] * 3, [yes, not_asked, not_asked], [no] * 3], np.int8),
+        ),
+        "worst_status": (
+            grid,
+            np.array([[Status.OK, Status.SHORT_FLIGHTS, Status.OK]] * 4, np.int8),
+        ),
         "motions": (grid, np.full((4, 3), 2)),
         "impacts": (grid, np.full((4, 3), 50)),
         "short_flight_motions": (grid, np.array([[0, 1, 0]] * 4)),

@@ -14,6 +14,7 @@ from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.amplitude_frequency import parts
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import label, quantity
 
 NAMES = [
@@ -90,7 +91,9 @@ def test_symbols_of_the_vocabulary_are_on_the_picture(name, quantities, figures)
 def test_parts_of_a_curve_join(made):
     regime = made["free_1"][1]["regime"].values
     pieces = [piece for _, piece in parts(regime)]
-    assert [code for code, _ in parts(regime)] == [0, 2, 3]
+    assert [code for code, _ in parts(regime)] == [
+        Regime.NO_IMPACT, Regime.ONE_SIDED_2, Regime.TWO_SIDED,
+    ]  # fmt: skip
     assert pieces[0].start == 0
     assert pieces[-1].stop == regime.size
     assert all(after.start == before.stop - 1 for before, after in pairwise(pieces))

@@ -16,6 +16,7 @@ from comparisons import disagreements, impacts_of, judge
 from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
+from vibropipe.words.status import Status
 
 TURN = 2 * math.pi
 
@@ -143,7 +144,7 @@ def test_exact_agrees_with_the_twin(name: str) -> None:
     ds = case.run(samples_per_period=0)
     found = disagreements(case.p, ds, judged, case.tau_end)
     assert not found, "\n".join(found[:6])
-    assert int(ds.status) == 0
+    assert int(ds.status) == Status.OK
 
 
 @pytest.mark.parametrize("steps", [8, 60, 400])

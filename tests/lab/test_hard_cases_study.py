@@ -11,6 +11,8 @@ import pytest
 import vibropipe as vp
 from vibropipe.lab.hard_cases import CASES, solve_hard_cases
 from vibropipe.lab.hard_cases.case import Bound, Case, Solver, judge, solvers
+from vibropipe.words.measurements import Passed
+from vibropipe.words.regimes import Regime
 
 BY_NAME = {case.name: case for case in CASES}
 LONG = {"ideal_free", "ideal_marched", "million_periods"}
@@ -28,10 +30,10 @@ def test_each_case_is_passed_by_every_solver(found: Any, name: str) -> None:
     failed = {
         str(solver): (float(case.measured[n]), float(case.bound[n]))
         for n, solver in enumerate(case.solver.values)
-        if int(case.passed[n]) == 0
+        if int(case.passed[n]) == Passed.NOT_PASSED
     }
     assert not failed
-    assert int(case.passed.sel(solver="exact")) == 1
+    assert int(case.passed.sel(solver="exact")) == Passed.PASSED
 
 
 @pytest.mark.parametrize("name", sorted(LONG))
@@ -43,7 +45,9 @@ def test_the_dataset_says_what_was_done(found: Any) -> None:
     assert found.sizes == {"case": len(SHORT), "solver": 4}
     assert list(found.solver.values) == ["exact", "newmark 8", "newmark 60", "newmark 2000"]
     assert len({case.name for case in CASES}) == len(CASES)
-    assert (found.motions.where(found.passed != 2, 1) + (found.case == "refused") > 0).all()
+    assert (
+        found.motions.where(found.passed != Passed.NOT_ASKED, 1) + (found.case == "refused") > 0
+    ).all()
     assert found.impacts.sel(case="chatter_complete", solver="exact") > 500
     # a flight shorter than a step is counted and named, not hidden
     coarse = found.sel(case="supports_together", solver="newmark 8")
@@ -55,7 +59,7 @@ def test_the_dataset_says_what_was_done(found: Any) -> None:
         ).status
     )
     closed = found.sel(case="energy_of_orbits")
-    assert closed.passed.values.tolist() == [1, 2, 2, 2]
+    assert closed.passed.values.tolist() == [Passed.PASSED, *[Passed.NOT_ASKED] * 3]
 
 
 # -- a solver that is wrong --------------------------------------------------------------------
@@ -138,12 +142,12 @@ def broken(spoil: Any, steps: int | None = None) -> Solver:
         ("energy_of_motions", late),
         ("energy_of_motions", lossless),
         ("energy_of_orbits", lambda ds: ds.assign(energy_residual=ds.energy_residual + 1e-9)),
-        ("unbounded", lambda ds: ds.assign(regime=ds.regime * 0 + 5)),
+        ("unbounded", lambda ds: ds.assign(regime=ds.regime * 0 + Regime.APERIODIC)),
         ("period_multiples", lambda ds: ds.assign(period_multiple=ds.period_multiple * 2)),
         ("weakly_stable", lambda ds: ds.assign(floquet_multiplier=ds.floquet_multiplier * 0.9999)),
         ("slow_drift", lambda ds: ds.assign(impact_velocity=ds.impact_velocity * 0.9)),
         ("slow_drift", lambda ds: ds.assign(period_multiple=1 + 0 * ds.period_multiple)),
-        ("coexisting", lambda ds: ds.assign(regime=ds.regime * 0)),
+        ("coexisting", lambda ds: ds.assign(regime=ds.regime * 0 + Regime.NO_IMPACT)),
         ("mirrored", lopsided),
         ("split", adrift),
     ],
@@ -207,4 +211,4 @@ def test_no_number_does_not_pass_and_no_error_escapes() -> None:
     for measure in (lambda solver: math.nan, lambda solver: math.inf, refused):
         case = Case("made", "asked", "known", measure, Bound(1.0, 1.0))
         dataset = solve_hard_cases([case], solvers()[:2])
-        assert dataset.passed.values.tolist() == [[0, 0]]
+        assert dataset.passed.values.tolist() == [[Passed.NOT_PASSED] * 2]

@@ -16,6 +16,7 @@ from comparisons import impacts_of
 from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
+from vibropipe.words.status import Status
 
 TANGENT = Parameters(l=0.5, delta=-0.5, f=-1.0, R1=0.5, R2=0.0)
 OFFSETS = [0.0, *(side * 10.0**-k for k in range(3, 14) for side in (1, -1))]
@@ -45,7 +46,7 @@ def test_exact_leaves_with_the_fourth_power_of_time(off: float, side: int) -> No
     ds, known = struck_beside_the_touch(TANGENT, off, side, samples_per_period=0)
     assert [i[1] for i in impacts_of(ds)] == [side]
     assert float(ds.displacement_end) == pytest.approx(known, abs=1e-14)
-    assert int(ds.status) == 0
+    assert int(ds.status) == Status.OK
     # at rest at most until the push has touched zero
     assert (ds.rest_end.values - ds.rest_start.values).sum() <= max(-off, 0.0) + 1e-12
 

@@ -13,6 +13,7 @@ from oracles import Twin
 from textbook import Parameters
 
 import vibropipe as vp
+from vibropipe.words.regimes import Regime
 
 ORBITS = reference("steady")
 
@@ -22,7 +23,7 @@ def test_orbit(name: str) -> None:
     entry = ORBITS[name]
     ds = vp.steady_state(vp.Exciter(**parameters_of(entry)._asdict()))
     assert int(ds.period_multiple) == entry["period_multiple"]
-    assert int(ds.regime) == 3  # two-sided
+    assert int(ds.regime) == Regime.TWO_SIDED
     assert ds.impacts_per_orbit.values.tolist() == [1, 1]
 
     def near(what: str, want: Any) -> None:

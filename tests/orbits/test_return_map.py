@@ -17,7 +17,7 @@ from vibropipe.orbits.harmonics import add_contacts, close
 from vibropipe.orbits.quadrature import along
 from vibropipe.orbits.return_map import derivative, multipliers, section
 from vibropipe.orbits.return_map import periods as orbit_periods
-from vibropipe.orbits.settling import settle_motion
+from vibropipe.orbits.settling import PERIODIC, settle_motion
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
@@ -77,7 +77,7 @@ def test_multipliers_are_eigenvalues(matrix: tuple[float, float, float, float]) 
 )
 def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> None:
     orbit, log = settled(p)
-    assert orbit.kind == 0
+    assert orbit.kind == PERIODIC
     m = orbit.m
     closed, direct = np.zeros(7, complex), np.zeros(7, complex)
     resting = orbit.end.home if orbit.end.order == REST else 0
@@ -107,19 +107,19 @@ def test_a_time_is_located_on_the_grid(turns: float, steps: int) -> None:
 
 def test_every_bound_has_a_status() -> None:
     _start, _end, status, _log = marched(FORCED, 0.0, 0.0, 1000, room=50)
-    assert status == 6
+    assert status == Status.LOG_FULL
     grid = exact_grid(ALL_EFFECTS, FORCED)
     start = begin(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     _end, status = march(
         ALL_EFFECTS, FORCED, grid, start, 1000, 0, 0.0, log, None, np.empty(ORDER + 1), 20
     )
-    assert status == 1
+    assert status == Status.MAX_IMPACTS
     broken = start._replace(y=math.nan)
     _end, status = march(
         ALL_EFFECTS, FORCED, grid, broken, 1000, 0, 0.0, log, None, np.empty(ORDER + 1), 20
     )
-    assert status == 4
+    assert status == Status.NOT_FINITE
 
 
 def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:

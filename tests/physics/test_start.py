@@ -10,6 +10,7 @@ import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import parse_study
+from vibropipe.words.status import Status
 
 BEYOND = {"l": 0.5, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
 # 0.8 - 0.5 is 0.30000000000000004.
@@ -29,7 +30,7 @@ def test_a_start_left_out_is_the_equilibrium_or_the_support_nearest_to_it(
     assert float(left_out.displacement[0]) == start
     one, two = vp.steady_state(exciter), vp.steady_state(exciter, x0=start)
     assert float(one.displacement_strobe) == float(two.displacement_strobe)
-    assert int(one.status) == 0
+    assert int(one.status) == Status.OK
 
 
 def test_a_start_left_out_is_of_each_row() -> None:
@@ -117,6 +118,6 @@ def test_a_study_may_leave_the_start_out(tmp_path: object) -> None:
         kind_of(study.scene(name)).solve(study.scene(name)) for name in ("m", "s", "near")
     )
     assert float(motion.displacement[0]) == 0.8 - 0.5
-    assert (sweep.status == 0).all()
+    assert (sweep.status == Status.OK).all()
     np.testing.assert_array_equal(motion.displacement.values, near.displacement.values)
     assert motion.attrs["start"] == "x0 = 0.3, v0 = 0"

@@ -14,6 +14,7 @@ from vibropipe.compiler import kernel_hash
 from vibropipe.store import StoreError
 from vibropipe.store.origin import _git_commit
 from vibropipe.store.show import plain_symbol
+from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import VOCABULARY
 
 
@@ -41,7 +42,7 @@ def test_every_symbol_has_a_plain_form():
 
 def test_a_summary_tells_sizes_quantities_and_regimes():
     values = rows_of_sweep(40)
-    values["regime"][:] = [3] * 30 + [5] * 10
+    values["regime"][:] = [Regime.TWO_SIDED] * 30 + [Regime.APERIODIC] * 10
     lines = store.summary(shard(values, 0, 40)).splitlines()
     assert "Response" in lines
     assert "  row: 40" in lines

@@ -7,6 +7,7 @@ import pytest
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import solve_scene
 from vibropipe.study import StudyError, fingerprint, load_study
+from vibropipe.words.measurements import Passed
 
 
 def study(tmp_path, scene: str, more: str = ""):
@@ -50,5 +51,5 @@ def test_a_few_cases_are_solved_alone(tmp_path):
         == "exact, newmark 8, newmark 60, newmark 2000 steps per forcing period"
     )
     assert found.attrs["kind"] == "hard_cases"
-    assert (found.passed == 1).all()
+    assert (found.passed == Passed.PASSED).all()
     assert plan_scene(few.scene("s")).size == "2 cases"

@@ -80,6 +80,27 @@ def test_flags_of_regimes_are_the_contract():
     assert attrs["flag_meanings"].split()[3] == "two_sided"
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        (
+            "status",
+            "ok max_impacts max_periods root_bound not_finite short_flights log_full inaccurate support_reached max_steps",
+        ),
+        (
+            "outcome",
+            "ok missed_impact fell_through did_not_end not_tried not_installed",
+        ),
+        ("passed", "not_passed passed not_asked"),
+        ("stable", "unstable stable"),
+    ],
+)
+def test_flags_of_files_are_the_contract(name, words):
+    attrs = attributes(name)
+    assert attrs["flag_meanings"] == words
+    assert attrs["flag_values"].tolist() == list(range(len(words.split())))
+
+
 def test_flags_of_status_are_its_members():
     assert quantity("status").flags == {member.name.lower(): member.value for member in Status}
     attrs = attributes("status")

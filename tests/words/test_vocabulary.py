@@ -85,7 +85,8 @@ def test_flags_of_regimes_are_the_contract():
     [
         (
             "status",
-            "ok max_impacts max_periods root_bound not_finite short_flights log_full inaccurate support_reached max_steps",
+            "ok max_impacts max_periods root_bound not_finite short_flights log_full inaccurate "
+            "support_reached max_steps",
         ),
         (
             "outcome",

@@ -132,21 +132,16 @@ def contradiction(
     if not missing:
         return None
 
-    def largest(*parameters: str) -> str:
-        sizes = {q: np.abs(np.asarray(values[q], float)) for q in parameters}
-        ends = {q: size.min() if q in ("R1", "R2") else size.max() for q, size in sizes.items()}
-        return ", ".join(f"{q} = {float(end)!r}" for q, end in ends.items())
-
-    told = {
-        "damping": (f"no damping, but {largest('h')}", "damping among them, or h = 0"),
-        "forcing": (f"no forcing, but {largest('f')}", "forcing among them, or f = 0"),
-        "restitution": (
-            f"no restitution, but {largest('R1', 'R2')}",
-            "restitution among them, or R = 1 on the supports that are",
-        ),
-        "rest": (
-            f"no rest, but a force of {largest('f')} that can press the mass on a support",
-            "rest among them, or |f| below l - |delta|",
-        ),
-    }
-    return told[missing[0]]
+    effect = missing[0]
+    parameters, otherwise = {
+        "damping": (["h"], "h = 0"),
+        "forcing": (["f"], "f = 0"),
+        "restitution": (["R1", "R2"], "R = 1 on the supports that are"),
+        "rest": (["f"], "|f| below l - |delta|"),
+    }[effect]
+    # what is farthest from an absent effect
+    farthest = np.min if effect == "restitution" else np.max
+    values_text = ", ".join(f"{q} = {float(farthest(np.abs(values[q])))!r}" for q in parameters)
+    if effect == "rest":
+        values_text = f"a force of {values_text} that can press the mass on a support"
+    return f"no {effect}, but {values_text}", f"{effect} among them, or {otherwise}"

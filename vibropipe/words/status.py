@@ -32,7 +32,7 @@ _REMEDIES = {
         "tau_end, raise max_impacts, or keep R further from 1."
     ),
     Status.MAX_PERIODS: (
-        "No orbit was recognised within the bound on periods: the row was measured over a window instead."
+        "No periodic orbit was found within the period limit; outputs are averages over the last `window_periods`."
     ),
     Status.ROOT_BOUND: (
         "The search for an impact reached its bound: raise steps_per_period, or check that the parameters are "
@@ -49,8 +49,8 @@ _REMEDIES = {
         "outputs would be incomplete, so it has none. Raise nu, or lower f or R."
     ),
     Status.INACCURATE: (
-        "The motion amplifies rounding beyond the accuracy asked; the errors beside its quantities hold: shorten "
-        "tau_end or ask for less."
+        "Rounding errors grow beyond the requested accuracy; the reported error estimates are valid. Shorten tau_end "
+        "or allow a larger error."
     ),
     Status.SUPPORT_REACHED: (
         "The motion reaches a support that `effects` leaves out, and was stopped there: add the support to them."

@@ -48,7 +48,15 @@ def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> 
         if not asked:
             continue
         scenes = [scene for scene in study.scenes if scene in asked]
-        missing += _outdated(run, name, scenes)
+        unresolved = []
+        for scene in scenes:
+            path = f"{run.results}/{name}/{scene}.nc"
+            told, job = read_sidecar(path), SimpleNamespace(study=name, scene=scene)
+            if any(told.get(key) != getattr(run, key)(job) for key in ("fingerprint", "code")):
+                missing.append(path)  # made of another text of the study, or by other code
+            if rows := int(told.get("unresolved", 0)):
+                part = share(rows, run.plans[name][scene].rows, "row")
+                unresolved.append(f"  {scene}: {part} unresolved; `status` says why")
         failed = [part for part, paths in asked.items() if paths & set(missing)]
         made = [
             part for part, paths in asked.items() if paths & set(planned) and part not in failed
@@ -59,7 +67,7 @@ def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> 
         texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []
         shown = run.report(name) if "report" in asked else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({shown})")
-        lines += _unresolved(run, name, scenes)
+        lines += unresolved
     missing = list(dict.fromkeys(missing))
     if missing:
         lines.append("less was made than was asked for: missing or made of something else:")
@@ -77,30 +85,6 @@ def _parts(run: Run, name: str) -> dict[str, set[str]]:
     scenes = {scene: {f"{run.results}/{name}/{scene}.nc"} for scene in run.studies[name].scenes}
     figures = {*run.figures(name, "svg"), *run.figures(name, "pdf")}
     return {**scenes, "figures": figures, "report": {run.report(name)}}
-
-
-def _outdated(run: Run, name: str, scenes: list[str]) -> list[str]:
-    """Return the datasets that were made of another study text or by other code than the run's."""
-    found = []
-    for scene in scenes:
-        path = f"{run.results}/{name}/{scene}.nc"
-        job = SimpleNamespace(study=name, scene=scene)
-        made_of = {"fingerprint": run.fingerprint(job), "code": run.code(job)}
-        told = read_sidecar(path)
-        if any(told.get(key) != value for key, value in made_of.items()):
-            found.append(path)
-    return found
-
-
-def _unresolved(run: Run, name: str, scenes: list[str]) -> list[str]:
-    """Return a line for each scene with rows that could not be solved."""
-    lines = []
-    for scene in scenes:
-        count = int(read_sidecar(f"{run.results}/{name}/{scene}.nc").get("unresolved", 0))
-        rows = run.plans[name][scene].rows
-        if count:
-            lines.append(f"  {scene}: {share(count, rows, 'row')} unresolved; `status` says why")
-    return lines
 
 
 def _listed(parts: list[str]) -> str:

@@ -12,6 +12,7 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import coordinates, label_rows
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS
+from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.outputs import OUTPUTS
 
 HARMONICS = 3
@@ -56,7 +57,7 @@ def draw_rows(seed: int, rows: int) -> np.ndarray:
 def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0)) -> xr.Dataset:
     """The steady states of such rows with all outputs, over `row`, their parameters as coordinates."""
     ((_stop, (solved,)),) = solve_rows(
-        len(parameters),
+        row_blocks(len(parameters)),
         lambda first, stop: [parameters[first:stop]],
         start,
         1,

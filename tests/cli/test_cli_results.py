@@ -151,8 +151,11 @@ def test_nobody_is_told_to_delete_a_file_that_is_no_dataset(place, capsys):
     [
         (["mine_1.nc"], ["rows 2 to 3 of 4 are not in the only shard"]),
         (["mine_1.nc", "absent.nc"], ["shards/absent.nc cannot be read"]),
-        (["mine_1.nc", "other_2.nc"], ["are not of one sweep", "fingerprint"]),
-        (["other_1.nc", "other_2.nc"], ["other_1.nc is a shard of another study"]),
+        (
+            ["mine_1.nc", "other_2.nc"],
+            ["other_2.nc was solved with nu = 1.15 in row 2, where the study has 1.1"],
+        ),
+        (["other_1.nc", "other_2.nc"], ["other_2.nc was solved with nu = 1.15 in row 2"]),
         (["mine_1.nc", "../results/mine/response.nc"], ["response.nc is no shard"]),
         (["../results/mine/forced.nc"], ["forced.nc is no shard"]),
         (["mine_1.nc", "cut.nc"], ["cut.nc is truncated"]),

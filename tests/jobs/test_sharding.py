@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from vibropipe.jobs import sharding
+from vibropipe.jobs.solving import join_to_file, origin, solve_to_file
 from vibropipe.scenes import costs
 from vibropipe.scenes.sweep import plan
 from vibropipe.scenes.sweep.cut import row_range
@@ -14,7 +15,8 @@ from vibropipe.scenes.sweep.keys import SweepScene
 from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve import rows
-from vibropipe.study import parse_study
+from vibropipe.store import StoreError, read, write
+from vibropipe.study import load_study, parse_study
 
 SLOW = {"nu": [0.01, 0.05, 300], "f": [0.5, 2, 300]}
 QUICK = {"nu": [2, 3, 1000], "f": [0.05, 0.5, 1000]}
@@ -84,6 +86,38 @@ def test_rows_take_no_more_memory_than_planned(grid, R, keys):
     fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
     planned = costs.steady_bytes(scene.outputs, scene.harmonics, 0)
     assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("R1: 0.7", "R1: 0.6", "R1 = 0.6 in every row, where the study has 0.7: delete it"),
+        (
+            "nu: [1, 1.5, 2]",
+            "nu: [1, 1.4, 2]",
+            "nu = 1.4 in row 1, where the study has 1.5: delete",
+        ),
+    ],
+)
+def test_shards_of_other_parameters_are_not_joined(old, new, told, tmp_path):
+    """Even where all of them agree, and their attributes are those of the study."""
+    text = (
+        "{title: t, exciter: {l: 0.5, h: 0.2, R1: 0.7},"
+        " scenes: {s: {kind: sweep, over: {f: [0.2, 1], nu: [1, 1.5, 2]}}}}"
+    )
+    (tmp_path / "t.yaml").write_text(text)
+    (tmp_path / "other.yaml").write_text(text.replace(old, new))
+    study, other = load_study(tmp_path / "t.yaml"), load_study(tmp_path / "other.yaml")
+    shards, target = [tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "s.nc"
+    for number, shard in enumerate(shards, 1):
+        solve_to_file(other, "s", shard, (number, 2), 1)
+        write(read(shard).assign_attrs(origin(study, study.scene("s"))), shard)
+    with pytest.raises(StoreError, match=f"1\\.nc was solved with {told}"):
+        join_to_file(study, "s", shards, target)
+    assert not target.exists()
+    for number, shard in enumerate(shards, 1):
+        solve_to_file(study, "s", shard, (number, 2), 1)
+    join_to_file(study, "s", shards, target)
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from distributed import Client, LocalCluster
 
 import vibropipe as vp
 from vibropipe.solve import cluster
+from vibropipe.solve.sweep_grid import SweepGrid
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
 OVER = {"f": np.linspace(0.2, 2.0, 40), "nu": np.linspace(0.4, 1.4, 100)}
@@ -66,7 +67,7 @@ def test_a_worker_killed_half_way_changes_nothing(client: Client) -> None:
         killer.start()
         spread = vp.sweep(EXCITER, OVER, client=client)
         killer.join()
-    shards = len(cluster._cuts(4000, 1, 2)) - 1
+    shards = len(cluster._cuts(SweepGrid(OVER), 2)) - 1
     assert 4 <= killed[0] < shards  # it was half-way indeed
     identical(local, spread)
 
@@ -109,7 +110,8 @@ def test_without_distributed_it_says_what_to_install(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("chain", [1, 5, 20_000])
 def test_cuts_are_of_whole_chains_and_of_bounded_length(rows: int, chain: int) -> None:
     rows *= chain
-    cuts = cluster._cuts(rows, chain, 2)
+    over = {"nu": np.arange(chain), "f": np.arange(rows // chain)}
+    cuts = cluster._cuts(SweepGrid(over, ("nu", "up")), 2)
     assert cuts[0] == 0
     assert cuts[-1] == rows
     sizes = np.diff(cuts)

@@ -12,8 +12,9 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.solve import rows
-from vibropipe.solve.sweep import PATIENCE, assemble, count_rows, solve_blocks, solve_shard
+from vibropipe.solve import rows, sweep_grid
+from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks, solve_shard
+from vibropipe.solve.sweep_grid import SweepGrid, row_blocks
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}
@@ -75,9 +76,7 @@ def test_motion_energy_and_harmonics_tell_of_the_same_orbit(whole: xr.Dataset) -
 @pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
 @pytest.mark.parametrize("cuts", [2, 3])
 def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
-    count, chain = count_rows(OVER, follow)
-    chains = count // chain
-    ends = [k * chains // cuts * chain for k in range(cuts + 1)]
+    ends = SweepGrid(OVER, follow).cuts(cuts)
     shards = [solve_shard(EXCITER, OVER, a, b, follow=follow) for a, b in itertools.pairwise(ends)]
     joined = assemble(shards[::-1], OVER, follow)
     xr.testing.assert_identical(joined, vp.sweep(EXCITER, OVER, follow=follow))
@@ -87,7 +86,7 @@ def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
 def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: Any) -> None:
     """Chains longer than a piece go on in the next one."""
     expected = vp.sweep(EXCITER, OVER, follow=follow)
-    monkeypatch.setattr(rows, "ROWS_PER_CALL", 4)
+    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 4)
     xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
 
 
@@ -96,9 +95,10 @@ def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: A
 def test_blocks_are_the_sweep_cut_between_chains(
     follow: Any, accuracy: Any, monkeypatch: Any
 ) -> None:
-    monkeypatch.setattr(rows, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(rows, "LEAST_ROWS_PER_CALL", 2)
-    count, chain = count_rows(OVER, follow)
+    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(sweep_grid, "LEAST_ROWS_PER_CALL", 2)
+    grid = SweepGrid(OVER, follow)
+    count, chain = grid.rows, grid.chain_length
     asked = {"follow": follow, "accuracy": accuracy}
     blocks = list(solve_blocks(EXCITER, OVER, 0, count, 8, **asked))
     ends = [0, *(block.attrs["row_stop"] for block in blocks)]
@@ -115,8 +115,8 @@ def test_blocks_are_the_sweep_cut_between_chains(
 
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     """... and nothing any more once no block is wanted."""
-    monkeypatch.setattr(rows, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(rows, "LEAST_ROWS_PER_CALL", 2)
+    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(sweep_grid, "LEAST_ROWS_PER_CALL", 2)
     seen = []
 
     def watched(*given: Any) -> Any:
@@ -137,19 +137,25 @@ def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     assert sum(seen) == solved <= 8 + ahead
 
 
+def ends_of(count: int, chain: int) -> list[int]:
+    """The ends of all calls; pieces begin where those before end."""
+    (pieces,) = row_blocks(count, chain)
+    return [0, *itertools.chain.from_iterable(ends[1:] for ends in pieces)]
+
+
 @pytest.mark.parametrize(("count", "chain"), [(1, 1), (1000, 1), (5000, 1), (4900, 7), (3000, 300)])
 def test_pieces_become_shorter_towards_the_end(count: int, chain: int) -> None:
-    ends = rows.cuts(count, chain)
+    ends = ends_of(count, chain)
     sizes = np.diff(ends)
     assert (ends[0], ends[-1]) == (0, count)
-    assert 0 < sizes.min() <= sizes.max() <= rows.ROWS_PER_CALL
+    assert 0 < sizes.min() <= sizes.max() <= sweep_grid.ROWS_PER_CALL
     for first, stop in itertools.pairwise(ends):
-        if chain < rows.LEAST_ROWS_PER_CALL:
+        if chain < sweep_grid.LEAST_ROWS_PER_CALL:
             assert stop % chain == 0
-            most = max(rows.LEAST_ROWS_PER_CALL, (count - first) // rows.SHARE)
+            most = max(sweep_grid.LEAST_ROWS_PER_CALL, (count - first) // sweep_grid.SHARE)
             assert stop - first <= most
-    if chain < rows.LEAST_ROWS_PER_CALL < count:
-        assert sizes[-1] <= rows.LEAST_ROWS_PER_CALL
+    if chain < sweep_grid.LEAST_ROWS_PER_CALL < count:
+        assert sizes[-1] <= sweep_grid.LEAST_ROWS_PER_CALL
 
 
 @pytest.mark.parametrize(
@@ -162,8 +168,8 @@ def test_pieces_become_shorter_towards_the_end(count: int, chain: int) -> None:
     ],
 )
 def test_pieces_are_whole_chains_or_parts_of_one(count, chain, ends, monkeypatch) -> None:
-    monkeypatch.setattr(rows, "ROWS_PER_CALL", 4)
-    assert rows.cuts(count, chain) == ends
+    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 4)
+    assert ends_of(count, chain) == ends
 
 
 def test_threads_do_not_matter(whole: xr.Dataset) -> None:

@@ -15,6 +15,7 @@ from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import ORDER
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
+from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.regimes import Regime
 
 PATIENT = 5000
@@ -53,7 +54,8 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
     limits = MAX_PERIODS, PATIENCE
-    ((_, (solved,)),) = solve_rows(points, lambda a, b: [rows[a:b]], (0.0, 0.0), 1, *limits, 0, ())
+    cut, start = row_blocks(points), (0.0, 0.0)
+    ((_, (solved,)),) = solve_rows(cut, lambda a, b: [rows[a:b]], start, 1, *limits, 0, ())
     regimes, multiples = solved.regime, solved.period_multiple
     assert len(np.unique(regimes)) > 3
     apart = []

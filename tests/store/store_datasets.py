@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe import store
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.vocabulary import describe
 
 IDENTITY = {"kernel_hash": "0123456789abcdef", "fingerprint": "fedcba", "title": "Response"}
@@ -74,8 +75,14 @@ TRAILING = {
 }
 
 
-def shard(values: dict[str, np.ndarray], start: int, stop: int, **scalars: float) -> xr.Dataset:
-    """The rows [start, stop) as one shard."""
+def shard(
+    values: dict[str, np.ndarray],
+    start: int,
+    stop: int,
+    grid: SweepGrid | None = None,
+    **scalars: float,
+) -> xr.Dataset:
+    """The rows [start, stop) as one shard, with their swept parameters if a grid is given."""
     starts = np.concatenate([[0], np.cumsum(values["row_size"])])
     variables = {}
     for name, all_rows in values.items():
@@ -89,19 +96,26 @@ def shard(values: dict[str, np.ndarray], start: int, stop: int, **scalars: float
     if "displacement" in values:
         phases = values["displacement"].shape[1]
         coords["phase"] = np.arange(phases) / phases
+    if grid is not None:
+        swept = grid.parameters(grid.dims, np.arange(start, stop)).T
+        coords |= {name: ("row", column) for name, column in zip(grid.dims, swept, strict=True)}
     attrs = IDENTITY | {"row_start": start, "row_stop": stop}
     return describe(xr.Dataset(variables, coords | scalars, attrs))
 
 
 def write_shards(
-    folder: Path, values: dict[str, np.ndarray], cuts: list[int], **scalars: float
+    folder: Path,
+    values: dict[str, np.ndarray],
+    cuts: list[int],
+    grid: SweepGrid | None = None,
+    **scalars: float,
 ) -> list[Path]:
     """Write the shards between the cuts (inner ones only) and return their paths."""
     ends = [0, *sorted(set(cuts)), len(values["row_size"])]
     paths = []
     for start, stop in pairwise(ends):
         paths.append(folder / f"{start:04d}.nc")
-        store.write(shard(values, start, stop, **scalars), paths[-1])
+        store.write(shard(values, start, stop, grid, **scalars), paths[-1])
     return paths
 
 

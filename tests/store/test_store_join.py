@@ -8,11 +8,17 @@ from hypothesis import strategies as st
 from store_datasets import expected_grid, motion, rows_of_sweep, shard, write_shards
 
 from vibropipe import store
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store import StoreError, joining
-from vibropipe.store.grid import Grid
+from vibropipe.store.encoding import chunk_shape
 
 DIMS = {"nu": np.linspace(0.3, 3, 7), "f": np.array([0.5, 1.0, 2.0]), "delta": np.array([0, 0.1])}
 ROWS = 42
+GRID = SweepGrid(DIMS)
+
+
+def grid_of(dims, follow=None):
+    return SweepGrid(dims, follow and (follow, "up"))
 
 
 def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
@@ -22,8 +28,9 @@ def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
 
 
 def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", **scalars):
-    paths = write_shards(folder / f"shards-{name}", values, list(cuts), **scalars)
-    store.join(paths, folder / name, dims, follow)
+    grid = grid_of(dims, follow)
+    paths = write_shards(folder / f"shards-{name}", values, list(cuts), grid, **scalars)
+    store.join(paths, folder / name, grid)
     return folder / name
 
 
@@ -95,8 +102,10 @@ def test_a_join_tells_how_far_it_has_come(tmp_path, monkeypatch):
     monkeypatch.setattr(joining, "BLOCK_ROWS", 7)
     rows, seen = 60, []
     dims = {"nu": np.arange(10.0), "f": np.arange(6.0)}
-    paths = write_shards(tmp_path, rows_of_sweep(rows), [20])
-    store.join(paths, tmp_path / "a.nc", dims, progress=lambda *counts: seen.append(counts))
+    paths = write_shards(tmp_path, rows_of_sweep(rows), [20], grid_of(dims))
+    store.join(
+        paths, tmp_path / "a.nc", grid_of(dims), progress=lambda *counts: seen.append(counts)
+    )
     done = [count for count, _ in seen]
     assert len(done) > 5
     assert done == sorted(set(done))
@@ -105,9 +114,9 @@ def test_a_join_tells_how_far_it_has_come(tmp_path, monkeypatch):
 
 def test_the_order_of_the_shards_does_not_matter(tmp_path):
     values = rows_of_sweep(ROWS)
-    paths = write_shards(tmp_path / "shards", values, [10, 20, 30])
-    store.join(paths, tmp_path / "a.nc", DIMS)
-    store.join([str(path) for path in reversed(paths)], str(tmp_path / "b.nc"), DIMS)
+    paths = write_shards(tmp_path / "shards", values, [10, 20, 30], GRID)
+    store.join(paths, tmp_path / "a.nc", GRID)
+    store.join([str(path) for path in reversed(paths)], str(tmp_path / "b.nc"), GRID)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
@@ -124,35 +133,71 @@ def test_a_sweep_whose_impacts_were_not_asked_for_is_joined(tmp_path):
     values = rows_of_sweep(ROWS)
     dropped = ["row_size", "impact_velocity", "impact_support"]
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
-    store.write(shard(values, 0, 12).drop_vars(dropped), paths[0])
-    store.write(shard(values, 12, ROWS).drop_vars(dropped), paths[1])
-    store.join(paths, tmp_path / "joined.nc", DIMS)
+    store.write(shard(values, 0, 12, GRID).drop_vars(dropped), paths[0])
+    store.write(shard(values, 12, ROWS, GRID).drop_vars(dropped), paths[1])
+    store.join(paths, tmp_path / "joined.nc", GRID)
     dataset = store.read(tmp_path / "joined.nc")
     np.testing.assert_array_equal(dataset["regime"].values.reshape(-1), values["regime"])
     assert "impact" not in dataset.dims
 
 
-def test_swept_parameters_in_the_shards_are_dropped(tmp_path):
+def with_other_value(dims, follow, name, point):
+    """The grid with one value moved by its last bit."""
+    values = dims[name].copy()
+    values[point] = np.nextafter(values[point], 9)
+    return grid_of(dims | {name: values}, follow)
+
+
+@pytest.mark.parametrize("follow", [None, "nu", "delta"])
+@pytest.mark.parametrize(("name", "point"), [("nu", 0), ("nu", 6), ("f", 2), ("delta", 1)])
+def test_shards_of_other_swept_values_are_refused(tmp_path, follow, name, point, monkeypatch):
+    monkeypatch.setattr("vibropipe.store.shards.ROWS_AT_ONCE", 4)
+    grid, other = grid_of(DIMS, follow), with_other_value(DIMS, follow, name, point)
+    paths = write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [10, 20], other)
+    row = int(
+        np.flatnonzero(np.isin(grid.parameters([name], np.arange(ROWS)), DIMS[name][point]))[0]
+    )
+    path = paths[np.searchsorted([10, 20], row, "right")].name
+    held, wanted = float(other.values[name][point]), float(DIMS[name][point])
+    told = (
+        rf"{path} was solved with {name} = {held!r} in row {row}, where the study has {wanted!r}: "
+        "delete it and run again"
+    )
+    refused(paths, tmp_path, told, grid)
+    store.join(paths, tmp_path / "joined.nc", other)
+
+
+def test_one_shard_of_another_order_of_rows_is_refused(tmp_path):
     values = rows_of_sweep(ROWS)
-    grid = Grid(DIMS, "nu")
-    paths = []
-    for start, stop in ((0, 15), (15, ROWS)):
-        dataset = shard(values, start, stop)
-        dataset = dataset.assign_coords(nu=("row", grid.coordinate("nu", start, stop)))
-        paths.append(tmp_path / f"{start}.nc")
-        store.write(dataset, paths[-1])
-    store.join(paths, tmp_path / "joined.nc", DIMS, "nu")
-    dataset = store.read(tmp_path / "joined.nc")
-    assert dataset["nu"].dims == ("nu",)
-    agrees(dataset, values, DIMS, "nu")
+    paths = write_shards(tmp_path / "shards", values, [10, 20], GRID)
+    store.write(shard(values, 10, 20, grid_of(DIMS, "nu")), paths[1])
+    refused(paths, tmp_path, r"0010\.nc was solved with nu = .* in row 10, where the study has")
+
+
+@pytest.mark.parametrize("values", [{"h": 0.3}, {"h": 0.2, "R1": 0.7}])
+def test_shards_of_other_shared_values_are_refused(tmp_path, shards, values):
+    """... and those that do not hold a parameter, though they agree with each other."""
+    told = {
+        1: r"0000\.nc was solved with h = 0\.2 in every row, where the study has 0\.3: delete it",
+        2: r"0000\.nc does not say what R1 its rows have: delete it",
+    }
+    refused(shards, tmp_path, told[len(values)], SweepGrid(DIMS, shared=values))
+    store.join(shards, tmp_path / "joined.nc", SweepGrid(DIMS, shared={"h": 0.2, "l": 0.5}))
+
+
+def test_shards_without_their_swept_parameters_are_refused(tmp_path):
+    paths = write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [])
+    refused(paths, tmp_path, r"0000\.nc does not say what nu its rows have: delete it")
 
 
 def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
     values = rows_of_sweep(ROWS)
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
-    store.write(shard(values, 0, 12).assign_attrs(git_commit="b", method="exact"), paths[0])
-    store.write(shard(values, 12, ROWS).assign_attrs(git_commit="a", method="exact"), paths[1])
-    store.join(paths, tmp_path / "joined.nc", DIMS, attrs={"title": "New", "follow": None})
+    store.write(shard(values, 0, 12, GRID).assign_attrs(git_commit="b", method="exact"), paths[0])
+    store.write(
+        shard(values, 12, ROWS, GRID).assign_attrs(git_commit="a", method="exact"), paths[1]
+    )
+    store.join(paths, tmp_path / "joined.nc", GRID, attrs={"title": "New", "follow": None})
     attrs = store.read(tmp_path / "joined.nc").attrs
     assert attrs["Conventions"].startswith("CF")
     assert attrs["title"] == "New"
@@ -180,19 +225,19 @@ def test_chunks_are_written_once_and_whole(tmp_path, monkeypatch):
 
 @pytest.fixture
 def shards(tmp_path):
-    return write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [10, 20, 30])
+    return write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [10, 20, 30], GRID)
 
 
-def refused(paths, folder, match, dims=None):
+def refused(paths, folder, match, grid=GRID):
     with pytest.raises(StoreError, match=match):
-        store.join(paths, folder / "joined.nc", dims or DIMS)
+        store.join(paths, folder / "joined.nc", grid)
     assert not (folder / "joined.nc").exists()
     assert [item.name for item in folder.iterdir()] == ["shards"]
 
 
 def test_no_shards(tmp_path):
     with pytest.raises(StoreError, match="no shards"):
-        store.join([], tmp_path / "joined.nc", DIMS)
+        store.join([], tmp_path / "joined.nc", GRID)
 
 
 @pytest.mark.parametrize(("missing", "rows"), [(0, "0 to 9"), (1, "10 to 19"), (3, "30 to 41")])
@@ -210,7 +255,7 @@ def test_rows_held_twice_are_named_with_both_files(tmp_path, shards):
 
 
 def test_rows_beyond_the_grid_are_refused(tmp_path, shards):
-    refused(shards, tmp_path, "holds rows up to 41 of 12 rows", {"nu": np.arange(12.0)})
+    refused(shards, tmp_path, "holds rows up to 41 of 12 rows", SweepGrid({"nu": np.arange(12.0)}))
 
 
 @pytest.mark.parametrize("damage", ["truncated", "damaged", "empty"])
@@ -233,13 +278,13 @@ def test_a_dataset_that_is_no_shard_is_named(tmp_path, shards):
 
 
 def test_a_shard_that_lies_about_its_rows_is_named(tmp_path, shards):
-    wrong = shard(rows_of_sweep(ROWS), 20, 30).assign_attrs(row_stop=31)
+    wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID).assign_attrs(row_stop=31)
     store.write(wrong, shards[2])
     refused(shards, tmp_path, r"0020\.nc says rows 20 to 30 but holds 10")
 
 
 def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
-    wrong = shard(rows_of_sweep(ROWS), 20, 30)
+    wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID)
     wrong["row_size"][0] += 1
     store.write(wrong, shards[2])
     refused(shards, tmp_path, r"0020\.nc holds \d+ of 'impact' but row_size counts another sum")
@@ -257,12 +302,18 @@ def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
     ],
 )
 def test_shards_of_two_sweeps_are_not_joined(tmp_path, shards, change, match):
-    store.write(change(shard(rows_of_sweep(ROWS), 20, 30)), shards[2])
+    store.write(change(shard(rows_of_sweep(ROWS), 20, 30, GRID)), shards[2])
     refused(shards, tmp_path, rf"0000\.nc and .*0020\.nc are not of one sweep: .*({match})")
 
 
+def test_shards_of_another_fingerprint_than_the_study_s_are_not_joined(tmp_path, shards):
+    with pytest.raises(StoreError, match=r"0000\.nc is a shard of another study, or of this one"):
+        store.join(shards, tmp_path / "joined.nc", GRID, {"fingerprint": "other"})
+    assert not (tmp_path / "joined.nc").exists()
+
+
 def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch):
-    store.join(shards, tmp_path / "joined.nc", DIMS)
+    store.join(shards, tmp_path / "joined.nc", GRID)
     before = (tmp_path / "joined.nc").read_bytes()
 
     def fail(*_):
@@ -270,7 +321,7 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch)
 
     monkeypatch.setattr("vibropipe.store.ragged.InOrder.finish", fail)
     with pytest.raises(StoreError, match=r"joined\.nc was not written: the disk is full"):
-        store.join(shards, tmp_path / "joined.nc", DIMS)
+        store.join(shards, tmp_path / "joined.nc", GRID)
     assert (tmp_path / "joined.nc").read_bytes() == before
     assert sorted(item.name for item in tmp_path.iterdir()) == ["joined.nc", "shards"]
 
@@ -284,13 +335,13 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch)
 def test_blocks_of_a_grid_are_its_rows_in_order_and_never_cut_chunks(sizes, follow, most, fewer):
     names = list("abcd")[: len(sizes)]
     dims = {name: np.arange(size) for name, size in zip(names, sizes, strict=True)}
-    grid = Grid(dims, names[follow] if follow < len(names) else None)
+    grid = grid_of(dims, names[follow] if follow < len(names) else None)
     fewer = min(most, fewer)
     reached = 0
     rows = np.arange(grid.rows)
     filled = np.full(grid.shape, -1)
-    chunks = grid.chunks(fewer)
-    for block in grid.blocks(most):
+    chunks = grid.in_grid_order(chunk_shape(grid.row_shape, fewer))
+    for block in grid.blocks(chunk_shape(grid.row_shape, most)):
         assert block.start == reached
         assert block.stop - block.start <= most
         reached = block.stop
@@ -300,4 +351,5 @@ def test_blocks_of_a_grid_are_its_rows_in_order_and_never_cut_chunks(sizes, foll
             assert box.stop % chunk == 0 or box.stop == size
     assert reached == grid.rows
     start, stop = sorted((fewer % (grid.rows + 1), most % (grid.rows + 1)))
-    np.testing.assert_array_equal(filled.ravel()[grid.in_grid(start, stop)], rows[start:stop])
+    np.testing.assert_array_equal(filled.ravel()[grid.points(start, stop)], rows[start:stop])
+    np.testing.assert_array_equal(filled.ravel(), grid.rows_of_points())

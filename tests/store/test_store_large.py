@@ -8,19 +8,23 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from store_datasets import rows_of_sweep, write_shards
+
+from vibropipe.solve.sweep_grid import SweepGrid
 
 JOIN = """
 import sys
 import numpy as np
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store import join, joining
 
 joining.BLOCK_ROWS = 1 << 13
-folder, follow, rows = sys.argv[1], sys.argv[2] or None, int(sys.argv[3])
+folder, follow, rows = sys.argv[1], sys.argv[2], int(sys.argv[3])
 dims = {"nu": np.arange(100.0), "f": np.arange(rows / 100)}
 join([f"{folder}/shards/{start:04d}.nc" for start in range(0, rows, 5000)],
-     f"{folder}/joined/map.nc", dims, follow)
+     f"{folder}/joined/map.nc", SweepGrid(dims, (follow, "up") if follow else None))
 """
 SLICE = """
 import sys
@@ -62,22 +66,26 @@ def peak(script: str, *arguments: str) -> float:
     return int(done.stdout.split()[-1]) / 1e3
 
 
-@pytest.fixture(scope="module")
-def studies(tmp_path_factory):
-    """Shards of 5,000 rows: of 50,000 and of 500,000 rows."""
-    folders = {}
+@pytest.fixture(scope="module", params=["", "nu"])
+def studies(request, tmp_path_factory):
+    """What is followed, and shards of 5,000 rows: of 50,000 and of 500,000 rows."""
+    folders, follow = {}, request.param
     for rows in (50_000, 500_000):
         folders[rows] = tmp_path_factory.mktemp(str(rows))
+        dims = {"nu": np.arange(100.0), "f": np.arange(rows / 100)}
         write_shards(
-            folders[rows] / "shards", rows_of_sweep(rows, phases=16), list(range(5000, rows, 5000))
+            folders[rows] / "shards",
+            rows_of_sweep(rows, phases=16),
+            list(range(5000, rows, 5000)),
+            SweepGrid(dims, (follow, "up") if follow else None),
         )
     size = sum(path.stat().st_size for path in (folders[500_000] / "shards").iterdir())
     assert size > 110e6
-    return folders
+    return follow, folders
 
 
-@pytest.mark.parametrize("follow", ["", "nu"])
-def test_memory_does_not_grow_with_the_number_of_rows(studies, follow):
+def test_memory_does_not_grow_with_the_number_of_rows(studies):
+    follow, folders = studies
     for script in (JOIN, SLICE, QUERY):
-        few, many = (peak(script, str(studies[n]), follow, str(n)) for n in studies)
+        few, many = (peak(script, str(folders[n]), follow, str(n)) for n in folders)
         assert many - few < 30, script

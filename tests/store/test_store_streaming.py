@@ -14,16 +14,20 @@ import xarray as xr
 from store_datasets import rows_of_sweep, shard, write_shards
 
 from vibropipe import store
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store import encoding, streaming
 
 ROWS = 60
 DIMS = {"nu": np.linspace(0.3, 3, 10), "f": np.linspace(0.1, 2, 6)}
 VALUES = rows_of_sweep(ROWS, phases=16)
+GRID = SweepGrid(DIMS)
 
 
-def blocks(size: int, start: int = 0, stop: int = ROWS, values: dict = VALUES) -> list[xr.Dataset]:
+def blocks(
+    size: int, start: int = 0, stop: int = ROWS, values: dict = VALUES, grid: SweepGrid = GRID
+) -> list[xr.Dataset]:
     ends = [*range(start, stop, size), stop]
-    return [shard(values, first, last) for first, last in pairwise(ends)]
+    return [shard(values, first, last, grid) for first, last in pairwise(ends)]
 
 
 def write_rows(given: Iterable[xr.Dataset], path: Path) -> None:
@@ -31,7 +35,7 @@ def write_rows(given: Iterable[xr.Dataset], path: Path) -> None:
 
 
 def write_grid(given: Iterable[xr.Dataset], path: Path) -> None:
-    store.write_grid(given, path, DIMS)
+    store.write_grid(given, path, GRID)
 
 
 @pytest.fixture(params=[encoding.CHUNK_BYTES, 64], ids=["usual chunks", "tiny chunks"])
@@ -46,16 +50,17 @@ def chunks(request, monkeypatch):
 def test_blocks_of_any_size_give_the_rows_written_at_once(tmp_path, chunks, start, size):
     store.write_rows(blocks(size, start), tmp_path / "a.nc", ROWS - start)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-    store.write(shard(VALUES, start, ROWS), tmp_path / "b.nc")
+    store.write(shard(VALUES, start, ROWS, GRID), tmp_path / "b.nc")
     xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
 
 
 @pytest.mark.parametrize("follow", [None, "nu"])
 @pytest.mark.parametrize("size", [6, 25, ROWS])
 def test_a_grid_is_that_of_joined_shards_byte_for_byte(tmp_path, chunks, follow, size):
-    store.join(write_shards(tmp_path, VALUES, [20, 50]), tmp_path / "joined.nc", DIMS, follow)
+    grid = SweepGrid(DIMS, follow and (follow, "up"))
+    store.join(write_shards(tmp_path, VALUES, [20, 50], grid), tmp_path / "joined.nc", grid)
     before = set(tmp_path.iterdir())
-    store.write_grid(blocks(size), tmp_path / "grid.nc", DIMS, follow)
+    store.write_grid(blocks(size, grid=grid), tmp_path / "grid.nc", grid)
     assert set(tmp_path.iterdir()) - before == {tmp_path / "grid.nc"}
     assert (tmp_path / "grid.nc").read_bytes() == (tmp_path / "joined.nc").read_bytes()
 
@@ -63,8 +68,8 @@ def test_a_grid_is_that_of_joined_shards_byte_for_byte(tmp_path, chunks, follow,
 def test_rows_written_as_they_come_are_a_shard_to_the_join(tmp_path, chunks):
     store.write_rows(blocks(7, 0, 30), tmp_path / "1.nc", 30)
     store.write_rows(blocks(9, 30), tmp_path / "2.nc", 30)
-    store.join([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "a.nc", DIMS)
-    store.write_grid(blocks(ROWS), tmp_path / "b.nc", DIMS)
+    store.join([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "a.nc", GRID)
+    store.write_grid(blocks(ROWS), tmp_path / "b.nc", GRID)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
@@ -73,7 +78,7 @@ def test_rows_without_impacts_are_written(tmp_path):
     quiet["row_size"] = np.zeros(ROWS, np.int32)
     quiet["impact_velocity"] = np.empty(0)
     store.write_rows(blocks(25, values=quiet), tmp_path / "a.nc", ROWS)
-    store.write(shard(quiet, 0, ROWS), tmp_path / "b.nc")
+    store.write(shard(quiet, 0, ROWS, GRID), tmp_path / "b.nc")
     xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
 
 

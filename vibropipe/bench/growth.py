@@ -172,10 +172,11 @@ def join_shards(place: Path, points: int) -> tuple[Taken, int]:
     """Join all shards; also returns the bytes of the file."""
     import netCDF4  # noqa: F401 (loaded before the clock starts)
 
+    from vibropipe.scenes.sweep.plan import sweep_grid
     from vibropipe.store import join
 
-    target, dims = place / "joined" / f"{SCENE}.nc", sweep_of(points).over_arrays()
-    took = _timed(lambda: join(sorted((place / "shards").iterdir()), target, dims))
+    target, grid = place / "joined" / f"{SCENE}.nc", sweep_grid(sweep_of(points))
+    took = _timed(lambda: join(sorted((place / "shards").iterdir()), target, grid))
     return took, target.stat().st_size
 
 

@@ -21,13 +21,13 @@ from vibropipe.physics.flow import ORDER
 from vibropipe.solve.rows import (
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
-    ROWS_PER_CALL,
     drive,
     new_room,
     new_rows,
 )
 from vibropipe.solve.run import has_closed_form, run_motion
 from vibropipe.solve.sweep import MAX_PERIODS
+from vibropipe.solve.sweep_grid import ROWS_PER_CALL
 
 HARMONICS = 3
 SAMPLES = 256

@@ -14,6 +14,7 @@ import numpy as np
 
 from vibropipe.compiler import kernel_hash
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.sweep_grid import SweepGrid
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,10 +29,9 @@ _turn = threading.Lock()
 
 
 def solve_on(
-    client: Any, solve: Callable[[int, int], xr.Dataset], rows: int, chain: int
+    client: Any, solve: Callable[[int, int], xr.Dataset], grid: SweepGrid
 ) -> list[xr.Dataset]:
-    """Shards of a sweep of so many rows, cut at multiples of chain, each `solve(row_start, row_stop)` on some
-    worker of the dask cluster behind client.
+    """Shards of a sweep, each `solve(row_start, row_stop)` on some worker of the dask cluster behind client.
 
     Raises ParameterError where client is no dask client, RuntimeError where a worker has another version of
     the kernels or was lost too often with the same shard.
@@ -39,7 +39,7 @@ def solve_on(
     check_client(client)
     from distributed import KilledWorker
 
-    cuts = _cuts(rows, chain, sum(client.nthreads().values()))
+    cuts = _cuts(grid, sum(client.nthreads().values()))
     futures = client.map(
         _solve, cuts[:-1], cuts[1:], solve=solve, expected=kernel_hash(), pure=False
     )
@@ -79,12 +79,12 @@ def check_client(client: Any) -> None:
         )
 
 
-def _cuts(rows: int, chain: int, threads: int) -> list[int]:
+def _cuts(grid: SweepGrid, threads: int) -> list[int]:
     """Ends of shards: some for each thread, so that a slow or lost worker holds up little."""
-    chains = rows // chain
-    most = max(1, MOST_ROWS // chain)
-    shards = min(chains, max(SHARDS_PER_THREAD * max(1, threads), -(-chains // most)))
-    return [int(shard * chains // shards) * chain for shard in range(shards + 1)]
+    most = max(1, MOST_ROWS // grid.chain_length)
+    return grid.cuts(
+        min(grid.chains, max(SHARDS_PER_THREAD * max(1, threads), -(-grid.chains // most)))
+    )
 
 
 def _solve(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import mmap
 import threading
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
+from dataclasses import dataclass, field
 from itertools import islice, pairwise
 from typing import NamedTuple
 
@@ -30,9 +31,6 @@ PHASES = 256
 # 256 impacts in each; an array of them for every row of a call is mapped, and only what is written to takes memory.
 ORBIT_LOG_CAPACITY = 8192
 ORBIT_REST_CAPACITY = 512
-# Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
-# Towards the end a share of what is left, and ever fewer, so that threads end together.
-ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 64, 4
 # Seconds between two words of progress.
 TELL_EVERY = 0.25
 
@@ -101,18 +99,6 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Ro
     )
 
 
-def cuts(rows: int, chain_length: int) -> list[int]:
-    """Ends of the pieces that rows are solved in: of as many whole chains as one call takes, or of parts of
-    chains longer than that. The same for any number of threads."""
-    ends = [0]
-    while ends[-1] < rows:
-        first = ends[-1]
-        most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, (rows - first) // SHARE))
-        stop = min(rows, first + max(1, most // chain_length) * chain_length)
-        ends += [*range(first + ROWS_PER_CALL, stop, ROWS_PER_CALL), stop]
-    return ends
-
-
 @jit_nogil
 def drive(
     e: Effects,
@@ -146,8 +132,50 @@ def _sample(
             sample_row(e, p, x, v, multiple[row], log, c, motion, row)
 
 
+@dataclass
+class _Solver:
+    """Solves pieces of rows; each thread keeps the room for impacts that it has touched once."""
+
+    parameters: Callable[[int, int], Sequence[np.ndarray]]
+    start: tuple[float | None, float]
+    chain_length: int
+    max_periods: int
+    patience: int
+    harmonics: int
+    outputs: tuple[str, ...]
+    effects: Effects
+    room_rows: int
+    own: threading.local = field(default_factory=threading.local)
+
+    def solve(self, values: np.ndarray, seeds: np.ndarray) -> Rows:
+        """Solve parameters (rows, 7) from starts (rows, 2)."""
+        # Of each thread its own, kept: a page touched for the first time costs more than a row.
+        if not hasattr(self.own, "room"):
+            self.own.room = new_room(self.room_rows)
+        out = new_rows(len(values), self.harmonics, self.outputs, self.own.room)
+        chain = max(1, min(self.chain_length, len(values)))
+        drive(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
+        if "motion" in self.outputs:
+            # Rows in closed form were never marched and have their samples already.
+            marched = np.where(out.settled_after > 0, out.period_multiple, 0)
+            _sample(self.effects, values, out.section, marched, out.motion)
+        return mask_unsolved(_compact(out))
+
+    def piece(self, ends: Sequence[int]) -> list[list[Rows]]:
+        """Solve whole chains, or the parts of one, one after the other; of each part its solutions."""
+        solved: list[list[Rows]] = []
+        for first, stop in pairwise(ends):
+            sets = self.parameters(first, stop)
+            seeds = [row_starts(values, *self.start) for values in sets]
+            if solved:  # a chain goes on
+                for seed, before in zip(seeds, solved[-1], strict=True):
+                    seed[0] = before.section[-1]
+            solved.append([self.solve(*each) for each in zip(sets, seeds, strict=True)])
+        return solved
+
+
 def solve_rows(
-    rows: int,
+    blocks: Sequence[Sequence[Sequence[int]]],
     parameters: Callable[[int, int], Sequence[np.ndarray]],
     start: tuple[float | None, float],
     chain_length: int,
@@ -157,66 +185,53 @@ def solve_rows(
     outputs: tuple[str, ...],
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
-    block_rows: int | None = None,
 ) -> Generator[tuple[int, list[Rows]]]:
-    """Results of rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
+    """Solve rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
 
-    parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side. start: of
-    the first row of each chain (`row_starts`). effects: what the kernel has, for all rows alike. progress is told
-    the rows done.
-    Yields (stop, solutions) of blocks of at least block_rows (all, if left out) in whole chains, in order. While a
-    block is looked at other threads solve the next, and no more."""
-    own = threading.local()
+    While a block is looked at other threads solve the next, and no more.
 
-    def solve(values: np.ndarray, seeds: np.ndarray) -> Rows:
-        # Of each thread its own, kept: a page touched for the first time costs more than a row.
-        if not hasattr(own, "room"):
-            own.room = new_room(ROWS_PER_CALL)
-        out = new_rows(len(values), harmonics, outputs, own.room)
-        chain = max(1, min(chain_length, len(values)))
-        drive(effects, values, seeds, chain, max_periods, patience, out)
-        if "motion" in outputs:
-            # Rows in closed form were never marched and have their samples already.
-            marched = np.where(out.settled_after > 0, out.period_multiple, 0)
-            _sample(effects, values, out.section, marched, out.motion)
-        return mask_unsolved(_compact(out))
+    Parameters
+    ----------
+    blocks : sequence
+        The blocks and their pieces (`solve.sweep_grid.row_blocks`).
+    parameters : callable
+        parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side.
+    start : (float or None, float)
+        x0 and v0 of the first row of each chain (`row_starts`).
+    effects : Effects
+        What the kernel has, for all rows alike.
+    progress : callable, optional
+        Called as progress(rows done).
 
-    def solve_chains(ends: Sequence[int]) -> list[list[Rows]]:
-        solved: list[list[Rows]] = []
-        for first, stop in pairwise(ends):
-            pieces = parameters(first, stop)
-            seeds = [row_starts(piece, *start) for piece in pieces]
-            if solved:  # a chain goes on
-                for seed, before in zip(seeds, solved[-1], strict=True):
-                    seed[0] = before.section[-1]
-            solved.append([solve(piece, seed) for piece, seed in zip(pieces, seeds, strict=True)])
-        return solved
-
-    def solve_in_turn(block: Sequence[list[int]]) -> list[Rows]:
-        parts: list[list[Rows]] = []
-        for ends in block:
-            parts += solve_chains(ends)
-            if progress is not None:
-                progress(ends[-1])
-        return joined(parts)
-
-    work = whole_chains(cuts(rows, chain_length), chain_length)
-    gathered = blocks(work, rows if block_rows is None else block_rows)
+    Yields
+    ------
+    (int, list of Rows)
+        The end of a block and its solutions, in order.
+    """
+    work = [ends for block in blocks for ends in block]
+    room_rows = max(stop - first for ends in work for first, stop in pairwise(ends))
+    limits = chain_length, max_periods, patience
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, room_rows)
     count = numba.get_num_threads()
     if count == 1:
-        for block in gathered:
-            yield block[-1][-1], solve_in_turn(block)
+        for block in blocks:
+            parts: list[list[Rows]] = []
+            for ends in block:
+                parts += solver.piece(ends)
+                if progress is not None:
+                    progress(ends[-1])
+            yield block[-1][-1], joined(parts)
         return
     # Compiled or loaded once, before threads ask for it side by side.
-    solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
+    solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
     threads = ThreadPoolExecutor(count)
     left, waiting = iter(work), deque[Solving]()
     try:
-        for block in gathered:
+        for block in blocks:
             # Of blocks of a piece or two so many that no thread waits.
             most = 2 * max(len(block), count)
             for ends in islice(left, most - len(waiting)):
-                waiting.append(threads.submit(solve_chains, ends))
+                waiting.append(threads.submit(solver.piece, ends))
             pieces = [waiting.popleft() for _ in block]
             yield block[-1][-1], finished(pieces, block, progress)
     finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
@@ -225,7 +240,7 @@ def solve_rows(
 
 def finished(
     pieces: list[Solving],
-    block: Sequence[list[int]],
+    block: Sequence[Sequence[int]],
     progress: Callable[[int], None] | None,
 ) -> list[Rows]:
     """The solutions of a block when all its pieces are solved, which are taken from the list: they are not
@@ -249,29 +264,6 @@ def joined(parts: Sequence[Sequence[Rows]]) -> list[Rows]:
     return [
         Rows(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*parts, strict=True)
     ]
-
-
-def blocks(work: Sequence[list[int]], size: int) -> Iterator[list[list[int]]]:
-    """Groups of cuts (`whole_chains`) gathered until they have `size` rows."""
-    block: list[list[int]] = []
-    for ends in work:
-        block.append(ends)
-        if ends[-1] - block[0][0] >= size:
-            yield block
-            block = []
-    if block:
-        yield block
-
-
-def whole_chains(ends: Sequence[int], chain_length: int) -> list[list[int]]:
-    """Cuts grouped so that each group begins and ends with chains: what threads can solve side by side."""
-    groups: list[list[int]] = []
-    for first, stop in pairwise(ends):
-        if first % chain_length:
-            groups[-1].append(stop)
-        else:
-            groups.append([first, stop])
-    return groups
 
 
 def _compact(out: Rows) -> Rows:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
@@ -19,19 +18,18 @@ from vibropipe.physics.start import largest_start, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import nudged_rows, row_errors, told
 from vibropipe.solve.cluster import gathered, solve_on
-from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows, take_rows
+from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows import solve_rows
+from vibropipe.solve.sweep_grid import DIRECTIONS, Follow, SweepGrid, row_blocks
 from vibropipe.words.outputs import OUTPUTS, SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIRECTIONS = ("up", "down")
 MAX_PERIODS = limits.PATIENCE[1]
 # Forcing periods after which a row of a sweep is left where small differences grow.
 PATIENCE = 300
-Follow = tuple[str, str] | None
 
 
 def sweep(
@@ -47,39 +45,75 @@ def sweep(
     client: Any = None,
     patience: int = PATIENCE,
 ) -> xr.Dataset:
-    """Steady states (see `steady_state`) over every combination of the values in `over`.
+    """Find the steady states (see `steady_state`) over every combination of the values in `over`.
 
-    over: parameter name (any of nu f h l delta R1 R2) -> values (an array, a dask array or a list), one
-    dimension each, in the order given.
-    Every row starts from (x0, v0), x0 left out from its equilibrium, or from the support nearest to that where it
-    lies beyond; an x0 within 4 ulps of a support lies on it.
-    With follow = ("nu", "up" or "down") the rows of that parameter are seeded by their neighbour from below or
-    above, and only the first starts from (x0, v0): hysteresis shows.
-    outputs: any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
-    accuracy: adds `error` of each row (`vibropipe.solve.accuracy.row_errors`); rows beyond it have status `inaccurate`.
-    effects: any of damping, forcing, support_1, support_2, restitution, rest; rows are marched by a kernel
-    without the others, compiled when it is first called for. All of them if left out. A row that reaches a
-    support left out has status `support_reached`.
-    client: a `dask.distributed.Client`; the rows are then solved by the workers of its cluster, and those of a
-    worker that is lost by another one. The result is the same, bit for bit, on machines of the same kind.
+    Parameters
+    ----------
+    exciter : Exciter
+        The parameters that are the same in every row.
+    over : mapping of str to array_like
+        Parameter (any of nu f h l delta R1 R2) -> its values (an array, a dask array or a list): one dimension
+        each, in the order given.
+    x0, v0 : float, optional
+        Start of every row: displacement and velocity at tau = 0. An x0 left out is the equilibrium, or the support
+        nearest to it where that lies beyond; one within 4 ulps of a support lies on it.
+    harmonics : int
+        Harmonics of displacement and velocity that are kept.
+    follow : (str, str), optional
+        A swept parameter and a direction, ("nu", "up" or "down"): its rows are seeded by their neighbour from below
+        or above, and only the first starts from (x0, v0), so that hysteresis shows.
+    outputs : sequence of str
+        Any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
+    accuracy : float, optional
+        Relative error wanted of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`), and rows beyond it
+        have status `inaccurate`.
+    effects : sequence of str, optional
+        Any of damping, forcing, support_1, support_2, restitution, rest; all of them if left out. Rows are marched
+        by a kernel without the others, compiled when it is first called for. A row that reaches a support left out
+        has status `support_reached`.
+    client : dask.distributed.Client, optional
+        The workers of its cluster solve the rows, and those of a worker that is lost are solved by another one. The
+        result is the same, bit for bit, on machines of the same kind.
+    patience : int
+        Forcing periods after which a row is taken for aperiodic if small differences in it grow by e^6 within the
+        last 50 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that ends later
+        is found only with 1,000.
 
-    patience: forcing periods after which a row is taken for aperiodic if small differences in it grow by e^6
-    within the last 50 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that
-    ends later is told only by 1,000.
+    Returns
+    -------
+    xr.Dataset
+        Quantities, all non-dimensional (units of l, p and m), over the names in `over` and then `support`,
+        `harmonic`, `multiplier` or `phase`. Rows that do not settle are labelled in `regime` and `status`. Impacts
+        are a contiguous ragged array: `impact_*` over `impact`, `row_size` of them for each row in the order of the
+        grid.
 
-    Rows that do not settle are labelled in `regime` and `status`. Impacts are a contiguous ragged array:
-    flat `impact_*` over `impact`, `row_size` of them for each row in the order of the grid.
-    Raises ParameterError naming the parameter, its value and what is allowed, or an effect left out that the
-    parameters have.
+    Raises
+    ------
+    ParameterError
+        If a value is outside what is allowed, or an effect is left out that the parameters call for.
+    RuntimeError
+        If a worker of the cluster has other kernels, or was lost too often with the same rows.
+
+    References
+    ----------
+    Equations (5) and (6) of the paper are the model; contiguous ragged arrays are those of the CF conventions,
+    section 9.3.3.
     """
-    arrays = check_over(over if client is None else gathered(client, over))
-    rows, chain = count_rows(arrays, follow)
+    grid = grid_of(exciter, over if client is None else gathered(client, over), follow)
     asked: dict[str, Any] = {"follow": follow, "outputs": outputs, "effects": effects}
     asked |= {"x0": x0, "v0": v0, "harmonics": harmonics, "accuracy": accuracy}
     asked["patience"] = patience
-    solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, arrays, **asked)
-    shards = [solve(0, rows)] if client is None else solve_on(client, solve, rows, chain)
-    return assemble(shards, arrays, follow)
+    solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, grid.values, **asked)
+    shards = [solve(0, grid.rows)] if client is None else solve_on(client, solve, grid)
+    return assemble(shards, grid.values, follow)
+
+
+def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
+    """Return the grid of a sweep; ParameterError where values or what is followed are not allowed."""
+    values, followed = check_over(over), _check_follow(over, follow)
+    parameters = exciter.parameters()._asdict().items()
+    shared = {name: value for name, value in parameters if name not in values}
+    return SweepGrid(values, followed, shared)
 
 
 def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -118,29 +152,12 @@ def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     return along, direction
 
 
-def count_rows(over: Mapping[str, Any], follow: Follow = None) -> tuple[int, int]:
-    """(rows of the sweep, rows of a chain that can not be cut: 1, or the followed parameter's).
-
-    Raises ParameterError where a parameter is followed that is not swept.
-    """
-    sizes = {name: np.size(values) for name, values in over.items()}
-    checked = _check_follow(over, follow)
-    chain = sizes[checked[0]] if checked is not None else 1
-    return math.prod(sizes.values()), chain
-
-
-def row_order(over: Mapping[str, np.ndarray], follow: Follow) -> list[str]:
-    """The dimensions in the order in which rows count: as given, the followed one moved last."""
-    names = list(over)
-    return names if follow is None else [n for n in names if n != follow[0]] + [follow[0]]
-
-
 def solve_shard(
     exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **asked: Any
 ) -> xr.Dataset:
-    """Rows row_start to row_stop of a sweep over dimension `row` (the order of `row_order`), asked as of `sweep`.
+    """Solve the rows [row_start, row_stop) of a sweep over dimension `row`, asked as of `sweep`.
 
-    Cuts must fall on ends of chains (`count_rows`); results do not depend on where they fall.
+    Rows count as in `SweepGrid`, and cuts fall between its chains; results do not depend on where they fall.
     """
     (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **asked)
     return shard
@@ -162,69 +179,66 @@ def solve_blocks(
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
 ) -> Generator[xr.Dataset]:
-    """Rows of a sweep, as `solve_shard` returns them, in blocks of at least block_rows (whole pieces of whole
-    chains), one after the other: a block is made when it is asked for, and little is solved ahead of it."""
-    import xarray as xr
+    """Solve rows of a sweep, as `solve_shard` does, in blocks of at least block_rows rows, one after the other.
 
-    arrays = check_over(over)
-    follow = _check_follow(arrays, follow)
-    asked = _check_outputs(outputs)
-    rows, chain = count_rows(arrays, follow)
-    if not 0 <= row_start < row_stop <= rows or row_start % chain or row_stop % chain:
+    A block is made when it is asked for, and little is solved ahead of it. Each holds the values of all
+    parameters of its rows: those that are swept over `row`, the others once.
+    """
+    grid = grid_of(exciter, over, follow)
+    if not grid.is_cut(row_start, row_stop):
         raise ParameterError(
-            f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {rows} at multiples of {chain}"
+            f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {grid.rows} "
+            f"at multiples of {grid.chain_length}"
         )
+    asked = _check_outputs(outputs)
     _check_whole("harmonics", harmonics, limits.HARMONICS)
     _check_whole("patience", patience, limits.PATIENCE)
     wanted = None if accuracy is None else check_accuracy(accuracy)
-    x0, v0 = _check_corners(exciter, arrays, x0, v0)
+    x0, v0 = _check_corners(grid, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
-    grid = {**exciter.parameters()._asdict(), **arrays}
-    farthest = largest_start(grid, x0)
-    e = asked_effects(effects, grid, farthest, v0, followed=follow is not None)
-    # Places in a chain in the order in which they are solved: one followed downwards from its upper end.
-    along = np.arange(1) if follow is None else _along(arrays[follow[0]], follow[1])
+    values = {**grid.shared, **grid.values}
+    e = asked_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
+    attrs = {"effects": ", ".join(names_of(e)), "start": start_text(values, x0, v0)}
 
-    def parameters(first: int, stop: int) -> list[np.ndarray]:
-        solved = np.arange(row_start + first, row_start + stop)
-        mine = _parameters(exciter, arrays, follow, solved - solved % chain + along[solved % chain])
+    def parameters(begin: int, stop: int) -> list[np.ndarray]:
+        numbers = grid.solved(row_start + begin, row_start + stop)
+        mine = grid.parameters(Parameters._fields, numbers)
         return [mine] if wanted is None else [mine, nudged_rows(mine)]
 
-    def labelled(begin: int, stop: int, solved: Sequence[Rows]) -> Variables:
-        given = parameters(begin, stop)
-        found, *again = map(label_rows, solved, given)
-        if wanted is not None:
-            found = told(found, row_errors(given[0], found, *again), wanted)
-        return take_rows(found, (np.arange(0, stop - begin, chain)[:, None] + back).ravel())
-
-    fixed = {
-        name: ((), np.array(value))
-        for name, value in exciter.parameters()._asdict().items()
-        if name not in arrays
-    }
-    back = np.argsort(along)
-    blocks = solve_rows(
-        row_stop - row_start,
-        parameters,
-        (x0, v0),
-        chain,
-        MAX_PERIODS,
-        int(patience),
-        harmonics,
-        asked,
-        progress,
-        e,
-        block_rows,
-    )
-    with closing(blocks):
+    cut = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
+    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, asked
+    with closing(solve_rows(cut, parameters, *solver, progress, e)) as blocks:
         begin = 0
         for stop, solved in blocks:
-            variables = labelled(begin, stop, solved)
-            attrs: dict[str, Any] = {"row_start": row_start + begin, "row_stop": row_start + stop}
-            attrs["effects"], attrs["start"] = ", ".join(names_of(e)), start_text(grid, x0, v0)
-            block = xr.Dataset(variables | fixed, coordinates(variables, harmonics), attrs)
-            yield describe(block.set_coords(fixed))
+            given = parameters(begin, stop)
+            yield _label(grid, row_start + begin, given, solved, wanted, harmonics, attrs)
             begin = stop
+
+
+def _label(
+    grid: SweepGrid,
+    start: int,
+    parameters: Sequence[np.ndarray],
+    solved: Sequence[Rows],
+    wanted: float | None,
+    harmonics: int,
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return whole chains from row `start` as a dataset over `row`, brought from the order in which they were solved
+    into that of the grid's rows."""
+    import xarray as xr
+
+    stop = start + len(parameters[0])
+    found, *again = map(label_rows, solved, parameters)
+    if wanted is not None:
+        found = told(found, row_errors(parameters[0], found, *again), wanted)
+    found = take_rows(found, np.argsort(grid.solved(start, stop)))
+    swept = grid.parameters(grid.dims, np.arange(start, stop))
+    given: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}
+    given |= {name: ("row", swept[:, axis]) for axis, name in enumerate(grid.dims)}
+    own = {"row_start": start, "row_stop": stop, **attrs}
+    block = xr.Dataset(found | given, coordinates(found, harmonics), own)
+    return describe(block.set_coords(given))
 
 
 def _check_whole(name: str, value: Any, bounds: tuple[int, int]) -> None:
@@ -238,62 +252,36 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in OUTPUTS if name in outputs)
 
 
-def _parameters(
-    exciter: Exciter, over: Mapping[str, np.ndarray], follow: Follow, rows: np.ndarray
-) -> np.ndarray:
-    """The parameters (rows, 7) of numbered rows."""
-    order = row_order(over, follow)
-    places = np.unravel_index(rows, [over[name].size for name in order])
-    parameters = np.empty((len(rows), len(Parameters._fields)))
-    parameters[:] = exciter.parameters()
-    for name, place in zip(order, places, strict=True):
-        parameters[:, Parameters._fields.index(name)] = over[name][place]
-    return parameters
-
-
-def _check_corners(
-    exciter: Exciter, over: Mapping[str, np.ndarray], x0: float | None, v0: float
-) -> tuple[float | None, float]:
+def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:
     """The start as floats, when it and the corners of the grid are checked by the exciter's own rules."""
-    base = exciter.parameters()._asdict()
-    for corner in itertools.product(*({float(a.min()), float(a.max())} for a in over.values())):
-        row = Exciter(**{**base, **dict(zip(over, corner, strict=True))})
-        row.check_start(x0, v0)
+    ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
+    for corner in itertools.product(*ends):
+        Exciter(**grid.shared, **dict(zip(grid.dims, corner, strict=True))).check_start(x0, v0)
     return None if x0 is None else float(x0), float(v0)
-
-
-def _along(values: np.ndarray, direction: str) -> np.ndarray:
-    """The places of the values of a followed parameter, in the order in which they are solved."""
-    order = np.argsort(values)
-    return order if direction == "up" else order[::-1]
 
 
 def assemble(
     shards: Sequence[xr.Dataset], over: Mapping[str, Any], follow: Follow = None
 ) -> xr.Dataset:
-    """Join shards, in the order of their rows, into the dataset of the whole sweep, in memory."""
+    """Join shards, in any order, into the dataset of the whole sweep, in memory."""
     import xarray as xr
 
-    arrays = check_over(over)
+    grid = SweepGrid(check_over(over), follow)
     ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
     parts = [
         {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
         for shard in ordered
     ]
-    sizes = [arrays[name].size for name in arrays]
-    numbers = np.arange(math.prod(sizes))
-    grid_of_rows = numbers.reshape([arrays[name].size for name in row_order(arrays, follow)])
-    if follow is not None:
-        grid_of_rows = np.moveaxis(grid_of_rows, -1, list(arrays).index(follow[0]))
-    flat = take_rows(concatenate(parts), grid_of_rows.ravel())
+    flat = take_rows(concatenate(parts), grid.rows_of_points())
     variables = {
-        name: ((*arrays, *dims[1:]), values.reshape(*sizes, *values.shape[1:]))
+        name: ((*grid.dims, *dims[1:]), values.reshape(*grid.shape, *values.shape[1:]))
         if dims[0] == "row"
         else (dims, values)
         for name, (dims, values) in flat.items()
     }
-    coords: dict[str, Any] = {name: (name, values) for name, values in arrays.items()}
-    coords |= {str(name): ordered[0][name] for name in ordered[0].coords}
+    coords: dict[str, Any] = {name: (name, values) for name, values in grid.values.items()}
+    others = ordered[0].drop_vars(grid.dims).coords
+    coords |= {str(name): values for name, values in others.items()}
     attrs = {name: ordered[0].attrs[name] for name in ("effects", "start")}
     joined = describe(xr.Dataset(variables, coords, attrs))
     if "row_size" in joined:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store.encoding import Stored, encode
-from vibropipe.store.grid import Grid
 from vibropipe.store.shards import ROW, opened
 
 if TYPE_CHECKING:
@@ -73,71 +73,64 @@ def compare(
     return found
 
 
-def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: Grid) -> list[Difference]:
+def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) -> list[Difference]:
     """Compare some rows of a sweep: a shard over `row` with the file of the whole grid.
 
     Of the file only those rows are read, and the counts of what is ragged. Raises StoreError if the
     file cannot be read.
     """
-    items = {item.name: item for item in encode(shard)[0] if item.name != ROW}
+    items = [item for item in encode(shard)[0] if item.name not in (ROW, *grid.dims)]
+    counts = {
+        item.attrs["sample_dimension"]: item for item in items if "sample_dimension" in item.attrs
+    }
+    varying = {ROW, *counts}
     start, stop = int(shard.attrs["row_start"]), int(shard.attrs["row_stop"])
     with opened(Path(path)) as file:
-        found = _shared(file, items, grid)
+        missing = [n for n in (*grid.dims, *(i.name for i in items)) if n not in file.variables]
+        if missing:
+            return [Difference(missing[0], "", "nothing", "a quantity")]
+        same = {item.name: _values(item) for item in items if not varying & set(item.dims)}
+        found = [
+            difference
+            for name, values in {**grid.values, **same}.items()
+            for difference in _differences(name, np.asarray(file.variables[name][...]), values)
+        ]
         if found:  # of another grid: its rows have no place here
             return found
-        rows = _Rows(file, items, grid)
-        for row in range(start, stop):
-            found += rows.differences(row, row - start)
-    return found
-
-
-def _shared(file: netCDF4.Dataset, items: Mapping[str, Stored], grid: Grid) -> list[Difference]:
-    """Compare the swept parameters, and what is the same in every row."""
-    missing = [name for name in (*grid.dims, *items) if name not in file.variables]
-    if missing:
-        return [Difference(missing[0], "", "nothing", "a quantity")]
-    counted = {item.attrs.get("sample_dimension") for item in items.values()}
-    constant = {
-        name: _values(item) for name, item in items.items() if not {ROW, *counted} & set(item.dims)
-    }
-    found = []
-    for name, values in {**grid.values, **constant}.items():
-        found += _differences(name, np.asarray(file.variables[name][...]), values)
-    return found
+        rows = _Rows(file, items, counts, grid)
+        return [item for row in range(start, stop) for item in rows.differences(row, row - start)]
 
 
 class _Rows:
-    """The rows of a sweep in a file, beside those of a shard."""
+    """The rows of a sweep in a file, beside those of a shard; `counts` are those of each sample dimension."""
 
-    def __init__(self, file: netCDF4.Dataset, items: Mapping[str, Stored], grid: Grid) -> None:
+    def __init__(
+        self,
+        file: netCDF4.Dataset,
+        items: Sequence[Stored],
+        counts: Mapping[str, Stored],
+        grid: SweepGrid,
+    ) -> None:
         self._file, self._grid = file, grid
-        self._gridded = [item for item in items.values() if item.dims[:1] == (ROW,)]
-        self._counts = {
-            item.attrs["sample_dimension"]: _values(item)
-            for item in self._gridded
-            if "sample_dimension" in item.attrs
-        }
+        self._items = [item for item in items if item.dims and item.dims[0] in (ROW, *counts)]
+        self._own = {dim: _ends(_values(item)) for dim, item in counts.items()}
         self._ends = {
-            item.attrs["sample_dimension"]: _ends(file, item.name)
-            for item in self._gridded
-            if "sample_dimension" in item.attrs
+            dim: _ends(np.asarray(file.variables[item.name][...])) for dim, item in counts.items()
         }
-        self._ragged = [item for item in items.values() if set(item.dims) & set(self._counts)]
 
     def differences(self, row: int, own: int) -> list[Difference]:
         """Compare a row of the grid with the row `own` of the shard."""
-        place, where = _place(self._grid, row)
+        place, point = self._grid.indices(row), int(self._grid.points(row, row + 1)[0])
         found = []
-        for item in self._gridded:
-            stored = np.asarray(self._file.variables[item.name][place])
-            found += _differences(item.name, stored, _values(item)[own], where)
-        number = int(np.ravel_multi_index(place, self._grid.shape))
-        for item in self._ragged:
-            count = self._counts[item.dims[0]]
-            size, last = int(count[own]), int(count[: own + 1].sum())
-            end = int(self._ends[item.dims[0]][number])
-            stored = np.asarray(self._file.variables[item.name][max(0, end - size) : end])
-            found += _differences(item.name, stored, _values(item)[last - size : last], where)
+        for item in self._items:
+            values, stored = _values(item), self._file.variables[item.name]
+            if item.dims[0] == ROW:
+                stored, again = stored[place], values[own]
+            else:
+                begin, end = self._own[item.dims[0]][own : own + 2]
+                again, last = values[begin:end], int(self._ends[item.dims[0]][point + 1])
+                stored = stored[max(0, last - len(again)) : last]
+            found += _differences(item.name, np.asarray(stored), again, self._grid.text(row))
         return found
 
 
@@ -145,21 +138,9 @@ def _values(item: Stored) -> np.ndarray:
     return np.asarray(item.values)
 
 
-def _ends(file: netCDF4.Dataset, name: str) -> np.ndarray:
-    """Return where the samples of each row end, rows in the order of the grid."""
-    return np.cumsum(np.asarray(file.variables[name][...]).reshape(-1), dtype=np.int64)
-
-
-def _place(grid: Grid, row: int) -> tuple[tuple[int, ...], str]:
-    """Return the place of a row in the grid, and its swept parameters in words."""
-    index = [0] * len(grid.dims)
-    for axis, place in zip(grid.row_axes, np.unravel_index(row, grid.row_shape), strict=True):
-        index[axis] = int(place)
-    words = [
-        f"{name} = {float(values[at])!r}"
-        for at, (name, values) in zip(index, grid.values.items(), strict=True)
-    ]
-    return tuple(index), ", ".join(words)
+def _ends(counts: np.ndarray) -> np.ndarray:
+    """Return where the samples of each row begin, in C order, and where the last ones end."""
+    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
 
 
 def _differences(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from math import prod
 from pathlib import Path
@@ -18,104 +18,99 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.store.grid import Grid
+from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.store.encoding import Stored
+from vibropipe.store.shards import Shard, counts_of
 
 if TYPE_CHECKING:
     import netCDF4
 
-__all__ = ["InOrder", "OnDisk", "Places", "Turned"]
+__all__ = ["InOrder", "Turned"]
 
 ZEROS = bytes(1 << 20)
 AT_ONCE = 1 << 20
 
 
 class InOrder:
-    """Samples that lie in the order in which they come: each chunk is written once, when full.
+    """Samples that lie in the order in which they come: each chunk of `variables` is written once, when full."""
 
-    ``created`` are the variables to fill, by name.
-    """
-
-    def __init__(self, created: Mapping[str, netCDF4.Variable]) -> None:
-        self._created = created
-        self._written = dict.fromkeys(created, 0)
-        self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in created}
+    def __init__(self, variables: Iterable[netCDF4.Variable]) -> None:
+        self._variables = {variable.name: variable for variable in variables}
+        self._written = dict.fromkeys(self._variables, 0)
+        self._waiting = {
+            name: np.empty((0, *item.shape[1:]), item.dtype)
+            for name, item in self._variables.items()
+        }
 
     def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
         """Take the samples of the rows [start, stop), which come in order."""
-        for name, variable in self._created.items():
-            waiting = np.concatenate([*self._waiting[name], values[name]])
+        for name, variable in self._variables.items():
+            waiting = np.concatenate([self._waiting[name], values[name]])
             whole = len(waiting) - len(waiting) % int(variable.chunking()[0])
             self._write(name, waiting[:whole])
-            self._waiting[name] = [waiting[whole:].copy()]
+            self._waiting[name] = waiting[whole:].copy()
 
-    def finish(self) -> None:
+    def finish(self, _created: Mapping[str, netCDF4.Variable]) -> None:
         """Write the last chunks, which are not full."""
-        for name, waiting in self._waiting.items():
-            for values in waiting:
-                self._write(name, values)
+        for name, values in self._waiting.items():
+            self._write(name, values)
 
     def _write(self, name: str, values: np.ndarray) -> None:
         if len(values):
             start = self._written[name]
             self._written[name] = start + len(values)
-            self._created[name][start : start + len(values)] = values
+            self._variables[name][start : start + len(values)] = values
 
 
 class Turned:
     """Samples that come in another order than they lie in: kept on disk until all are there.
 
-    ``counts`` gives, for the sample dimension of each variable, the name of its count per row and
-    the places of its samples.
+    `items` are the variables that they fill. Where the samples of each row lie is counted first, 8 bytes a row, on
+    disk too; `files` closes all that is made in `folder`.
     """
 
     def __init__(
         self,
-        created: Mapping[str, netCDF4.Variable],
-        counts: Mapping[str, tuple[str, Places]],
-        scratch: Mapping[str, OnDisk],
+        items: Sequence[Stored],
+        shards: Sequence[Shard],
+        grid: SweepGrid,
+        folder: Path,
+        files: ExitStack,
     ) -> None:
-        self._created, self._counts, self._scratch = created, counts, scratch
-
-    def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
-        """Take the samples of the rows [start, stop)."""
-        where = {
-            dim: places.of_rows(start, stop, values[count])
-            for dim, (count, places) in self._counts.items()
+        self._grid, self._items, self._counts = grid, items, shards[0].samples
+        self._starts = {
+            dim: OnDisk(files, folder, (grid.rows,), np.dtype(np.int64)) for dim in self._counts
         }
-        for name, variable in self._created.items():
-            self._scratch[name].scatter(where[variable.dimensions[0]], values[name])
+        for dim, name in self._counts.items():
+            self._locate(self._starts[dim], counts_of(shards, name))
+        self._kept = {item.name: OnDisk(files, folder, item.shape, item.dtype) for item in items}
 
-    def finish(self) -> None:
-        """Copy all samples into the file, chunk by chunk."""
-        for name, variable in self._created.items():
-            for start, values in self._scratch[name].blocks(16 * int(variable.chunking()[0])):
-                variable[start : start + len(values)] = values
-
-
-class Places:
-    """Where the samples of each row lie in the order of the grid; 8 bytes per row, on disk.
-
-    ``counts`` gives the number of samples of each row, in pieces that begin at the row given.
-    """
-
-    def __init__(
-        self, grid: Grid, starts: OnDisk, counts: Iterable[tuple[int, np.ndarray]]
-    ) -> None:
-        self._grid, self._starts = grid, starts
+    def _locate(self, starts: OnDisk, counts: Iterable[tuple[int, np.ndarray]]) -> None:
+        """Find where the samples of each row begin, from their number in each, in pieces with their first row."""
         for row, piece in counts:
-            starts.scatter(grid.in_grid(row, row + len(piece)), piece)
+            starts.scatter(self._grid.points(row, row + len(piece)), piece)
         before = 0
         for at, piece in starts.blocks(AT_ONCE):
             ends = before + np.cumsum(piece)
             starts.scatter(slice(at, at + len(piece)), ends - piece)
             before = int(ends[-1])
 
-    def of_rows(self, start: int, stop: int, counts: np.ndarray) -> np.ndarray:
-        """Return the place of each sample of the rows [start, stop), which have ``counts``."""
-        starts = self._starts.gather(self._grid.in_grid(start, stop))
-        before = np.cumsum(counts, dtype=np.int64) - counts
-        shifts = np.repeat(starts - before, counts)
-        return shifts + np.arange(len(shifts))
+    def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
+        """Take the samples of the rows [start, stop)."""
+        places = {}
+        for dim, name in self._counts.items():
+            counts = values[name]
+            first = self._starts[dim].gather(self._grid.points(start, stop))
+            shifts = np.repeat(first - (np.cumsum(counts, dtype=np.int64) - counts), counts)
+            places[dim] = shifts + np.arange(len(shifts))
+        for item in self._items:
+            self._kept[item.name].scatter(places[item.dims[0]], values[item.name])
+
+    def finish(self, created: Mapping[str, netCDF4.Variable]) -> None:
+        """Copy all samples into the file, chunk by chunk."""
+        for name, kept in self._kept.items():
+            for start, values in kept.blocks(16 * int(created[name].chunking()[0])):
+                created[name][start : start + len(values)] = values
 
 
 class OnDisk:

@@ -1,31 +1,31 @@
 """The shards of a sweep as files: what each holds, that they fit together, their rows in order.
 
 A shard's variables are of four kinds: those that run over ``row`` (and more), ragged ones that run
-over the sample dimension of a count per row (CF contiguous ragged arrays), the swept parameters
-themselves, and those that are the same in every shard.
+over the sample dimension of a count per row (CF contiguous ragged arrays), the swept parameters over
+``row``, which must be those of the study, and those that are the same in every shard.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.store.atomic import StoreError, check_whole
-from vibropipe.store.encoding import NO_CACHE
-from vibropipe.store.grid import Grid
+from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.store.atomic import AGAIN, StoreError, check_whole
+from vibropipe.store.encoding import NO_CACHE, Stored
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
     import h5py
     import netCDF4
 
-__all__ = ["ROW", "Rows", "Shard", "Variable", "counts_of", "inspect", "opened"]
+__all__ = ["OWN", "ROW", "Rows", "Shard", "counts_of", "inspect", "opened", "raw"]
 
 ROW = "row"
 OWN = ("row_start", "row_stop")
@@ -33,45 +33,42 @@ SAME = ("kernel_hash", "fingerprint")
 """Attributes in which shards of one sweep cannot differ: the code, and what was asked of it."""
 
 
-@dataclass(frozen=True)
-class Variable:
-    """A variable of a shard without its values."""
-
-    dims: tuple[str, ...]
-    dtype: np.dtype
-    attrs: dict[str, Any]
+ROWS_AT_ONCE = 1 << 16
+"""Of a swept parameter, when it is compared with the study."""
 
 
 @dataclass(frozen=True)
 class Shard:
-    """What a shard holds: rows [start, stop) of its variables, the same constants as the others."""
+    """The head of a shard: rows [start, stop) of its variables, with the values of what is the same in every row.
+
+    Swept parameters are not among the variables: they were found to be those of the study.
+    """
 
     path: Path
     start: int
     stop: int
     attrs: dict[str, Any]
-    sizes: dict[str, int]
-    variables: dict[str, Variable]
-    constants: Values
+    variables: dict[str, Stored]
 
     @cached_property
     def samples(self) -> dict[str, str]:
         """For each sample dimension, the name of its count per row."""
-        found = {}
-        for name, variable in self.variables.items():
-            if "sample_dimension" in variable.attrs:
-                found[variable.attrs["sample_dimension"]] = name
-        return found
+        items = self.variables.values()
+        return {i.attrs["sample_dimension"]: i.name for i in items if "sample_dimension" in i.attrs}
 
     @property
-    def gridded(self) -> list[str]:
-        """Names of the variables over ``row``."""
-        return [name for name, item in self.variables.items() if item.dims[:1] == (ROW,)]
+    def gridded(self) -> list[Stored]:
+        """The variables over ``row``."""
+        return [item for item in self.variables.values() if item.dims[:1] == (ROW,)]
 
     @property
-    def ragged(self) -> list[str]:
-        """Names of the variables over a sample dimension."""
-        return [name for name, item in self.variables.items() if set(item.dims) & set(self.samples)]
+    def ragged(self) -> list[Stored]:
+        """The variables over a sample dimension."""
+        return [item for item in self.variables.values() if set(item.dims) & set(self.samples)]
+
+    def count(self, dim: str) -> int:
+        """Return how many samples there are along a sample dimension."""
+        return next(item.shape[0] for item in self.ragged if item.dims[0] == dim)
 
 
 Values = dict[str, np.ndarray]
@@ -116,55 +113,82 @@ def raw(path: Path) -> Iterator[h5py.File]:
         yield file
 
 
-def inspect(paths: Sequence[Path], grid: Grid) -> list[Shard]:
+def inspect(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
     """Read the heads of shards, in the order of their rows.
 
-    Raises StoreError when one is damaged, when they do not hold each row of the grid exactly once,
-    or when they do not come from one sweep.
+    Raises StoreError when one is damaged or was solved with other parameters than those of the grid, when they
+    do not hold each of its rows exactly once, or when they do not come from one sweep.
     """
     if not paths:
         raise StoreError("no shards to join: solve them first")
-    shards = sorted((_head(path) for path in paths), key=lambda shard: (shard.start, shard.stop))
+    shards = sorted(
+        (_head(path, grid) for path in paths), key=lambda shard: (shard.start, shard.stop)
+    )
     _check_cover(shards, grid.rows)
-    for shard in shards[1:]:
+    for shard in shards:
+        _check_parameters(shard.path, shard.start, shard.stop, grid)
         _check_alike(shards[0], shard)
     return shards
 
 
-def _head(path: Path) -> Shard:
+def _head(path: Path, grid: SweepGrid) -> Shard:
     check_whole(path)
     with opened(path) as file:
         attrs = {name: file.getncattr(name) for name in file.ncattrs()}
         if not all(name in attrs for name in OWN):
             raise StoreError(f"{path} is no shard: it has no {' and '.join(OWN)}")
         start, stop = (int(attrs.pop(name)) for name in OWN)
-        sizes = {name: len(dim) for name, dim in file.dimensions.items()}
-        variables = {
-            name: Variable(
-                tuple(item.dimensions),
-                item.dtype,
-                {key: item.getncattr(key) for key in item.ncattrs() if key != "_FillValue"},
-            )
-            for name, item in file.variables.items()
-            # numbers of rows and samples start anew in each shard
-            if name != ROW
-        }
-        sampled = {item.attrs.get("sample_dimension") for item in variables.values()} - {None}
-        variables = {name: item for name, item in variables.items() if name not in sampled}
-        varying = {ROW, *sampled}
-        constants = {
-            name: np.asarray(file.variables[name][...])
-            for name, item in variables.items()
-            if not varying & set(item.dims)
-        }
-        shard = Shard(path, start, stop, attrs, sizes, variables, constants)
-        if sizes.get(ROW) != stop - start:
-            raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {sizes.get(ROW)}")
-        for dim, count in shard.samples.items():
-            if file.variables[count][...].sum(dtype=np.int64) != sizes[dim]:
-                held = f"{sizes[dim]} of {dim!r}"
-                raise StoreError(f"{path} holds {held} but {count} counts another sum")
+        items = [_item(variable) for variable in file.variables.values()]
+        sampled = {item.attrs.get("sample_dimension") for item in items}
+        # numbers of rows and samples start anew in each shard
+        left_out = {ROW, *sampled, *grid.dims}
+        shard = Shard(
+            path, start, stop, attrs, {i.name: i for i in items if i.name not in left_out}
+        )
+        held = len(file.dimensions[ROW]) if ROW in file.dimensions else None
+        if held != stop - start:
+            raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {held}")
+        for dim, name in shard.samples.items():
+            samples = len(file.dimensions[dim])
+            if file.variables[name][...].sum(dtype=np.int64) != samples:
+                raise StoreError(f"{path} holds {samples} of {dim!r} but {name} counts another sum")
+        for item in shard.variables.values():
+            if not {ROW, *sampled} & set(item.dims):
+                values = np.asarray(file.variables[item.name][...])
+                shard.variables[item.name] = replace(item, values=values)
     return shard
+
+
+def _item(variable: netCDF4.Variable) -> Stored:
+    """Return a variable of a file without its values."""
+    names = (name for name in variable.ncattrs() if name != "_FillValue")
+    attrs = {name: variable.getncattr(name) for name in names}
+    return Stored(variable.name, tuple(variable.dimensions), variable.shape, variable.dtype, attrs)
+
+
+def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> None:
+    """Raise unless the rows [start, stop) in a file were solved with the parameters that they have in the grid."""
+    with raw(path) as file:
+        missing = [name for name in (*grid.dims, *grid.shared) if name not in file]
+        if missing:
+            raise StoreError(f"{path} does not say what {missing[0]} its rows have: {AGAIN}")
+        for name, wanted in grid.shared.items():
+            if (held := file[name][...]) != wanted:
+                raise _other_value(path, name, held, "every row", wanted)
+        for first in range(start, stop, ROWS_AT_ONCE):
+            rows = np.arange(first, min(first + ROWS_AT_ONCE, stop))
+            for name, values in zip(grid.dims, grid.parameters(grid.dims, rows).T, strict=True):
+                found = file[name][rows[0] - start : rows[-1] + 1 - start]
+                if (other := found != values).any():
+                    at = int(other.argmax())
+                    raise _other_value(path, name, found[at], f"row {rows[at]}", values[at])
+
+
+def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> StoreError:
+    return StoreError(
+        f"{path} was solved with {name} = {float(held)!r} in {where}, where the study has "
+        f"{float(wanted)!r}: {AGAIN}"
+    )
 
 
 def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndarray]]:
@@ -211,16 +235,20 @@ def _check_alike(first: Shard, other: Shard) -> None:
     if list(first.variables) != list(other.variables):
         odd = sorted(set(first.variables) ^ set(other.variables))
         raise StoreError(f"{between}: only one holds {', '.join(odd) or 'them in this order'}")
-    for name, variable in first.variables.items():
+    varying = {ROW, *first.samples}
+    for name, item in first.variables.items():
         twin = other.variables[name]
-        if (variable.dims, variable.dtype) != (twin.dims, twin.dtype):
+        if (item.dims, item.dtype) != (twin.dims, twin.dtype):
             raise StoreError(f"{between}: {name} has other dimensions or another type")
-        free = {ROW, *first.samples}
-        if any(first.sizes[dim] != other.sizes[dim] for dim in variable.dims if dim not in free):
+        sizes = zip(item.dims, item.shape, twin.shape, strict=True)
+        if any(one != two for dim, one, two in sizes if dim not in varying):
             raise StoreError(f"{between}: {name} has another size")
-    for name, values in first.constants.items():
-        if values.tobytes() != other.constants[name].tobytes():
+        if _bytes(item) != _bytes(twin):
             raise StoreError(f"{between}: {name} has other values")
+
+
+def _bytes(item: Stored) -> bytes:
+    return b"" if item.values is None else item.values.tobytes()
 
 
 class Rows:
@@ -272,7 +300,7 @@ class Rows:
         places = {ROW: (start - shard.start, stop - shard.start)}
         places |= {dim: tuple(ends[list(places[ROW])]) for dim, ends in self._bounds.items()}
         values = {}
-        for name in [*shard.gridded, *shard.ragged]:
-            first, last = places[shard.variables[name].dims[0]]
-            values[name] = self._file[name][first:last]
+        for item in [*shard.gridded, *shard.ragged]:
+            first, last = places[item.dims[0]]
+            values[item.name] = self._file[item.name][first:last]
         return values

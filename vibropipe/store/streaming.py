@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store.atomic import scratch_file, seal, whole_file
 from vibropipe.store.encoding import CHUNK_BYTES, Stored, chunk_shape, create, encode
 from vibropipe.store.joining import join
@@ -36,20 +35,14 @@ def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: in
         _stream(blocks, temporary, rows)
 
 
-def write_grid(
-    blocks: Iterable[xr.Dataset],
-    path: str | PathLike[str],
-    dims: Mapping[str, np.ndarray],
-    follow_dim: str | None = None,
-) -> None:
-    """Write ``blocks`` of all rows of a sweep as :func:`write_rows` takes them, joined over ``dims``.
+def write_grid(blocks: Iterable[xr.Dataset], path: str | PathLike[str], grid: SweepGrid) -> None:
+    """Write ``blocks`` of all rows of a sweep as :func:`write_rows` takes them, joined over its grid.
 
     The file is that of :func:`join`, byte for byte; the rows lie in a scratch file meanwhile.
     """
-    rows = int(np.prod([len(values) for values in dims.values()]))
     with scratch_file(path) as scratch:
-        _stream(blocks, scratch, rows)
-        join([scratch], path, dims, follow_dim)
+        _stream(blocks, scratch, grid.rows)
+        join([scratch], path, grid)
 
 
 def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
@@ -67,9 +60,7 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
                 laid_out = _layout(stored, rows)
                 created = create(file, laid_out, attrs)
                 over_rows = [item.name for item in laid_out if item.dims[:1] == (ROW,)]
-                samples = InOrder(
-                    {item.name: created[item.name] for item in laid_out if item.grows}
-                )
+                samples = InOrder(created[item.name] for item in laid_out if item.grows)
             if int(block.attrs[OWN[0]]) != first + written:
                 raise ValueError(
                     f"block of row {block.attrs[OWN[0]]}: row {first + written} is next"
@@ -81,7 +72,7 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
             samples.put(start, written, values)
         if written != rows:
             raise ValueError(f"{written} rows came, {rows} were expected")
-        samples.finish()
+        samples.finish(created)
     seal(path)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.scenes.costs import PlanError
-from vibropipe.scenes.sweep.plan import block_rows, chain_length
+from vibropipe.scenes.sweep.plan import block_rows, sweep_grid
 from vibropipe.scenes.sweep.solve import solve_in_blocks
 from vibropipe.store import join as join_rows
 from vibropipe.store import write_grid, write_rows
@@ -24,13 +24,13 @@ def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
 
     Raises PlanError for a shard that does not exist or more shards than chains.
     """
-    length = chain_length(scene)
-    chains = scene.row_count // length
-    if not 1 <= shards <= chains:
-        raise PlanError(f"{count(shards, 'shard')}: this scene can be cut into 1 to {chains}")
+    grid = sweep_grid(scene)
+    if not 1 <= shards <= grid.chains:
+        raise PlanError(f"{count(shards, 'shard')}: this scene can be cut into 1 to {grid.chains}")
     if not 1 <= shard <= shards:
         raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
-    return (shard - 1) * chains // shards * length, shard * chains // shards * length
+    start, stop = grid.cuts(shards)[shard - 1 : shard + 1]
+    return start, stop
 
 
 def store(
@@ -50,8 +50,7 @@ def store(
         if shard is not None:
             write_rows(blocks, path, stop - start)
         else:
-            followed = scene.follow_pair()
-            write_grid(blocks, path, scene.over_arrays(), followed[0] if followed else None)
+            write_grid(blocks, path, sweep_grid(scene))
 
 
 def join(
@@ -65,6 +64,4 @@ def join(
 
     Raises StoreError when the shards are not those of this scene.
     """
-    followed = scene.follow_pair()
-    dim = followed[0] if followed else None
-    join_rows(shards, path, scene.over_arrays(), dim, dict(attrs), progress)
+    join_rows(shards, path, sweep_grid(scene), dict(attrs), progress)

@@ -19,6 +19,7 @@ from vibropipe.scenes.costs import (
     thinned,
 )
 from vibropipe.scenes.keys.grids import ValueGrid
+from vibropipe.solve.sweep_grid import SweepGrid
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -46,15 +47,17 @@ def plan(scene: SweepScene) -> Work:
         outputs=tuple(scene.outputs),
         seconds=scene.row_count * SECONDS_PER_ROW,
         bytes=scene.row_count * steady_bytes(scene.outputs, scene.harmonics),
-        pieces=scene.row_count // chain_length(scene),
+        pieces=sweep_grid(scene).chains,
         is_parallel=True,
     )
 
 
-def chain_length(scene: SweepScene) -> int:
-    """Rows that must be solved one after the other: those along the followed parameter."""
-    followed = scene.follow_pair()
-    return scene.grids()[followed[0]].size if followed else 1
+def sweep_grid(scene: SweepScene) -> SweepGrid:
+    """Return the grid of a sweep, with the parameters that are the same in every row."""
+    values = scene.over_arrays()
+    given = scene.resolved_exciter().items()
+    shared = {name: value for name, value in given if name not in values}
+    return SweepGrid(values, scene.follow_pair(), shared)
 
 
 def block_rows(scene: SweepScene) -> int:

@@ -9,19 +9,18 @@ import numpy as np
 
 from vibropipe.scenes.recompute import Recomputed, part_text, sample_indices
 from vibropipe.scenes.sweep.keys import SweepScene
-from vibropipe.scenes.sweep.plan import chain_length
+from vibropipe.scenes.sweep.plan import sweep_grid
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.store import Difference, compare_rows
-from vibropipe.store.grid import Grid
 
 
 def recompute(
     path: Path, scene: SweepScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
     """Compute at least `rows` rows again, or all if there are fewer."""
-    followed, length = scene.follow_pair(), chain_length(scene)
-    grid = Grid(scene.over_arrays(), followed[0] if followed else None)
-    chains = sample_indices(grid.rows // length, math.ceil(rows / length), generator)
+    grid = sweep_grid(scene)
+    length = grid.chain_length
+    chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
     differences: list[Difference] = []
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)

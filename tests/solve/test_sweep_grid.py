@@ -1,0 +1,108 @@
+"""The grid of a sweep: every row has one place, every chain one order, and every cut whole chains."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibropipe.solve.sweep_grid import SweepGrid, row_blocks
+
+
+@st.composite
+def grids(draw: st.DrawFn) -> SweepGrid:
+    names = draw(st.permutations(["nu", "f", "delta", "R1"]))[: draw(st.integers(1, 4))]
+    values = {
+        name: draw(st.lists(st.integers(-9, 9), min_size=1, max_size=5, unique=True))
+        for name in names
+    }
+    along = draw(st.sampled_from([None, *names]))
+    follow = None if along is None else (along, draw(st.sampled_from(["up", "down"])))
+    arrays = {name: np.array(items, float) for name, items in values.items()}
+    return SweepGrid(arrays, follow, {"l": 0.5})
+
+
+def twin(grid: SweepGrid) -> tuple[list[dict[str, float]], list[int]]:
+    """The parameters of each row, and the rows in the order in which they are solved, by plain loops."""
+    along, direction = grid.follow or (None, "up")
+    others = [name for name in grid.values if name != along]
+    rows, order = [], []
+    for point in itertools.product(*(grid.values[name] for name in others)):
+        fixed = dict(zip(others, point, strict=True)) | {"l": 0.5}
+        chain = [{along: value} for value in grid.values[along]] if along else [{}]
+        places = sorted(range(len(chain)), key=lambda k: chain[k].get(along, 0))
+        order += [len(rows) + k for k in (places if direction == "up" else places[::-1])]
+        rows += [fixed | own for own in chain]
+    return rows, order
+
+
+@given(grid=grids())
+def test_rows_and_their_order_are_those_of_plain_loops(grid: SweepGrid) -> None:
+    rows, order = twin(grid)
+    names = [*grid.dims, "l"]
+    numbers = np.arange(grid.rows)
+    expected = np.array([[row[name] for name in names] for row in rows])
+    np.testing.assert_array_equal(grid.parameters(names, numbers), expected)
+    np.testing.assert_array_equal(grid.solved(0, grid.rows), order)
+    for row in numbers:
+        place = grid.indices(int(row))
+        assert [grid.values[n][k] for n, k in zip(grid.dims, place, strict=True)] == [
+            rows[row][n] for n in grid.dims
+        ]
+        assert np.ravel_multi_index(place, grid.shape) == grid.points(row, row + 1)[0]
+        assert grid.rows_of_points()[grid.points(row, row + 1)[0]] == row
+        assert grid.text(int(row)) == ", ".join(f"{n} = {float(rows[row][n])!r}" for n in grid.dims)
+
+
+@given(grid=grids(), shards=st.integers(1, 30))
+def test_cuts_are_whole_chains_of_about_one_length(grid: SweepGrid, shards: int) -> None:
+    shards = min(shards, grid.chains)
+    ends = grid.cuts(shards)
+    assert (ends[0], ends[-1], len(ends)) == (0, grid.rows, shards + 1)
+    sizes = np.diff(ends) // grid.chain_length
+    assert sizes.max() - sizes.min() <= 1
+    for start, stop in itertools.pairwise(ends):
+        assert grid.is_cut(start, stop)
+        assert sorted(grid.solved(start, stop)) == list(range(start, stop))
+    assert not grid.is_cut(0, grid.rows + grid.chain_length)
+    assert not grid.is_cut(grid.rows, grid.rows)
+    if grid.chain_length > 1:
+        assert not grid.is_cut(1, grid.rows)
+        assert not grid.is_cut(0, grid.rows - 1)
+
+
+@pytest.mark.parametrize("rows", [1, 500, 5000])
+@pytest.mark.parametrize("chain", [1, 7, 700])
+@pytest.mark.parametrize("size", [1, 300, 10**6])
+def test_blocks_have_the_rows_wanted(rows: int, chain: int, size: int) -> None:
+    rows *= chain
+    blocks = row_blocks(rows, chain, size)
+    ends = [block[-1][-1] for block in blocks]
+    begins = [block[0][0] for block in blocks]
+    assert [0, *ends[:-1]] == begins
+    assert ends[-1] == rows
+    assert all(stop - first >= size for first, stop in zip(begins[:-1], ends[:-1], strict=True))
+    assert all(end % chain == 0 for end in ends)
+
+
+def test_the_values_of_a_grid_stay_as_they_were_given() -> None:
+    values = np.array([1.0, 2.0])
+    grid = SweepGrid({"nu": values})
+    values[0] = 9
+    assert grid.values["nu"].tolist() == [1, 2]
+    with pytest.raises(ValueError, match="read-only"):
+        grid.values["nu"][0] = 9
+
+
+def test_nothing_slow_is_loaded_for_a_grid() -> None:
+    code = (
+        "import sys, vibropipe.solve.sweep_grid\n"
+        "print({'numba', 'xarray', 'h5py', 'netCDF4'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

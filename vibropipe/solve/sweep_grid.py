@@ -16,8 +16,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-__all__ = ["DIRECTIONS", "ROWS_PER_CALL", "Block", "SweepGrid", "row_blocks"]
-
 Item = TypeVar("Item")
 Follow = tuple[str, str] | None
 

@@ -12,9 +12,9 @@ from vibropipe.store.atomic import (
     whole_file,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
-from vibropipe.store.counting import count_equal
 from vibropipe.store.files import (
     attributes_of,
+    count_equal,
     open_study,
     read,
     read_scenes,

@@ -19,15 +19,6 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = [
-    "NotWrittenError",
-    "StoreError",
-    "check_whole",
-    "remove_leftovers",
-    "seal",
-    "whole_file",
-]
-
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SEAL_START = b"\nvibropipe sha256 "
 SEAL_LENGTH = len(SEAL_START) + 64 + 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,8 +22,6 @@ from vibropipe.store.shards import ROW, opened
 if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
-
-__all__ = ["Difference", "compare", "compare_rows"]
 
 
 @dataclass(frozen=True)
@@ -80,58 +79,49 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
     file cannot be read.
     """
     items = [item for item in encode(shard)[0] if item.name not in (ROW, *grid.dims)]
-    counts = {
-        item.attrs["sample_dimension"]: item for item in items if "sample_dimension" in item.attrs
-    }
-    varying = {ROW, *counts}
-    start, stop = int(shard.attrs["row_start"]), int(shard.attrs["row_stop"])
+    counted = [item for item in items if "sample_dimension" in item.attrs]
+    varying = {ROW, *(item.attrs["sample_dimension"] for item in counted)}
+    same = {item.name: _values(item) for item in items if not varying & set(item.dims)}
     with opened(Path(path)) as file:
         missing = [n for n in (*grid.dims, *(i.name for i in items)) if n not in file.variables]
         if missing:
             return [Difference(missing[0], "", "nothing", "a quantity")]
-        same = {item.name: _values(item) for item in items if not varying & set(item.dims)}
-        found = [
-            difference
-            for name, values in {**grid.values, **same}.items()
-            for difference in _differences(name, np.asarray(file.variables[name][...]), values)
-        ]
+        found = []
+        for name, values in {**grid.values, **same}.items():
+            found += _differences(name, np.asarray(file.variables[name][...]), values)
         if found:  # of another grid: its rows have no place here
             return found
-        rows = _Rows(file, items, counts, grid)
-        return [item for row in range(start, stop) for item in rows.differences(row, row - start)]
-
-
-class _Rows:
-    """The rows of a sweep in a file, beside those of a shard; `counts` are those of each sample dimension."""
-
-    def __init__(
-        self,
-        file: netCDF4.Dataset,
-        items: Sequence[Stored],
-        counts: Mapping[str, Stored],
-        grid: SweepGrid,
-    ) -> None:
-        self._file, self._grid = file, grid
-        self._items = [item for item in items if item.dims and item.dims[0] in (ROW, *counts)]
-        self._own = {dim: _ends(_values(item)) for dim, item in counts.items()}
-        self._ends = {
-            dim: _ends(np.asarray(file.variables[item.name][...])) for dim, item in counts.items()
+        # where the samples of each row end, of the file and of the shard
+        ends = {
+            item.attrs["sample_dimension"]: (
+                np.cumsum(np.asarray(file.variables[item.name][...]).reshape(-1), dtype=np.int64),
+                np.cumsum(_values(item), dtype=np.int64),
+            )
+            for item in counted
         }
+        rows = range(int(shard.attrs["row_start"]), int(shard.attrs["row_stop"]))
+        for (own, row), item in product(enumerate(rows), items):
+            if item.name not in same:
+                stored, again = _row_of(file.variables[item.name], item, own, row, grid, ends)
+                found += _differences(item.name, np.asarray(stored), again, grid.text(row))
+    return found
 
-    def differences(self, row: int, own: int) -> list[Difference]:
-        """Compare a row of the grid with the row `own` of the shard."""
-        place, point = self._grid.indices(row), int(self._grid.points(row, row + 1)[0])
-        found = []
-        for item in self._items:
-            values, stored = _values(item), self._file.variables[item.name]
-            if item.dims[0] == ROW:
-                stored, again = stored[place], values[own]
-            else:
-                begin, end = self._own[item.dims[0]][own : own + 2]
-                again, last = values[begin:end], int(self._ends[item.dims[0]][point + 1])
-                stored = stored[max(0, last - len(again)) : last]
-            found += _differences(item.name, np.asarray(stored), again, self._grid.text(row))
-        return found
+
+def _row_of(
+    variable: netCDF4.Variable,
+    item: Stored,
+    own: int,
+    row: int,
+    grid: SweepGrid,
+    ends: Mapping[str, tuple[np.ndarray, np.ndarray]],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a row of the grid in the file, and the same one in the shard, where it is number `own`."""
+    if item.dims[0] == ROW:
+        return variable[grid.indices(row)], _values(item)[own]
+    in_file, in_shard = ends[item.dims[0]]
+    first, last = int(in_shard[own - 1]) if own else 0, int(in_shard[own])
+    end = int(in_file[grid.points(row, row + 1)[0]])
+    return variable[max(0, end - (last - first)) : end], _values(item)[first:last]
 
 
 def _values(item: Stored) -> np.ndarray:

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
 
-__all__ = ["Stored", "chunk_shape", "create", "encode", "part_names", "storable"]
-
 CONVENTIONS = "CF-1.11"
 CHUNK_BYTES = 1 << 20
 NO_CACHE = 1

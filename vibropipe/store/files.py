@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from difflib import get_close_matches
 from functools import partial
 from os import PathLike
@@ -14,13 +14,11 @@ import numpy as np
 
 from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
 from vibropipe.store.encoding import PART_OF, create, encode, part_names
-from vibropipe.store.shards import OWN, opened
+from vibropipe.store.shards import OWN, opened, raw
 from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["attributes_of", "open_study", "read", "read_scenes", "scene_files", "write"]
 
 ENDING = ".nc"
 DASK_BYTES = 16 << 20
@@ -56,11 +54,25 @@ def read(path: str | PathLike[str]) -> xr.Dataset:
 
 
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
-    """Open the results of a study: a tree with one group per scene.
+    """Open the results of a study, values left on disk until they are used: a slice reads a slice.
 
-    Values stay on disk until they are used, in dask chunks: a slice reads a slice. Raises
-    StoreError when there is no such folder, when it holds no scene, or when a scene's file is
-    truncated.
+    Parameters
+    ----------
+    folder : path
+        The results of a study: a file for each scene.
+
+    Returns
+    -------
+    xr.DataTree
+        One group per scene, with its dimensions, its quantities in dask chunks, their units in the attribute
+        `units` ("1": non-dimensional), and where they come from in its attributes. Closing the tree closes all
+        files.
+
+    Raises
+    ------
+    StoreError
+        If there is no such folder, it holds no scene, or a scene's file is truncated; single flipped bytes are
+        found by `vibropipe verify`.
     """
     import xarray as xr
 
@@ -69,7 +81,10 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
         check_whole(path, every_byte=False)
     scenes = {path.stem: _open(path, chunks="auto") for path in paths}
     tree = xr.DataTree.from_dict(dict(scenes), name=Path(folder).name)
-    tree.set_close(partial(_close_all, list(scenes.values())))
+    files = ExitStack()
+    for scene in scenes.values():
+        files.callback(scene.close)
+    tree.set_close(files.close)
     return tree
 
 
@@ -117,6 +132,19 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
     check_whole(path)
     with opened(Path(path)) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
+    """Return how many values of the variable ``name`` are ``value``; 0 where there is no such variable.
+
+    One chunk is in memory. Raises StoreError if the file cannot be read.
+    """
+    with raw(Path(path)) as file:
+        if name not in file:
+            return 0
+        values = file[name]
+        parts = values.iter_chunks() if values.chunks else [()]
+        return sum(int(np.count_nonzero(values[part] == value)) for part in parts)
 
 
 def _check_folder(folder: Path) -> None:
@@ -196,11 +224,6 @@ def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
     whole = np.empty(np.shape(real), np.complex128)
     whole.real, whole.imag = real, imaginary
     return whole
-
-
-def _close_all(datasets: list[xr.Dataset]) -> None:
-    for dataset in datasets:
-        dataset.close()
 
 
 def _nearest(folder: Path) -> str:

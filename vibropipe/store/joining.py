@@ -30,8 +30,6 @@ from vibropipe.store.ragged import InOrder, Turned
 from vibropipe.store.shards import Rows, Shard, inspect
 from vibropipe.words.vocabulary import attributes
 
-__all__ = ["join"]
-
 BLOCK_BYTES = 8 << 20
 BLOCK_ROWS = 1 << 16
 

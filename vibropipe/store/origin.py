@@ -23,8 +23,6 @@ from typing import Any
 from vibropipe.compiler import kernel_hash
 from vibropipe.store.atomic import StoreError, whole_file
 
-__all__ = ["expected_changes", "provenance", "read_sidecar", "write_sidecar"]
-
 PACKAGES = ("vibropipe", "numpy", "numba", "llvmlite", "xarray", "netCDF4")
 VECTOR_UNITS = ("avx512f", "avx2", "avx", "sse4_2", "sve", "asimd")
 UNKNOWN = "unknown"

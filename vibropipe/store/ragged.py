@@ -25,8 +25,6 @@ from vibropipe.store.shards import Shard, counts_of
 if TYPE_CHECKING:
     import netCDF4
 
-__all__ = ["InOrder", "Turned"]
-
 ZEROS = bytes(1 << 20)
 AT_ONCE = 1 << 20
 

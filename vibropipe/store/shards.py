@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import h5py
     import netCDF4
 
-__all__ = ["OWN", "ROW", "Rows", "Shard", "counts_of", "inspect", "opened", "raw"]
-
 ROW = "row"
 OWN = ("row_start", "row_stop")
 SAME = ("kernel_hash", "fingerprint")

@@ -14,8 +14,6 @@ from vibropipe.words.wording import aligned
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["plain_symbol", "summary"]
-
 LETTERS = {
     "alpha": "α", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
     "tau": "τ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",

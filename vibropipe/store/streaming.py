@@ -18,8 +18,6 @@ from vibropipe.store.shards import OWN, ROW
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["write_grid", "write_rows"]
-
 SAMPLE_CHUNK_BYTES = CHUNK_BYTES // 8
 """Of samples, whose number is not known when their file is laid out: the last chunk is never full."""
 

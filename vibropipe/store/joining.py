@@ -27,7 +27,7 @@ from vibropipe.store.encoding import (
     storable,
 )
 from vibropipe.store.ragged import InOrder, Turned
-from vibropipe.store.shards import Rows, Shard, inspect
+from vibropipe.store.shards import Shard, inspect, read_rows
 from vibropipe.words.vocabulary import attributes
 
 BLOCK_BYTES = 8 << 20
@@ -98,9 +98,9 @@ def _write(
         file = files.enter_context(netCDF4.Dataset(path, "w"))
         created = create(file, variables, attrs)
         samples = turned or InOrder(created[item.name] for item in ragged)
-        rows = files.enter_context(closing(Rows(shards)))
-        for block in grid.blocks(chunk_shape(grid.row_shape, block_rows)):
-            values = rows.take(block.start, block.stop)
+        blocks = list(grid.blocks(chunk_shape(grid.row_shape, block_rows)))
+        rows = files.enter_context(closing(read_rows(shards, (block.stop for block in blocks))))
+        for block, values in zip(blocks, rows, strict=True):
             for name in gridded:
                 created[name][block.where] = grid.place(block, values[name])
             samples.put(block.start, block.stop, values)

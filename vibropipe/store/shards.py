@@ -7,7 +7,7 @@ over the sample dimension of a count per row (CF contiguous ragged arrays), the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,8 +29,6 @@ ROW = "row"
 OWN = ("row_start", "row_stop")
 SAME = ("kernel_hash", "fingerprint")
 """Attributes in which shards of one sweep cannot differ: the code, and what was asked of it."""
-
-
 ROWS_AT_ONCE = 1 << 16
 """Of a swept parameter, when it is compared with the study."""
 
@@ -200,8 +198,7 @@ def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndar
 def _check_cover(shards: Sequence[Shard], rows: int) -> None:
     """Raise unless the shards hold each of the rows [0, rows) exactly once."""
     reached = 0
-    before: Shard | None = None
-    for shard in shards:
+    for before, shard in zip([None, *shards], shards, strict=False):
         if shard.start > reached:
             break
         if shard.start < reached and before is not None:
@@ -209,14 +206,13 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
                 f"{before.path} and {shard.path} both hold row {shard.start}: "
                 "join the shards of one cut only"
             )
-        reached, before = shard.stop, shard
-    else:
-        if reached == rows:
-            return
-        if reached > rows:
-            raise StoreError(
-                f"{shards[-1].path} holds rows up to {reached - 1} of {count(rows, 'row')}"
-            )
+        reached = shard.stop
+    if reached == rows:
+        return
+    if reached > rows:
+        raise StoreError(
+            f"{shards[-1].path} holds rows up to {reached - 1} of {count(rows, 'row')}"
+        )
     following = next((shard.start for shard in shards if shard.start > reached), rows)
     held = f"in none of the {len(shards)} shards" if len(shards) > 1 else "not in the only shard"
     raise StoreError(
@@ -249,56 +245,30 @@ def _bytes(item: Stored) -> bytes:
     return b"" if item.values is None else item.values.tobytes()
 
 
-class Rows:
-    """The rows of all shards, taken in order; in memory are those asked for."""
+def read_rows(shards: Iterable[Shard], stops: Iterable[int]) -> Generator[Values]:
+    """Read every variable over ``row`` or a sample dimension, up to each of the rows ``stops`` in turn.
 
-    def __init__(self, shards: Iterable[Shard]) -> None:
-        self._left = iter(shards)
-        self._shard: Shard | None = None
-        self._bounds: Values = {}
-        self._open = ExitStack()
-
-    def close(self) -> None:
-        """Close the shard that was read last."""
-        self._open.close()
-
-    def take(self, start: int, stop: int) -> Values:
-        """Return the rows [start, stop) of every variable over ``row`` or a sample dimension.
-
-        Each call goes on where the one before ended.
-        """
-        parts: dict[str, list[np.ndarray]] = {}
-        while start < stop:
-            shard = self._shard_of(start)
-            end = min(stop, shard.stop)
-            with reading(shard.path):
-                values = self._read(shard, start, end)
-            for name, part in values.items():
-                parts.setdefault(name, []).append(part)
-            start = end
-        return {
-            name: pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-            for name, pieces in parts.items()
-        }
-
-    def _shard_of(self, row: int) -> Shard:
-        """Return the shard of a row; a new one is opened, and where the samples of its rows begin is found."""
-        if self._shard is not None and row < self._shard.stop:
-            return self._shard
-        self.close()
-        shard = self._shard = next(self._left)
-        self._file = self._open.enter_context(raw(shard.path))
-        self._bounds = {
-            dim: np.concatenate([[0], np.cumsum(self._file[name][...], dtype=np.int64)])
-            for dim, name in shard.samples.items()
-        }
-        return shard
-
-    def _read(self, shard: Shard, start: int, stop: int) -> Values:
-        places = {ROW: (start - shard.start, stop - shard.start)}
-        places |= {dim: tuple(ends[list(places[ROW])]) for dim, ends in self._bounds.items()}
-        values = {}
-        for item in [*shard.gridded, *shard.ragged]:
-            first, last = places[item.dims[0]]
-            values[item.name] = self._file[item.name][first:last]
-        return values
+    Each time in memory are the rows from where the ones before ended, and one shard is open.
+    """
+    left, start, reached = iter(shards), 0, 0
+    with ExitStack() as opened_shard:
+        for stop in stops:
+            parts: list[Values] = []
+            while start < stop:
+                if start == reached:
+                    opened_shard.close()
+                    shard = next(left)
+                    file, reached = opened_shard.enter_context(raw(shard.path)), shard.stop
+                    bounds = {
+                        dim: np.concatenate([[0], np.cumsum(file[name][...], dtype=np.int64)])
+                        for dim, name in shard.samples.items()
+                    }
+                own = [start - shard.start, min(stop, reached) - shard.start]
+                places = {ROW: own} | {dim: ends[own] for dim, ends in bounds.items()}
+                items = [*shard.gridded, *shard.ragged]
+                parts.append({i.name: file[i.name][slice(*places[i.dims[0]])] for i in items})
+                start = min(stop, reached)
+            yield {
+                name: values if len(parts) == 1 else np.concatenate([part[name] for part in parts])
+                for name, values in parts[0].items()
+            }

@@ -280,9 +280,11 @@ def assemble(
         for name, (dims, values) in flat.items()
     }
     coords: dict[str, Any] = {name: (name, values) for name, values in grid.values.items()}
-    others = ordered[0].drop_vars(grid.dims).coords
-    coords |= {str(name): values for name, values in others.items()}
-    attrs = {name: ordered[0].attrs[name] for name in ("effects", "start")}
+    first = ordered[0]
+    for name in [str(name) for name in first.coords if name not in grid.dims]:
+        # an index is taken over; of others a bare variable is, since a DataArray takes long to make
+        coords[name] = first[name] if name in first.xindexes else first.variables[name]
+    attrs = {name: first.attrs[name] for name in ("effects", "start")}
     joined = describe(xr.Dataset(variables, coords, attrs))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"

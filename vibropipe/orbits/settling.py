@@ -1,7 +1,7 @@
-"""The law of motion that settles from a given start: settle, recognise the orbit, close it by Newton.
+"""The law of motion that settles from a given start: march, recognise an orbit, shoot at it, judge it.
 
 A steady state is found, not waited for. The stroboscopic section is watched until it nearly repeats with
-some period multiple m; Newton's method on the return map then closes the orbit, and it counts only if it
+some period multiple m; shooting (`orbits.shooting`) then closes the orbit, and it counts only if it
 is stable and as near as the contraction of its multipliers allows. A slow drift passes no such test, and an
 orbit of multiple m is not taken for one of a smaller multiple, because that one is unstable.
 """
@@ -13,46 +13,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.loop import OK
-from vibropipe.march.state import REST, State
+from vibropipe.march.state import State
+from vibropipe.orbits.growth import CHAOTIC, FOLLOWED, perturbation_growth
 from vibropipe.orbits.harmonics import ONE
+from vibropipe.orbits.recurrence import MAX_MULTIPLE, ZERO, may_repeat, nearly_repeats
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
     clear,
-    derivative,
-    difference,
     multipliers,
-    newton_step,
     periods,
     section,
 )
+from vibropipe.orbits.shooting import CLOSED, EVENTS_PER_PERIOD, Orbit, Shooting, shoot, size_of
 from vibropipe.orbits.window import WINDOW, add_period, close_window, open_window
 from vibropipe.words.status import Status
 
-MAX_MULTIPLE = 32
-# Share of the motion's size within which the section counts as nearly repeating.
-NEARLY = 1e-4
-CLOSED = 1e-13
-# An orbit of more than so many periods has nearly repeated once before, within so many times that share: a chaotic
-# motion comes back by chance after many periods, and seldom twice.
-SURE_MULTIPLE, BEFORE = 2, 30.0
-# Place of the section at period 0 among those kept; before it lie places that nothing is near to.
-ZERO = 2 * MAX_MULTIPLE
 # Share within which a closed orbit must repeat to be that of a divisor of its multiple.
 SAME = 1e-9
-MAX_NEWTON = 12
-# A fixed point further away than this many times the last change, stretched by 1/(1 - |multiplier|), is
-# some other orbit. Non-normal derivatives make changes larger than multipliers tell.
+# An orbit further away than this many times the last change, stretched by 1/(1 - |multiplier|), is some other one.
+# Non-normal derivatives make changes larger than multipliers tell.
 REACH = 20.0
-# A small difference that grows by this exponent over so many periods, the last of its patience, is that of a
-# chaotic motion, or of one that will settle late: of 20,000 random rows 7 did after 300 periods.
-FOLLOWED, CHAOTIC = 50, 6.0
 # Periods marched for one spent on orbits that could not be closed.
 PATIENT_TRIES = 4
-# Where the section nearly repeats about a stable orbit, no multiplier is beyond this.
+# Where the section nearly repeats about a stable orbit, no multiplier is beyond this. Chaotic motions pass by
+# unstable orbits all the time.
 UNSTABLE = 2.0
 # Forcing periods of more contacts than are kept, after which a row is left: no orbit of such periods can be told, and
 # each of them takes as long as 100 others. A transient of so many impacts is over by then.
@@ -62,14 +50,28 @@ MAX_CROWDED = 32
 GROWTH, LASTING = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
-# A numpy integer: numba compiles a plain constant to code of its own, march and all.
-EVENTS_PER_PERIOD = np.int64(100_000)
 
 
 class Settled(NamedTuple):
-    """kind: PERIODIC, APERIODIC, UNBOUNDED or DRIFTING (still growing at the bound on periods, though damped);
-    state: at period 0 of the orbit; end: m periods later; residual: of the return map relative to the
-    motion's size; first, second: Floquet multipliers."""
+    """The steady state of a motion.
+
+    Attributes
+    ----------
+    kind : int
+        PERIODIC, APERIODIC, UNBOUNDED or DRIFTING (still growing at the bound on periods, though damped).
+    status : int
+        `Status` of the march; LOG_FULL where the orbit has more contacts than are kept.
+    m : int
+        Period multiple; 0 where the motion found no orbit.
+    state, end : State
+        At period 0 of the orbit, and m periods later; of a motion without an orbit, where it was left.
+    residual : float
+        Of the return map, as a share of the motion's size.
+    settled_after : int
+        Forcing periods marched before the orbit was recognised.
+    first, second : complex
+        Floquet multipliers, the larger modulus first.
+    """
 
     kind: int
     status: int
@@ -82,124 +84,66 @@ class Settled(NamedTuple):
     second: complex
 
 
-@jit_inline
-def size_of(p, state, log):
-    """Size of a marched motion: largest of |x|, |v| at its section and at its impacts."""
-    x, v = section(p, state)
-    size = abs(x) + abs(v)
-    for i in range(min(log.counts[IMPACTS], log.position.size)):
-        size = max(size, abs(log.velocity[i]))
-    return size
+@jit
+def settles_on(orbit) -> bool:
+    """Whether the motion that was shot from settles on the orbit: it is stable, and near.
+
+    A fixed point further away than the last change, stretched by 1/(1 - |multiplier|), is some other orbit. A
+    motion that repeats as it stands is on its own orbit, stable or not.
+    """
+    if not orbit.is_closed:
+        return False
+    if orbit.iterations == 0:
+        return True
+    j11, j12, j21, j22 = orbit.derivative
+    radius = abs(multipliers(j11, j12, j21, j22)[0])
+    reach = REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
+    return radius < 1.0 and orbit.distance <= reach + CLOSED * orbit.size
 
 
 @jit
-def close_orbit(e, p, grid, state, m, within, closed, log, c):
-    """Newton on the return map over m periods; (found, Settled) with `found` False if it is not an orbit
-    that the motion at `state` settles on. The map must bring the state back to within the share `within` of
-    the motion's size at once: Newton's method only finishes what nearly repeats. It is closed where it brings
-    it back to within the share `closed`, or can do no better."""
-    z = at_period_zero(state)
-    start = z
-    first_change, residual, best = math.inf, math.inf, math.inf
-    none = complex(math.nan, 0.0)
-    for iteration in range(MAX_NEWTON):
-        clear(log)
-        end, status = periods(e, p, grid, z, m, log, c, EVENTS_PER_PERIOD * m)
-        if status != OK and status != LOG_FULL:
-            return False, Settled(APERIODIC, status, 0, z, z, math.inf, 0, none, none)
-        dy, dw = difference(p, end, z)
-        change = abs(dy) + abs(dw)
-        size = size_of(p, z, log)
-        residual = change / size if size > 0.0 else 0.0
-        if iteration == 0:
-            first_change = change
-            if residual > within:
-                break
-        j11, j12, j21, j22 = derivative(e, p, log, z, end, m)
-        same = (z.order == REST) == (end.order == REST)
-        if same and (residual <= closed or (residual >= best and residual <= 1e3 * CLOSED)):
-            first, second = multipliers(j11, j12, j21, j22)
-            radius = abs(first)
-            away = difference(p, z, start)
-            distance = abs(away[0]) + abs(away[1])
-            reach = REACH * first_change / (1.0 - radius) if radius < 1.0 else 0.0
-            near = radius < 1.0 and distance <= reach + CLOSED * size
-            # A motion that repeats as it stands is its own orbit, stable or not.
-            if near or iteration == 0:
-                return True, Settled(PERIODIC, status, m, z, end, residual, 0, first, second)
-            return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, first, second)
-        if iteration == 0 and abs(multipliers(j11, j12, j21, j22)[0]) > UNSTABLE:
-            # Chaotic motions pass by unstable orbits all the time.
-            break
-        if iteration > 2 and residual > 0.5 * best:
-            # Newton's method near an orbit gains digits at every step; a chance return does not.
-            break
-        best = min(best, residual)
-        z, inside = newton_step(p, z, end, j11, j12, j21, j22)
-        if not inside:
-            break
-    return False, Settled(APERIODIC, OK, 0, z, z, residual, 0, none, none)
+def reach_orbit(e, p, grid, state, m, within, closed, log, c):
+    """(whether it settles on it, Orbit) of the motion at `state` and the orbit of m periods beside it. The return
+    map must bring the state back to within the share `within` of the motion's size; `closed`: as of `Shooting`."""
+    orbit = shoot(e, p, grid, state, m, Shooting(within, UNSTABLE, closed), log, c)
+    return settles_on(orbit), orbit
 
 
 @jit
 def with_least_multiple(e, p, grid, orbit, log, c):
-    """(found, Settled): the same orbit closed over its least multiple, since a motion that spirals in can nearly
+    """(reached, Orbit): the same orbit closed over its least multiple, since a motion that spirals in can nearly
     repeat after m periods before it does after one. The log is left with the contacts of the orbit returned."""
     for m in range(1, orbit.m // 2 + 1):
         if orbit.m % m == 0:
-            found, least = close_orbit(e, p, grid, orbit.state, m, SAME, CLOSED, log, c)
-            if found:
+            reached, least = reach_orbit(e, p, grid, orbit.state, m, SAME, CLOSED, log, c)
+            if reached:
                 return True, least
     if orbit.m == 1:
         return True, orbit
-    found, again = close_orbit(e, p, grid, orbit.state, orbit.m, SAME, CLOSED, log, c)
-    if found:
+    reached, again = reach_orbit(e, p, grid, orbit.state, orbit.m, SAME, CLOSED, log, c)
+    if reached:
         return True, again
     # An orbit closed as far as rounding lets it, not to CLOSED: Newton's method may lose it again within that
     # rounding. It stands as it was found; one march more, of the same bits, brings its log back.
-    return close_orbit(e, p, grid, orbit.state, orbit.m, SAME, orbit.residual, log, c)
+    return reach_orbit(e, p, grid, orbit.state, orbit.m, SAME, orbit.residual, log, c)
 
 
 @jit
-def _may_repeat(xs, vs, k, size) -> bool:
-    """Whether the section at period k nearly repeats any of the last: one look at all, which the vector units do."""
-    now = ZERO + k
-    x, v, last_xs, last_vs = (
-        xs[now],
-        vs[now],
-        xs[now - MAX_MULTIPLE : now],
-        vs[now - MAX_MULTIPLE : now],
+def close_first_candidate(e, p, grid, state, xs, vs, k, size, log, c):
+    """(periods tried, reached, Orbit): the orbit of the least multiple that the section at period k nearly repeats
+    with and that the motion settles on."""
+    orbit = Orbit(
+        False, OK, 0, state, state, math.inf, (0.0, 0.0, 0.0, 0.0), 0, math.inf, math.inf, 0.0
     )
-    near = 0
-    for i in range(MAX_MULTIPLE):
-        near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= NEARLY * size
-    return near > 0
-
-
-@jit
-def _apart(xs, vs, k, m):
-    """How far the section at period k is from that m periods before."""
-    now = ZERO + k
-    return abs(xs[now - m] - xs[now]) + abs(vs[now - m] - vs[now])
-
-
-@jit
-def close_repeated(e, p, grid, state, xs, vs, k, size, log, c):
-    """(periods tried, found, Settled): the orbit of the least multiple that the section at period k nearly repeats
-    with and that can be closed."""
-    none = complex(math.nan, 0.0)
-    orbit = Settled(APERIODIC, OK, 0, state, state, math.inf, 0, none, none)
     tried = 0
     for m in range(1, min(k, MAX_MULTIPLE) + 1):
-        if not _apart(xs, vs, k, m) <= NEARLY * size:
-            continue
-        if m > SURE_MULTIPLE and not _apart(xs, vs, k - m, m) <= BEFORE * NEARLY * size:
+        if not nearly_repeats(xs, vs, k, m, size):
             continue
         tried += m
-        found, orbit = close_orbit(e, p, grid, state, m, math.inf, CLOSED, log, c)
-        if found:
-            found, orbit = with_least_multiple(e, p, grid, orbit, log, c)
-            if found:
+        reached, orbit = reach_orbit(e, p, grid, state, m, math.inf, CLOSED, log, c)
+        if reached:
+            reached, orbit = with_least_multiple(e, p, grid, orbit, log, c)
+            if reached:
                 return tried, True, orbit
     return tried, False, orbit
 
@@ -237,26 +181,36 @@ def kind_of(p, log, xs, vs, k):
     return APERIODIC
 
 
-@jit_inline
-def follow_growth(e, p, log, is_whole, start, end, a, b):
-    """(a, b, growth) of a small difference (a, b) over a period, made of size 1 again; growth: logarithm of its
-    size before. -inf where it is forgotten in a rest, or where the log is not whole."""
-    if not is_whole:
-        return a, b, -math.inf
-    j11, j12, j21, j22 = derivative(e, p, log, start, end, ONE)
-    a, b = j11 * a + j12 * b, j21 * a + j22 * b
-    size = math.hypot(a, b)
-    if not (size > 0.0 and size < math.inf):
-        return 1.0, 0.0, -math.inf
-    return a / size, b / size, math.log(size)
+@jit
+def settled_on(orbit, settled_after):
+    """The steady state of a motion that has settled on an orbit."""
+    j11, j12, j21, j22 = orbit.derivative
+    first, second = multipliers(j11, j12, j21, j22)
+    return Settled(
+        PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, settled_after, first, second
+    )  # fmt: skip
 
 
 @jit_allocating
 def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
-    """March from `state` until an orbit is recognised and closed, at most max_periods forcing periods; a damped
-    motion in which small differences still grow fast is left after `patience` periods.
+    """March from `state` until an orbit is reached.
 
-    window: a `Window`, of what a motion without an orbit shows in its last periods, or None.
+    Parameters
+    ----------
+    state : State
+        Where the motion starts.
+    log, c
+        Work space, as for `march`. The log is left with the contacts of the orbit.
+    max_periods : int
+        Forcing periods that are marched at most.
+    patience : int
+        Forcing periods after which a damped motion is left if small differences in it still grow fast.
+    window : Window or None
+        What a motion without an orbit shows in its last periods.
+
+    Returns
+    -------
+    Settled
     """
     xs, vs = np.empty(ZERO + max_periods + 1), np.empty(ZERO + max_periods + 1)
     xs[:ZERO] = vs[:ZERO] = math.inf
@@ -285,15 +239,14 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
             is_whole = is_whole and status == OK
             add_period(e, p, window, start, state, log, c)
         if k > patience - FOLLOWED and k <= patience:
-            a, b, grown = follow_growth(e, p, log, status == OK, start, state, a, b)
+            a, b, grown = perturbation_growth(e, p, log, status == OK, start, state, a, b)
             growth += grown
-        if k > PATIENT_TRIES * spent and _may_repeat(xs, vs, k, largest):
-            tried, found, orbit = close_repeated(e, p, grid, state, xs, vs, k, largest, log, c)
-            if found:
-                return Settled(
-                    PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k,
-                    orbit.first, orbit.second,
-                )  # fmt: skip
+        if k > PATIENT_TRIES * spent and may_repeat(xs, vs, k, largest):
+            tried, reached, orbit = close_first_candidate(
+                e, p, grid, state, xs, vs, k, largest, log, c
+            )
+            if reached:
+                return settled_on(orbit, k)
             spent += tried
         if k == ending:
             kind = kind_of(p, log, xs, vs, k)

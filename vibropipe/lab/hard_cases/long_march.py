@@ -14,7 +14,8 @@ import numpy as np
 
 from vibropipe.lab.hard_cases.case import Solver, end_state
 from vibropipe.orbits.outputs import regime_of
-from vibropipe.orbits.settling import GROWTH, MAX_MULTIPLE
+from vibropipe.orbits.recurrence import MAX_MULTIPLE
+from vibropipe.orbits.settling import GROWTH
 from vibropipe.physics.exciter import Exciter
 from vibropipe.words.regimes import Regime
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
 import vibropipe
@@ -47,6 +49,16 @@ def test_importing_costs_next_to_nothing():
 def test_help_costs_little_more_than_its_library():
     asked = "from vibropipe.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass"
     assert seconds_of(asked) - seconds_of("import typer") < MOST
+
+
+def test_imports_never_go_round():
+    """Between no two modules of the package, imports inside functions included."""
+    graph = grimp.build_graph("vibropipe", exclude_type_checking_imports=True, cache_dir=None)
+    imported = {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
+    assert "vibropipe.solve.accuracy.request" in imported["vibropipe.solve.motion"]
+    # A study takes its fingerprint, which knows the models: inside the function.
+    imported["vibropipe.study.models"].discard("vibropipe.study.identity")
+    TopologicalSorter(imported).prepare()
 
 
 def test_no_import_compiles(tmp_path):

@@ -10,6 +10,9 @@ from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, on_arc, speed_at, top_support
 
 Columns = dict[str, np.ndarray]
+# Times, supports and velocities before impact of the contacts at one support.
+Met = tuple[np.ndarray, np.ndarray, np.ndarray]
+NONE: Met = np.empty(0), np.empty(0, np.int8), np.empty(0)
 
 
 @jit
@@ -38,48 +41,40 @@ def _times(a: Arc, at: float, span: float, moving_in: bool) -> np.ndarray:
 def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float) -> Columns:
     """Impacts and grazings of a free motion from (x, v), up to `span` after its start, in order of time:
     the columns of `simulate` with times counted from the start, and no rests."""
-    impacts: dict[str, list[np.ndarray]] = {
-        name: []
-        for name in ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
-    }
-    grazings: dict[str, list[np.ndarray]] = {"grazing_tau": [], "grazing_support": []}
+    impacts: list[Met] = []
+    grazings: list[Met] = []
     top = top_support(a)
-    for support in (top, 3 - top):
-        meets = a.meets_top if support == top else a.meets_bottom
+    for support, at, meets in ((top, 0.0, a.meets_top), (3 - top, a.half, a.meets_bottom)):
         if meets == 0:
             continue
-        moving_in = v > 0 if support == 1 else v < 0
-        at = 0.0 if support == top else a.half
-        times = _times(a, at, span, moving_in or meets == 2)
-        side = np.full(times.size, support, np.int8)
-        if meets == 2:
-            grazings["grazing_tau"].append(times)
-            grazings["grazing_support"].append(side)
-            continue
-        speed = speed_at(x, v, upper if support == 1 else lower)
-        before = np.full(times.size, speed if support == 1 else -speed)
-        impacts["impact_tau"].append(times)
-        impacts["impact_support"].append(side)
-        impacts["impact_velocity"].append(before)
-        impacts["impact_velocity_after"].append(-before)
-    rests: Columns = {
+        sign, place = (1, upper) if support == 1 else (-1, lower)
+        times = _times(a, at, span, sign * v > 0 or meets == 2)
+        before = np.full(times.size, sign * speed_at(x, v, place))
+        met = times, np.full(times.size, support, np.int8), before
+        (grazings if meets == 2 else impacts).append(met)
+    struck, side, before = _in_order(impacts)
+    grazed, grazed_side, _ = _in_order(grazings)
+    return {
+        "impact_tau": struck,
+        "impact_support": side,
+        "impact_velocity": before,
+        "impact_velocity_after": -before,
         "rest_start": np.empty(0),
         "rest_end": np.empty(0),
         "rest_support": np.empty(0, np.int8),
+        "grazing_tau": grazed,
+        "grazing_support": grazed_side,
     }
-    return {**_in_order(impacts, "impact_tau"), **rests, **_in_order(grazings, "grazing_tau")}
 
 
-def _in_order(columns: dict[str, list[np.ndarray]], key: str) -> Columns:
-    kinds = {name: np.int8 if name.endswith("support") else float for name in columns}
-    parts = columns[key]
-    if len(parts) < 2:
-        return {n: found[0] if found else np.empty(0, kinds[n]) for n, found in columns.items()}
+def _in_order(met: list[Met]) -> list[np.ndarray]:
+    """Times, supports and velocities of contacts in order of time, from those at each support."""
     # Both ends are passed by turns, so that nothing must be sorted.
-    later = parts[0].size == 0 or (parts[1].size > 0 and parts[1][0] < parts[0][0])
-    early, late = (1, 0) if later else (0, 1)
-    merged = {}
-    for name, found in columns.items():
-        merged[name] = np.empty(found[0].size + found[1].size, kinds[name])
-        merged[name][0::2], merged[name][1::2] = found[early], found[late]
-    return merged
+    by_turns = sorted((one for one in met if one[0].size > 0), key=lambda one: float(one[0][0]))
+    columns = []
+    for parts in zip(*by_turns or [NONE], strict=True):
+        column = np.empty(sum(part.size for part in parts), parts[0].dtype)
+        for i, part in enumerate(parts):
+            column[i :: len(parts)] = part
+        columns.append(column)
+    return columns

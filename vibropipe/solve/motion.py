@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from vibropipe.march.grid import Grid, exact_grid, newmark_grid
-from vibropipe.physics.effects import Effects, asked_effects, names_of
+from vibropipe.march.grid import Grid, newmark_grid
+from vibropipe.physics.effects import Effects, asked_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
-from vibropipe.physics.start import start_text
-from vibropipe.solve.energy import TERMS, balance
-from vibropipe.solve.run import Run, Task, run_motion, sample_times, turns_of
+from vibropipe.physics.limits import STEPS_PER_PERIOD
+from vibropipe.solve.accuracy.request import simulate_to_accuracy
+from vibropipe.solve.motion_dataset import to_dataset
+from vibropipe.solve.run import Task, check_whole, run_motion, turns_of
 from vibropipe.words.methods import METHODS
-from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,14 +62,8 @@ def simulate(
     """
     x, v = exciter.check_start(x0, v0)
     turns_of(exciter, tau_start, tau_end)
-    with_effects = asked_effects(
-        effects,
-        exciter.parameters()._asdict(),
-        x,
-        v,
-        tau_end - tau_start,
-        exact=method == "exact" and accuracy is None,
-    )
+    values, span = exciter.parameters()._asdict(), tau_end - tau_start
+    is_exact = method == "exact" and accuracy is None
     task = Task(
         tau_start,
         tau_end,
@@ -81,87 +71,37 @@ def simulate(
         v,
         samples_per_period,
         max_impacts,
-        effects=with_effects,
+        effects=asked_effects(effects, values, x, v, span, exact=is_exact),
         energy=energy,
         progress=progress,
     )
     if accuracy is not None:
-        from vibropipe.solve.accuracy.request import simulate_to_accuracy
-
         if method != "exact" or steps_per_period is not None:
             raise ParameterError(
                 f"accuracy = {accuracy!r}: allowed without method and steps_per_period, which it chooses"
             )
         return simulate_to_accuracy(exciter, task, accuracy)
-    exact = method == "exact" and steps_per_period is None
-    grid = None if exact else _grid(exciter, with_effects, method, steps_per_period)
+    grid = _grid(exciter, task.effects, method, steps_per_period)
     return to_dataset(exciter, task, run_motion(exciter, task, grid))
 
 
-def _grid(exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None) -> Grid:
+def _grid(
+    exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None
+) -> Grid | None:
+    """Return the grid of Newmark's method; None for the exact method, which chooses its own."""
     if method not in METHODS:
         raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
-    if method == "exact":
-        if steps_per_period is not None:
-            raise ParameterError(
-                f"steps_per_period = {steps_per_period!r}: allowed with method 'newmark' only; "
-                "the exact method has no step to choose"
-            )
-        return exact_grid(effects, exciter.parameters())
-    return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
+    if method == "newmark":
+        return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
+    if steps_per_period is not None:
+        raise ParameterError(
+            f"steps_per_period = {steps_per_period!r}: allowed with method 'newmark' only; "
+            "the exact method has no step to choose"
+        )
+    return None
 
 
 def check_steps(steps_per_period: Any) -> int:
-    """A number of Newmark steps per forcing period, or a ParameterError."""
-    whole = isinstance(steps_per_period, (int, np.integer)) and not isinstance(
-        steps_per_period, bool
-    )
-    least, most = STEPS_PER_PERIOD
-    if not whole or not least <= steps_per_period <= most:
-        raise ParameterError(
-            f"steps_per_period = {steps_per_period!r}: allowed is {within_text(STEPS_PER_PERIOD)} "
-            "(method 'newmark' needs it)"
-        )
-    return int(steps_per_period)
-
-
-def to_dataset(exciter: Exciter, task: Task, run: Run) -> xr.Dataset:
-    """What a motion left as the dataset that `simulate` describes."""
-    import xarray as xr
-
-    variables = to_variables(exciter, task, run)
-    coords: dict[str, Any] = {
-        name: ((), value) for name, value in exciter.parameters()._asdict().items()
-    }
-    if run.work is not None:
-        coords["support"] = ("support", [1, 2])
-    if "tau" in variables:
-        coords["tau"] = variables.pop("tau")
-    attrs = {
-        "effects": ", ".join(names_of(task.effects)),
-        "start": start_text(exciter.parameters()._asdict(), task.x, task.v),
-    }
-    return describe(xr.Dataset(variables, coords, attrs))
-
-
-def to_variables(exciter: Exciter, task: Task, run: Run) -> dict[str, Any]:
-    """What a motion left by name: (dimensions, values)."""
-    variables: dict[str, Any] = {
-        name: (name.split("_")[0], values) for name, values in run.contacts.items()
-    }
-    variables["displacement_end"] = ((), run.end[0])
-    variables["velocity_end"] = ((), run.end[1])
-    variables["status"] = ((), np.int8(run.status))
-    if run.work is not None:
-        terms = balance(run.work, (task.x, task.v), run.end)
-        variables |= dict(zip(TERMS, terms, strict=True))
-    if task.samples_per_period > 0:
-        turns = turns_of(exciter, task.tau_start, task.tau_end)
-        offsets = sample_times(turns, task.samples_per_period)
-        tau = np.append(task.tau_start + offsets * exciter.period, task.tau_end)
-        phase = np.append((turns[0] % 1.0 + offsets) % 1.0, turns[1] % 1.0)
-        variables["tau"] = ("tau", tau)
-        variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
-        variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
-        variables["force"] = ("tau", exciter.f * np.sin(2 * math.pi * phase))
-    return variables
+    """Return a number of Newmark steps in a forcing period, or raise a ParameterError."""
+    why = " (method 'newmark' needs it)"
+    return check_whole("steps_per_period", steps_per_period, STEPS_PER_PERIOD, why)

@@ -20,11 +20,11 @@ from vibropipe.march.log import (
     new_log,
 )
 from vibropipe.march.loop import march
-from vibropipe.march.state import REST, State, begin
+from vibropipe.march.state import REST, begin
 from vibropipe.physics.conservative import arc, is_free
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number
+from vibropipe.physics.exciter import Exciter, ParameterError, number
 from vibropipe.physics.flow import ORDER
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD, within_text
 from vibropipe.physics.linear import keeps_off
@@ -35,13 +35,18 @@ from vibropipe.words.status import Status
 
 # Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
 MARCH_LOG_CAPACITY = 1024
+# Columns of a log by the place of their number.
+COLUMNS = {
+    IMPACTS: ("position", "velocity", "impulse", "support"),
+    RESTS: ("rest_start", "rest_end", "rest_support"),
+    GRAZINGS: ("grazing", "grazing_support"),
+}
 
 
 class Task(NamedTuple):
     """What is wanted of a motion: from (x, v) at tau_start to tau_end, and how it is recorded.
 
-    x_doubt, v_doubt: how far the start itself may be wrong; energy: whether its balance is drawn up; progress:
-    is told, now and then, how many more forcing periods have been marched.
+    x_doubt, v_doubt: how far the start itself may be wrong; the others as of `simulate`.
     """
 
     tau_start: float
@@ -58,9 +63,26 @@ class Task(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What a motion left: Status, contacts by name of variable, samples before the end, (x, v) at the end,
-    counts of work (`march.log`; none for a motion in closed form), and work of the force, loss by damping
-    and at each support (4,), nan of a motion that broke off, where they are asked for."""
+    """What a motion left.
+
+    Attributes
+    ----------
+    status : Status
+    contacts : dict of str to array
+        Impacts, rests and grazings by the names of variables.
+    displacement, velocity : array (n,)
+        Samples before the end.
+    end : tuple of float
+        (x, x') at the end; nan where the motion broke off.
+    counts : array
+        Counts of work (`march.log`); none for a motion in closed form.
+    turns : tuple of float
+        Beginning and end in forcing periods.
+    after : array (n,)
+        Times of the samples after the beginning, in forcing periods.
+    work : array (4,), optional
+        Work of the force, loss by damping and at each support; nan where the motion broke off.
+    """
 
     status: Status
     contacts: dict[str, np.ndarray]
@@ -68,60 +90,61 @@ class Run(NamedTuple):
     velocity: np.ndarray
     end: tuple[float, float]
     counts: np.ndarray
+    turns: tuple[float, float]
+    after: np.ndarray
     work: np.ndarray | None = None
+
+
+# Contacts, and (x, x') at the samples and at the end.
+Solution = tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]
 
 
 def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
     """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
     if not task.energy:
         return _run(exciter, task, grid)
-    turns = turns_of(exciter, task.tau_start, task.tau_end)
-    if grid is not None and grid.exact is None:
-        return _run_newmark_with_work(exciter, task, grid, turns)
-    run = _run(exciter, task, grid)
-    if not math.isfinite(run.end[0]):
-        return run._replace(work=np.full(4, math.nan))
-    start = task.x, task.v
-    return run._replace(work=work_of_flights(exciter, task.effects, start, turns, run.contacts))
-
-
-def _run_newmark_with_work(
-    exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float]
-) -> Run:
-    """A motion by Newmark's method, with its works from the state at every step."""
-    steps = _run(exciter, task._replace(samples_per_period=grid.steps), grid)
-    if task.samples_per_period > 0:
-        run = _run(exciter, task, grid)
+    newmark = None if grid is None or grid.exact is not None else grid
+    if newmark is None:
+        run = steps = _run(exciter, task, grid)
     else:
+        steps = _run(exciter, task._replace(samples_per_period=newmark.steps), grid)
         # Recorded or not a motion rounds differently, and one with many impacts shows it: so it is the one recorded.
-        run = steps._replace(displacement=np.empty(0), velocity=np.empty(0))
+        none = np.empty(0)
+        run = steps._replace(displacement=none, velocity=none, after=none)
+        if task.samples_per_period > 0:
+            run = _run(exciter, task, grid)
     if not math.isfinite(run.end[0]):
         return run._replace(work=np.full(4, math.nan))
-    at = np.append(turns[0] + sample_times(turns, grid.steps), turns[1])
-    states = (np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1]))
-    return run._replace(work=work_of_steps(exciter, at, *states, run.contacts))
+    if newmark is None:
+        start = task.x, task.v
+        work = work_of_flights(exciter, task.effects, start, run.turns, run.contacts)
+    else:
+        at = np.append(run.turns[0] + steps.after, run.turns[1])
+        states = np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1])
+        work = work_of_steps(exciter, at, *states, run.contacts)
+    return run._replace(work=work)
 
 
 def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
     turns = turns_of(exciter, task.tau_start, task.tau_end)
-    _check_samples(task.samples_per_period)
-    p, e = exciter.parameters(), task.effects
+    check_whole("samples_per_period", task.samples_per_period, SAMPLES_PER_PERIOD)
     closed = has_closed_form(exciter, task) if grid is None else None
-    if closed is not None:
-        run = closed(exciter, task, sample_times(turns, task.samples_per_period))
-    else:
-        grid = exact_grid(e, p) if grid is None else grid
+    if closed is None:
+        grid = exact_grid(task.effects, exciter.parameters()) if grid is None else grid
         _check_steps(task, (turns[1] - turns[0]) * grid.steps)
-        samples = _samples(grid, turns, task.samples_per_period)
-        state = begin(e, p, grid, turns[0], task.x, task.v)
-        run = _march(e, p, grid, state, turns[1], samples, task.max_impacts, task.progress)
+        run = _march(exciter, task, grid, turns)
+    else:
+        after = sample_times(turns, task.samples_per_period)
+        contacts, xs, vs = closed(exciter, task, turns, after)
+        end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
+        run = Run(Status.OK, contacts, xs[:-1], vs[:-1], end, worked, turns, after)
     if run.displacement.size > 0:
         # The start as it was given, on a support before the impact.
         run.displacement[0], run.velocity[0] = task.x, task.v
     return run
 
 
-def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Run] | None:
+def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Solution] | None:
     """What solves a motion without a march: one that is conservative, or one that strikes nothing."""
     p = exciter.parameters()
     if task.effects.watched is None and is_free(p, task.x, task.v):
@@ -130,29 +153,27 @@ def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Run] | None:
     return _linear if keeps_off(p, task.x, task.v, turn) else None
 
 
-def _linear(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
-    """A motion that strikes nothing, in closed form; turns as for `_free`."""
-    start, end = turns_of(exciter, task.tau_start, task.tau_end)
-    after = np.append(turns, end - start)
+def _linear(
+    exciter: Exciter, task: Task, turns: tuple[float, float], after: np.ndarray
+) -> Solution:
+    """A motion that strikes nothing, in closed form."""
+    start, end = turns
+    after = np.append(after, end - start)
     xs, vs = linear.positions(exciter.parameters(), task.x, task.v, start % 1.0, after)
-    if after[0] == 0.0:
-        xs[0], vs[0] = task.x, task.v
-    none, worked = _contacts(_take(new_log(1, 1)), 1.0), np.zeros(COUNTS, np.int64)
-    return Run(Status.OK, none, xs[:-1], vs[:-1], (float(xs[-1]), float(vs[-1])), worked)
+    if end == start:
+        xs[-1], vs[-1] = task.x, task.v
+    return _contacts(_take(new_log(1, 1)), 1.0), xs, vs
 
 
-def _free(exciter: Exciter, task: Task, turns: np.ndarray) -> Run:
-    """A conservative motion, in closed form; turns: times of samples after the start, in forcing periods."""
+def _free(exciter: Exciter, task: Task, _turns: tuple[float, float], after: np.ndarray) -> Solution:
+    """A conservative motion, in closed form."""
     x, v, span = task.x, task.v, task.tau_end - task.tau_start
     a = arc(exciter.parameters(), x, v)
-    times = np.append(turns * exciter.period, span)
-    xs, vs = positions(a, times)
-    xs = np.clip(xs, exciter.lower, exciter.upper)
+    xs, vs = positions(a, np.append(after * exciter.period, span))
     struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
         struck[name] += task.tau_start
-    end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
-    return Run(Status.OK, struck, xs[:-1], vs[:-1], end, worked)
+    return struck, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
 def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
@@ -176,12 +197,12 @@ def _check_steps(task: Task, steps: float) -> None:
         )
 
 
-def _check_samples(per_period: Any) -> None:
-    whole = isinstance(per_period, (int, np.integer)) and not isinstance(per_period, bool)
-    least, most = SAMPLES_PER_PERIOD
-    if not whole or not least <= per_period <= most:
-        allowed = within_text(SAMPLES_PER_PERIOD)
-        raise ParameterError(f"samples_per_period = {per_period!r}: allowed is {allowed}")
+def check_whole(name: str, value: Any, limits: tuple[int, int], why: str = "") -> int:
+    """A whole number within limits, or a ParameterError."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not limits[0] <= value <= limits[1]:
+        raise ParameterError(f"{name} = {value!r}: allowed is {within_text(limits)}{why}")
+    return int(value)
 
 
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
@@ -196,51 +217,30 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
     return np.arange(count) / max(per_period, 1)
 
 
-def _samples(grid: Grid, turns: tuple[float, float], per_period: int) -> Samples | None:
-    if per_period == 0:
-        return None
-    count = sample_times(turns, per_period).size
-    period, step, theta = locate(turns[0], grid.steps)
-    empty = np.full(count, np.nan), np.full(count, np.nan)
-    return Samples(*empty, 1, int(per_period), period * grid.steps + step, theta)
-
-
-def _march(
-    e: Effects,
-    p: Parameters,
-    grid: Grid,
-    state: State,
-    turns_end: float,
-    samples: Samples | None,
-    max_impacts: int,
-    progress: Callable[[int], None] | None,
-) -> Run:
+def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float]) -> Run:
     """March to the end, emptying the log, and telling of it, whenever it is full."""
+    e, p = task.effects, exciter.parameters()
+    state = begin(e, p, grid, turns[0], task.x, task.v)
+    after, samples = np.empty(0), None
+    if task.samples_per_period > 0:
+        after = sample_times(turns, task.samples_per_period)
+        empty = np.full(after.size, np.nan), np.full(after.size, np.nan)
+        at = state.period * grid.steps + state.step, state.theta
+        samples = Samples(*empty, 1, int(task.samples_per_period), *at)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
-    work = np.empty(3 if grid.exact is None else ORDER + 1)
-    end = locate(turns_end, grid.steps)
+    c = np.empty(3 if grid.exact is None else ORDER + 1)
+    end: tuple[int, int, float] = locate(turns[1], grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
     events, told = 0, int(state.period)
     while True:
-        state, status = march(
-            e,
-            p,
-            grid,
-            state,
-            end[0],
-            end[1],
-            end[2],
-            log,
-            samples,
-            work,
-            max_impacts - events,
-        )
+        left = task.max_impacts - events
+        state, status = march(e, p, grid, state, *end, log, samples, c, left)
         pieces.append(_take(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
-        if progress is not None:
-            progress(int(state.period) - told)
+        if task.progress is not None:
+            task.progress(int(state.period) - told)
             told = int(state.period)
-        if events > max_impacts:
+        if events > task.max_impacts:
             status = Status.MAX_IMPACTS
         if status != Status.LOG_FULL:
             break
@@ -251,15 +251,15 @@ def _march(
         pieces.append({name: np.array([value]) for name, value in ended.items()})
     columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
     place = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
-    finished = status in (Status.OK, Status.SHORT_FLIGHTS)
-    none = np.empty(0)
     return Run(
         Status(status),
-        _contacts(columns, 2 * math.pi / p.nu),
-        none if samples is None else samples.displacement,
-        none if samples is None else samples.velocity,
-        place if finished else (math.nan, math.nan),
+        _contacts(columns, exciter.period),
+        np.empty(0) if samples is None else samples.displacement,
+        np.empty(0) if samples is None else samples.velocity,
+        place if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
         log.counts.copy(),
+        turns,
+        after,
     )
 
 
@@ -282,15 +282,10 @@ def _contacts(columns: dict[str, np.ndarray], period: float) -> dict[str, np.nda
 
 def _take(log: Log) -> dict[str, np.ndarray]:
     """Copy the entries of a log and empty it."""
-    n, rests, grazings = (int(log.counts[k]) for k in (IMPACTS, RESTS, GRAZINGS))
     taken = {
-        name: getattr(log, name)[:n].copy()
-        for name in ("position", "velocity", "impulse", "support")
+        name: getattr(log, name)[: int(log.counts[kind])].copy()
+        for kind, names in COLUMNS.items()
+        for name in names
     }
-    taken |= {
-        name: getattr(log, name)[:rests].copy()
-        for name in ("rest_start", "rest_end", "rest_support")
-    }
-    taken |= {name: getattr(log, name)[:grazings].copy() for name in ("grazing", "grazing_support")}
-    log.counts[[IMPACTS, RESTS, GRAZINGS]] = 0
+    log.counts[list(COLUMNS)] = 0
     return taken

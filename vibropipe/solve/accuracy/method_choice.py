@@ -18,7 +18,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, number
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.motion_errors import Errors, deviation, exact_errors, misses, sizes_of
-from vibropipe.solve.motion import to_variables
+from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import Run, Task, run_motion
 from vibropipe.words.status import Status
 

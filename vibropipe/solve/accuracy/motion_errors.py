@@ -20,7 +20,7 @@ from vibropipe.march.roots import TOUCH
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.solve.energy import TERMS
-from vibropipe.solve.motion import to_variables
+from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import Run, Task, has_closed_form, run_motion
 from vibropipe.words.parameters import PARAMETERS
 

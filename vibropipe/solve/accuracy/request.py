@@ -11,7 +11,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
 from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_for
 from vibropipe.solve.accuracy.motion_errors import deviation
-from vibropipe.solve.motion import to_dataset, to_variables
+from vibropipe.solve.motion_dataset import to_dataset, to_variables
 from vibropipe.solve.run import Task, run_motion
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe

@@ -49,11 +49,33 @@ def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
 
 
 def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
-    """Eq. (10): velocity before impact on support 1 against the period of free vibration.
+    """Compute the backbone curve, eq. (10): impact velocity on support 1 against the period of free vibration.
 
-    delta_over_l: values of delta/l, finite; tau_bar: periods > 0. Returns `velocity_over_l` over
-    (delta_over_l, tau_bar), nan where not both supports are struck, and `omega_bar` = 2 pi/tau_bar over
-    tau_bar. Raises ParameterError.
+    The exciter has no damping, no force and ideal supports (h = f = 0, R1 = R2 = 1) [1]_.
+
+    Parameters
+    ----------
+    delta_over_l : float or array_like
+        Offsets of the equilibrium as shares of l; one dimension, finite.
+    tau_bar : float or array_like
+        Periods of free vibration in tau; one dimension, greater than 0.
+
+    Returns
+    -------
+    xarray.Dataset
+        velocity_over_l (delta_over_l, tau_bar)
+            Velocity before impact over l, in units of p = sqrt(C/m); nan where not both supports are struck.
+        omega_bar (tau_bar)
+            Frequency 2 pi/tau_bar, in units of p.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed.
+
+    References
+    ----------
+    .. [1] V. I. Babitsky, Theory of Vibro-Impact Systems and Applications, Springer 1998.
     """
     import xarray as xr
 
@@ -72,13 +94,38 @@ def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
 
 
 def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) -> xr.Dataset:
-    """Free motions of the conservative exciter (h = f = 0, R1 = R2 = 1) with the supports of `exciter`.
+    """Compute the free motions of the conservative exciter (h = f = 0, R1 = R2 = 1) in closed form [1]_.
 
-    amplitude: values of sqrt(x^2 + x'^2) > 0 at which the mass can be between the supports; harmonics:
-    how many multiples of the eigenfrequency. Returns `eigenfrequency`, `regime` (no_impact, one_sided_1,
-    one_sided_2, two_sided), `displacement_mean, velocity_mean` over `amplitude` and the amplitudes and phases
-    of both over (amplitude, harmonic), tau = 0 at the end of the motion towards support 1. A motion that only
-    grazes a support does not strike it. Raises ParameterError.
+    Parameters
+    ----------
+    exciter : Exciter
+        Its supports count; damping, force and restitution are left out.
+    amplitude : float or array_like
+        Values of sqrt(x^2 + x'^2), in the length of l; one dimension. The mass must find room between the supports
+        at each: greater than 0 and than the distance from the equilibrium to a nearest support beyond it.
+    harmonics : int
+        Multiples of the eigenfrequency, from 1 to 1000.
+
+    Returns
+    -------
+    xarray.Dataset
+        Non-dimensional as for `simulate`; tau = 0 at the end of the motion towards support 1.
+
+        eigenfrequency, regime (amplitude)
+            The regime is no_impact, one_sided_1, one_sided_2 or two_sided. A motion that only grazes a support
+            does not strike it.
+        displacement_mean, velocity_mean (amplitude)
+        displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (amplitude, harmonic)
+            Phases in radians.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed.
+
+    References
+    ----------
+    .. [1] V. I. Babitsky, Theory of Vibro-Impact Systems and Applications, Springer 1998.
     """
     import xarray as xr
 

@@ -34,31 +34,81 @@ def simulate(
     energy: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
-    """The motion of eqs. (5), (6) from (x0, v0) at tau_start to tau_end.
+    """Compute the motion of eqs. (5), (6) from a start to an end.
 
-    x0: left out, the equilibrium, or the support nearest to it where that lies beyond; within 4 ulps of a support
-    it lies on it (`vibropipe.physics.start`).
-    method: "exact" (first impacts certified, errors of rounding only) or "newmark" (constant average
-    acceleration with `steps_per_period` steps, impacts located inside the step).
-    accuracy: error allowed, in place of method and steps_per_period, which are then chosen (`choose` in
-    `vibropipe.solve.accuracy.method_choice`); `<name>_error` stands beside every quantity, and attributes say
-    what was reached.
-    samples_per_period: samples of the motion per forcing period 2 pi / nu; 0 records none.
-    effects: any of damping, forcing, support_1, support_2, restitution, rest; the motion is marched by a
-    kernel without the others, compiled when it is first called for. All of them if left out.
-    energy: whether the balance of energy from start to end is drawn up.
-    progress: is told, now and then, how many more forcing periods have been marched.
+    All numbers are non-dimensional: displacements in the length that was chosen for `l`, times tau in 1/p with
+    p = sqrt(C/m), velocities in that length times p, forces in that length times C, energies in its square times C.
 
-    Returns a dataset (all non-dimensional): `displacement, velocity, force` over `tau` (from tau_start, the
-    last sample exactly tau_end); `impact_tau, impact_support, impact_velocity` (before, signed),
-    `impact_velocity_after` over `impact`; `rest_start, rest_end` (inf if not released before tau_end),
-    `rest_support` over `rest`; `grazing_tau, grazing_support` over `grazing`; `displacement_end, velocity_end`
-    (after an impact at tau_end itself); with `energy`, `energy_input` (work of the force), `energy_damping` and
-    `energy_impact` over `support` (lost), `energy_change` (stored) and `energy_residual`, the first less the
-    others: the rounding of the motion; `status`: `short_flights` when Newmark flights were shorter than a step,
-    `support_reached` when it reaches a support that `effects` leaves out, `max_impacts` when more contacts
-    happen than allowed (then the motion is nan from there on).
-    Raises ParameterError for a value outside what is allowed, or an effect left out that the parameters have.
+    Parameters
+    ----------
+    exciter : Exciter
+    tau_end : float
+        End, not before `tau_start`.
+    x0 : float, optional
+        Displacement at `tau_start`. Left out, it is the equilibrium, or the support nearest to the equilibrium
+        where that lies beyond. Within 4 ulps of a support it lies on the support.
+    v0 : float
+        Velocity at `tau_start`.
+    method : {"exact", "newmark"}
+        "exact" certifies every first impact and errs by rounding alone [1]_. "newmark" takes steps of constant
+        average acceleration [2]_ and locates impacts inside the step [3]_.
+    steps_per_period : int, optional
+        Newmark steps in a forcing period 2 pi/nu; required with "newmark", and with no other method.
+    accuracy : float, optional
+        Largest error of end, impacts and rests, absolute or relative to the size of the quantity, whichever is
+        more, from 1e-15 to 0.1. It replaces `method` and `steps_per_period`, which are then chosen.
+    samples_per_period : int
+        Samples of the motion in a forcing period; 0 records none.
+    tau_start : float
+        Beginning, at least 0.
+    max_impacts : int
+        Impacts, rests and grazings after which the motion is broken off.
+    effects : sequence of str, optional
+        Any of damping, forcing, support_1, support_2, restitution, rest. A kernel without the others marches the
+        motion; it is compiled when it is first called for. All effects if left out.
+    energy : bool
+        Whether the balance of energy from start to end is computed.
+    progress : callable, optional
+        Called now and then with the number of forcing periods marched since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every variable has the attribute `units`, which is "1".
+
+        displacement, velocity, force (tau)
+            Samples from tau_start on; the last is at `tau_end` exactly. None with samples_per_period = 0.
+        impact_tau, impact_support, impact_velocity, impact_velocity_after (impact)
+            Time, support (1, 2), and signed velocity before and after each impact.
+        rest_start, rest_end, rest_support (rest)
+            Rests on a support; `rest_end` is inf where there is no release before `tau_end`.
+        grazing_tau, grazing_support (grazing)
+            Contacts of zero velocity.
+        displacement_end, velocity_end
+            State at `tau_end`, after an impact at `tau_end` itself.
+        energy_input, energy_damping, energy_impact (support), energy_change, energy_residual
+            With `energy`: work of the force, losses, energy stored, and the first less the others, which is
+            the rounding of the motion.
+        status
+            `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
+            support that `effects` leaves out. `max_impacts`: more contacts than allowed; the motion is nan from
+            there on. `inaccurate`: the motion amplifies rounding beyond `accuracy`.
+        <name>_error
+            With `accuracy`: error of each quantity, in its dimensions. The attributes `method`,
+            `steps_per_period`, `accuracy_asked` and `accuracy_reached` tell what was chosen.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed, or `effects` leaves out one that the parameters have.
+
+    References
+    ----------
+    .. [1] T. Park, P. I. Barton, State event location in differential-algebraic models, ACM Trans. Model. Comput.
+       Simul. 6 (1996) 137 (no earlier event exists).
+    .. [2] N. M. Newmark, A method of computation for structural dynamics, J. Eng. Mech. Div. ASCE 85 (1959) 67.
+    .. [3] L. F. Shampine, S. Thompson, Event location for ordinary differential equations, Comput. Math. Appl. 39
+       (2000) 43.
     """
     x, v = exciter.check_start(x0, v0)
     turns_of(exciter, tau_start, tau_end)

@@ -8,8 +8,8 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, on_arc, speed_at, top_support
+from vibropipe.solve.contacts import Contacts
 
-Columns = dict[str, np.ndarray]
 # Times, supports and velocities before impact of the contacts at one support.
 Met = tuple[np.ndarray, np.ndarray, np.ndarray]
 NONE: Met = np.empty(0), np.empty(0, np.int8), np.empty(0)
@@ -38,7 +38,7 @@ def _times(a: Arc, at: float, span: float, moving_in: bool) -> np.ndarray:
     return first + period * np.arange(max(0, math.floor((span - first) / period) + 1))
 
 
-def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float) -> Columns:
+def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float) -> Contacts:
     """Impacts and grazings of a free motion from (x, v), up to `span` after its start, in order of time:
     the columns of `simulate` with times counted from the start, and no rests."""
     impacts: list[Met] = []

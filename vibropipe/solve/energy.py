@@ -11,14 +11,13 @@ import math
 import numpy as np
 
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.log import COUNTS, IMPACTS, RESTS, Log
 from vibropipe.march.state import begin
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import ORDER
+from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
-Contacts = dict[str, np.ndarray]
 # Variables of a balance, in the order of their terms; the last is what the others leave.
 TERMS = ("energy_input", "energy_damping", "energy_impact", "energy_change", "energy_residual")
 
@@ -35,57 +34,13 @@ def work_of_flights(
     start: (x, v); turns: its beginning and end in forcing periods; contacts: columns of `simulate`.
     """
     e, p = effects, exciter.parameters()
-    log = _log_of(exciter, contacts, turns[1])
+    log = log_of(exciter, contacts, turns[1])
     state = begin(e, p, exact_grid(e, p), turns[0], *start)
     found = np.zeros(4)
     # A rest at the end is in the log: the motion ends in no state of its own.
     end = state._replace(order=0)
     add_energy(e, p, *start, turns[0], turns[1], end, log, found, np.empty(ORDER + 1))
     return found
-
-
-def tail_speeds(contacts: Contacts) -> np.ndarray:
-    """Speed with which the last impact made before each rest left the support; 0 where none led to it.
-
-    The impacts of a chatter below that speed were completed in one piece.
-    """
-    touched = np.concatenate([contacts["impact_tau"], contacts["grazing_tau"]])
-    speed = np.concatenate([contacts["impact_velocity_after"], 0.0 * contacts["grazing_tau"]])
-    order = np.argsort(touched, kind="stable")
-    last = np.searchsorted(touched[order], contacts["rest_start"], side="right") - 1
-    return np.append(np.abs(speed[order]), 0.0)[last]
-
-
-def _log_of(exciter: Exciter, contacts: Contacts, stop: float) -> Log:
-    """The log of kernels that these contacts were read from; a rest without end lasts until `stop`."""
-    speed, side = tail_speeds(contacts), contacts["rest_support"].astype(np.int8)
-    restitution = np.where(side == 1, exciter.R1, exciter.R2)
-    restitution = np.where(restitution < 1.0, restitution, 0.0)
-    tail = speed > 0.0
-    tau = np.concatenate([contacts["impact_tau"], contacts["rest_start"][tail]])
-    order = np.argsort(tau, kind="stable")
-    before = np.append(contacts["impact_velocity"], np.zeros(tail.sum()))
-    impulse = np.concatenate(
-        [
-            contacts["impact_velocity_after"] - contacts["impact_velocity"],
-            (speed * (1.0 + restitution) / (1.0 - restitution))[tail],
-        ]
-    )
-    support = np.concatenate([contacts["impact_support"], -side[tail]]).astype(np.int8)
-    counts = np.zeros(COUNTS, np.int64)
-    counts[IMPACTS], counts[RESTS] = tau.size, side.size
-    return Log(
-        tau[order] / exciter.period,
-        before[order],
-        impulse[order],
-        support[order],
-        contacts["rest_start"] / exciter.period,
-        np.minimum(contacts["rest_end"] / exciter.period, stop),
-        side,
-        np.empty(0),
-        np.empty(0, np.int8),
-        counts,
-    )
 
 
 def work_of_steps(

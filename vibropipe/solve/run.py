@@ -11,11 +11,7 @@ import numpy as np
 from vibropipe.march.grid import Grid, exact_grid, locate
 from vibropipe.march.log import (
     COUNTS,
-    GRAZINGS,
-    IMPACTS,
-    RESTS,
     SHORT_FLIGHTS,
-    Log,
     Samples,
     new_log,
 )
@@ -30,17 +26,12 @@ from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_P
 from vibropipe.physics.linear import keeps_off
 from vibropipe.solve import linear_motion as linear
 from vibropipe.solve.conservative_motion import contacts, positions
+from vibropipe.solve.contacts import Contacts, contacts_of, take
 from vibropipe.solve.energy import work_of_flights, work_of_steps
 from vibropipe.words.status import Status
 
 # Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
 MARCH_LOG_CAPACITY = 1024
-# Columns of a log by the place of their number.
-COLUMNS = {
-    IMPACTS: ("position", "velocity", "impulse", "support"),
-    RESTS: ("rest_start", "rest_end", "rest_support"),
-    GRAZINGS: ("grazing", "grazing_support"),
-}
 
 
 class Task(NamedTuple):
@@ -68,7 +59,7 @@ class Run(NamedTuple):
     Attributes
     ----------
     status : Status
-    contacts : dict of str to array
+    contacts : Contacts
         Impacts, rests and grazings by the names of variables.
     displacement, velocity : array (n,)
         Samples before the end.
@@ -85,7 +76,7 @@ class Run(NamedTuple):
     """
 
     status: Status
-    contacts: dict[str, np.ndarray]
+    contacts: Contacts
     displacement: np.ndarray
     velocity: np.ndarray
     end: tuple[float, float]
@@ -96,7 +87,7 @@ class Run(NamedTuple):
 
 
 # Contacts, and (x, x') at the samples and at the end.
-Solution = tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]
+Solution = tuple[Contacts, np.ndarray, np.ndarray]
 
 
 def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
@@ -135,9 +126,9 @@ def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
         run = _march(exciter, task, grid, turns)
     else:
         after = sample_times(turns, task.samples_per_period)
-        contacts, xs, vs = closed(exciter, task, turns, after)
+        struck, xs, vs = closed(exciter, task, turns, after)
         end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
-        run = Run(Status.OK, contacts, xs[:-1], vs[:-1], end, worked, turns, after)
+        run = Run(Status.OK, struck, xs[:-1], vs[:-1], end, worked, turns, after)
     if run.displacement.size > 0:
         # The start as it was given, on a support before the impact.
         run.displacement[0], run.velocity[0] = task.x, task.v
@@ -162,7 +153,7 @@ def _linear(
     xs, vs = linear.positions(exciter.parameters(), task.x, task.v, start % 1.0, after)
     if end == start:
         xs[-1], vs[-1] = task.x, task.v
-    return _contacts(_take(new_log(1, 1)), 1.0), xs, vs
+    return contacts_of(take(new_log(1, 1)), 1.0), xs, vs
 
 
 def _free(exciter: Exciter, task: Task, _turns: tuple[float, float], after: np.ndarray) -> Solution:
@@ -235,7 +226,7 @@ def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float])
     while True:
         left = task.max_impacts - events
         state, status = march(e, p, grid, state, *end, log, samples, c, left)
-        pieces.append(_take(log))
+        pieces.append(take(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
         if task.progress is not None:
             task.progress(int(state.period) - told)
@@ -253,7 +244,7 @@ def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float])
     place = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
     return Run(
         Status(status),
-        _contacts(columns, exciter.period),
+        contacts_of(columns, exciter.period),
         np.empty(0) if samples is None else samples.displacement,
         np.empty(0) if samples is None else samples.velocity,
         place if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
@@ -261,31 +252,3 @@ def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float])
         turns,
         after,
     )
-
-
-def _contacts(columns: dict[str, np.ndarray], period: float) -> dict[str, np.ndarray]:
-    """Columns of a log by the names of a dataset, in tau."""
-    struck = columns["support"] > 0
-    before = columns["velocity"][struck]
-    return {
-        "impact_tau": columns["position"][struck] * period,
-        "impact_support": columns["support"][struck],
-        "impact_velocity": before,
-        "impact_velocity_after": before + columns["impulse"][struck],
-        "rest_start": columns["rest_start"] * period,
-        "rest_end": columns["rest_end"] * period,
-        "rest_support": columns["rest_support"].astype(np.int8),
-        "grazing_tau": columns["grazing"] * period,
-        "grazing_support": columns["grazing_support"],
-    }
-
-
-def _take(log: Log) -> dict[str, np.ndarray]:
-    """Copy the entries of a log and empty it."""
-    taken = {
-        name: getattr(log, name)[: int(log.counts[kind])].copy()
-        for kind, names in COLUMNS.items()
-        for name in names
-    }
-    log.counts[list(COLUMNS)] = 0
-    return taken

@@ -15,14 +15,14 @@ from vibropipe.compiler import client
 client.on_compiling.append(lambda name: print("compiling", name, file=sys.stderr))
 """
 FIRST_CALL = """
-from vibropipe.physics.contact import force_at
+from vibropipe.physics.load import force_at
 from vibropipe.physics.exciter import Parameters
 assert force_at(Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0), 1.0, 0.25)[0] == 2.0
 print(sum(force_at.stats.cache_hits.values()), sum(force_at.stats.cache_misses.values()))
 """
 SIDE_BY_SIDE = """
 from vibropipe.compiler import client
-from vibropipe.physics.contact import force_at
+from vibropipe.physics.load import force_at
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import free_flow
 events, compile_once = [], client._compile_once
@@ -64,11 +64,11 @@ def test_what_is_not_cached_is_compiled_apart_and_loaded(tmp_path):
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
     # What a kernel calls is kept as a piece, without machine code.
     kept = {path.name.split("-")[0]: path for path in tmp_path.rglob("*.nbc")}
-    assert sorted(kept) == ["contact.force_at", "forcing.sincos_turns"]
+    assert sorted(kept) == ["load.force_at", "load.sincos_turns"]
     is_piece = {name: client.PIECES in path.parts for name, path in kept.items()}
-    assert is_piece == {"contact.force_at": False, "forcing.sincos_turns": True}
+    assert is_piece == {"load.force_at": False, "load.sincos_turns": True}
     holds_code = {name: b"\x7fELF" in path.read_bytes() for name, path in kept.items()}
-    assert holds_code == {"contact.force_at": True, "forcing.sincos_turns": False}
+    assert holds_code == {"load.force_at": True, "load.sincos_turns": False}
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
 
 
@@ -81,7 +81,7 @@ def test_processes_that_need_one_kernel_wait_for_the_first_of_them(tmp_path):
     ]
     ended = [process.communicate() for process in begun]
     assert [out.split() for out, _ in ended] == [["1", "0"]] * 3
-    assert "".join(err for _, err in ended) == "compiling physics.contact.force_at\n"
+    assert "".join(err for _, err in ended) == "compiling physics.load.force_at\n"
 
 
 def test_kernels_that_are_known_beforehand_are_compiled_at_once(tmp_path):

@@ -10,7 +10,7 @@ from vibropipe.march.grid import exact_grid, force_part, stays_between
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine
-from vibropipe.physics.forcing import TWO_PI
+from vibropipe.physics.load import TWO_PI, Force
 
 NU, F, H = st.floats(0.1, 5), st.floats(-3, 3), st.floats(0, 4)
 SAMPLES = np.linspace(0, 1, 501)
@@ -34,9 +34,8 @@ def test_what_is_certified_touches_nothing(
     end_y, end_w, motion, c = y, w, [], np.empty(ORDER + 1)
     for k in range(step, step + steps):
         turn = TWO_PI * k / grid.steps
-        combine(
-            grid.basis, c, end_y, end_w, load, sigma * f * np.sin(turn), sigma * f * np.cos(turn)
-        )
+        force = Force(sigma * f * np.sin(turn), sigma * f * np.cos(turn))
+        combine(ALL_EFFECTS, grid.basis, c, end_y, end_w, load, force)
         motion.append(np.polyval(c[::-1], SAMPLES))
         p, q = force_part(grid, k % grid.steps)
         end_y, end_w = (

@@ -13,7 +13,7 @@ from vibropipe.march.roots import hop_root, only_root
 from vibropipe.physics.effects import ALL_EFFECTS, of_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine, motion
-from vibropipe.physics.forcing import TWO_PI
+from vibropipe.physics.load import TWO_PI, Force
 from vibropipe.words.effects import EFFECT_NAMES
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
@@ -103,7 +103,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
 ) -> None:
     s, rate = FORCED.f * np.sin(TWO_PI * turn), FORCED.f * np.cos(TWO_PI * turn)
     c = np.empty(ORDER + 1)
-    combine(GRID.basis, c, y, w, load, s, rate)
+    combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(s, rate))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y - near, y1 - near, w * GRID.dt, w1 * GRID.dt
     if not crosses_once(GRID, y, w, load, *ends, room):
@@ -123,7 +123,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
 @pytest.mark.parametrize(("y", "w", "load"), [(0.1, -1.0, 0.0), (0.02, 0.3, -2.0)])
 def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: float) -> None:
     c = np.empty(ORDER + 1)
-    combine(GRID.basis, c, y, w, load, 0.0, 0.0)
+    combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     assert crosses_once(GRID, y, w, load, y, y1, w * GRID.dt, w1 * GRID.dt, 1.0)
 
@@ -134,7 +134,7 @@ def test_without_a_force_the_equation_refines_like_the_polynomial(
     y: float, w: float, load: float
 ) -> None:
     c = np.empty(ORDER + 1)
-    combine(GRID.basis, c, y, w, load, 0.0, 0.0)
+    combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y, y1, w * GRID.dt, w1 * GRID.dt
     if not crosses_once(GRID, y, w, load, *ends, 1.0):

@@ -163,7 +163,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
     code = (Path(kernel.stats.cache_path) / name).read_bytes()
     assert b"\x7fELF" in code
     coefficient = np.float64(1.58969099521155010221e-10).tobytes()
-    called = re.search(rb"\0(sin|cos|sincos)\0|_ZN9vibropipe7physics7forcing12sincos_turns", code)
+    called = re.search(rb"\0(sin|cos|sincos)\0|_ZN9vibropipe7physics4load12sincos_turns", code)
     return coefficient in code or called is not None
 
 

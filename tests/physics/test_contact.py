@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 
 from vibropipe.physics.conservative import arc, arc_harmonic, backbone_velocity, on_arc
 from vibropipe.physics.contact import (
-    NEVER,
     chatter_duration,
     frame,
-    release_turn,
     reset,
     to_displacement,
 )
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, settles_without_impact
+from vibropipe.physics.load import NEVER
 from vibropipe.physics.saltation import product, saltation_matrix
 
 P = Parameters(1.0, 1.0, 0.2, 0.5, 0.01, 0.7, 0.6)
@@ -37,22 +36,6 @@ def test_a_frame_maps_supports_to_its_ends(home: int) -> None:
     assert ends == pytest.approx([P.delta - P.l, P.l + P.delta], abs=1e-16)
     # At y = 0 without force the spring pulls by the load.
     assert load == pytest.approx(-to_displacement(P, home, 0.0) * (-1.0 if home == 1 else 1.0))
-
-
-@given(f=st.floats(-5, 5), load=st.floats(-5, 5))
-def test_release_is_where_the_push_turns(f: float, load: float) -> None:
-    assume(abs(abs(load) - abs(f)) > 1e-6)
-    turn = release_turn(f, load)
-    turns = np.linspace(0, 1, 2001)
-    push = f * np.sin(2 * np.pi * turns) + load
-    if turn == NEVER:
-        assert (push <= 1e-12).all()
-    elif turn < 0:
-        assert (push > 0).all()
-    else:
-        eps = 1e-7
-        assert f * math.sin(2 * math.pi * (turn - eps)) + load < 0
-        assert f * math.sin(2 * math.pi * (turn + eps)) + load > 0
 
 
 @pytest.mark.parametrize("R", [0.05, 0.5, 0.9, 0.99])

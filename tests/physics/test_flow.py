@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import (
     ORDER,
     REACH,
@@ -24,7 +25,7 @@ from vibropipe.physics.flow import (
     taylor,
     velocity,
 )
-from vibropipe.physics.forcing import sincos_turns
+from vibropipe.physics.load import Force
 from vibropipe.physics.newmark import mean_acceleration, newmark_map, step
 
 RATES = [
@@ -58,7 +59,7 @@ def exact_state(nu, h, y, w, load, s, c, t):
 def test_one_polynomial_covers_a_step_to_rounding(nu: float, h: float) -> None:
     dt = 2 * math.pi / nu / steps_for_exact(nu, h)
     c = np.empty(ORDER + 1)
-    taylor(c, 0.3, -0.7, 0.4, -0.9, 0.2, h, nu, dt)
+    taylor(c, 0.3, -0.7, Force(0.4, -0.9), 0.2, h, nu, dt)
     for theta in (0.0, 0.3, 1.0):
         y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, theta * dt)
         assert displacement(c, ORDER, theta) == pytest.approx(y, abs=1e-15)
@@ -70,8 +71,8 @@ def test_one_polynomial_covers_a_step_to_rounding(nu: float, h: float) -> None:
 def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
     dt = REACH / fastest_rate(nu, h)
     one, other = np.empty(ORDER + 1), np.empty(ORDER + 1)
-    taylor(one, 0.3, -0.7, 0.4, -0.9, 0.2, h, nu, dt)
-    combine(exact_basis(h, nu, dt), other, 0.3, -0.7, 0.2, 0.4, -0.9)
+    taylor(one, 0.3, -0.7, Force(0.4, -0.9), 0.2, h, nu, dt)
+    combine(ALL_EFFECTS, exact_basis(h, nu, dt), other, 0.3, -0.7, 0.2, Force(0.4, -0.9))
     np.testing.assert_allclose(other, one, rtol=0, atol=2e-16)
 
 
@@ -102,19 +103,6 @@ def test_the_free_flow_against_forty_digits(h: float, t: float) -> None:
     for column, (y, w) in enumerate([(1.0, 0.0), (0.0, 1.0)]):
         found = free_flow(h, t)[column], free_flow(h, t)[column + 2]
         assert found == pytest.approx(exact_state(1.0, h, y, w, 0, 0, 0, t), abs=2e-15)
-
-
-@given(u=st.floats(-1000, 1000))
-def test_sine_and_cosine_of_turns(u: float) -> None:
-    s, c = sincos_turns(u)
-    with mp.workdps(40):
-        assert s == pytest.approx(float(mp.sin(2 * mp.pi * mp.mpf(u))), abs=2.3e-16)
-        assert c == pytest.approx(float(mp.cos(2 * mp.pi * mp.mpf(u))), abs=2.3e-16)
-
-
-def test_quarters_of_a_turn_are_exact() -> None:
-    found = [sincos_turns(k / 4 + 1000) for k in range(4)]
-    assert found == [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)]
 
 
 @given(

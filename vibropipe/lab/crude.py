@@ -10,6 +10,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.grid import force_part
 from vibropipe.march.log import STEPS, log_impact
 from vibropipe.orbits.return_map import clear
+from vibropipe.physics.contact import support_position
 
 
 @jit
@@ -19,7 +20,7 @@ def crude(p, grid, periods, x, v, log, samples):
     Impacts are logged at the ends of steps; samples (n,) takes the displacement at n equal fractions of the
     last period.
     """
-    upper, lower = p.l + p.delta, p.delta - p.l
+    upper, lower = support_position(p, 1), support_position(p, 2)
     for period in range(periods):
         taken = 0 if period == periods - 1 else samples.size
         for step in range(grid.steps):

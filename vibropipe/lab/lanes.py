@@ -44,7 +44,7 @@ STATE, EVENTS = 9, 8
 
 class Tasks(NamedTuple):
     """Motions from (x, v) at tau = 0, one per row: parameters (rows, 7), starts (rows, 2), ends (rows, 3) as
-    (period, step, theta); sin and cos at every step of the period (`grid.waves`), and an array of no size."""
+    (period, step, theta); sin and cos at every step of the period (`load.sincos_tables`), and an array of no size."""
 
     parameters: np.ndarray
     starts: np.ndarray

@@ -11,12 +11,13 @@ from numba import prange
 
 from vibropipe.compiler import jit_parallel
 from vibropipe.lab.lanes import STATE, Left, Room, Tasks, march_block
-from vibropipe.march.grid import locate, waves
+from vibropipe.march.grid import locate
 from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
 from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
 from vibropipe.march.state import REST
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.load import sincos_tables
 from vibropipe.solve.motion import check_steps
 from vibropipe.solve.run import turns_of
 from vibropipe.words.status import Status
@@ -126,7 +127,7 @@ def march_rows(
     Newmark steps, by the names of `simulate_rows`; rows whose logs were too small are marched again with
     larger ones."""
     ends = np.array([locate(turn, steps) for turn in turns], float)
-    sines, cosines = waves(effects, steps)
+    sines, cosines = sincos_tables(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
     done: list[dict[str, np.ndarray]] = []
     waiting = np.argsort(turns, kind="stable")

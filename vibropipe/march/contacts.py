@@ -21,7 +21,8 @@ from vibropipe.march.state import (
     release_wait,
     restitution_of,
 )
-from vibropipe.physics.contact import NEVER, force_at, frame, reset
+from vibropipe.physics.contact import frame, reset
+from vibropipe.physics.load import NEVER, force_at
 
 
 @jit
@@ -108,7 +109,7 @@ def rest(e, p, grid, state, end_period, end_step, end_theta, log, samples):
     rate = 0.0
     if e.forcing is not None:
         sigma, _load, _near, _far = frame(p, state.home)
-        _s, rate = force_at(p, sigma, (step + theta) / grid.steps)
+        rate = force_at(p, sigma, (step + theta) / grid.steps).cosine
     return State(period, step, theta, state.home, 0.0, 0.0, release_order(rate), 0.0)
 
 

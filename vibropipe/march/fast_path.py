@@ -23,8 +23,9 @@ from vibropipe.march.state import (
     is_watched,
     restitution_of,
 )
-from vibropipe.physics.contact import force_at, frame, reset
-from vibropipe.physics.flow import combine, combine_unforced, motion_with_curvature
+from vibropipe.physics.contact import frame, reset
+from vibropipe.physics.flow import combine, motion_with_curvature
+from vibropipe.physics.load import Force, force_at
 
 # A cubic through both ends of a step errs in its slope by at most so many times its error in place.
 SLOPE_MARGIN = 3.1
@@ -162,11 +163,10 @@ def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
     room = side.far - side.near
     if not crosses_once(grid, y, w, side.load, first, last, slope0, slope1, room):
         return False, side, 0.0, y, w
+    force = Force(0.0, 0.0)
     if e.forcing is not None:
-        s, s_rate = force_at(p, side.sigma, at / grid.steps)
-        combine(grid.basis, c, y, w, side.load, s, s_rate)
-    else:
-        combine_unforced(grid.basis, c, y, w, side.load)
+        force = force_at(p, side.sigma, at / grid.steps)
+    combine(e, grid.basis, c, y, w, side.load, force)
     theta, slope = refine(e, p, grid, c, side.load, sign, offset, first, last, slope0, slope1)
     if not theta < LATEST:
         return False, side, 0.0, y, w

@@ -19,8 +19,9 @@ from vibropipe.march.state import (
     looked_at,
     restitution_of,
 )
-from vibropipe.physics.contact import force_at, frame
-from vibropipe.physics.flow import combine, combine_unforced
+from vibropipe.physics.contact import frame
+from vibropipe.physics.flow import combine
+from vibropipe.physics.load import Force, force_at
 from vibropipe.physics.newmark import quadratic, step
 from vibropipe.words.status import Status
 
@@ -36,18 +37,16 @@ SHORTEST_FLIGHT = 1e-4
 @jit_inline
 def fill(e, p, grid, state, sigma, load, limit, c):
     """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
-    s, s_rate = 0.0, 0.0
+    force = Force(0.0, 0.0)
     if e.forcing is not None:
-        s, s_rate = force_at(p, sigma, (state.step + state.theta) / grid.steps)
+        force = force_at(p, sigma, (state.step + state.theta) / grid.steps)
+    s = force.sine
     if grid.exact is not None:
-        if e.forcing is not None:
-            combine(grid.basis, c, state.y, state.w, load, s, s_rate)
-        else:
-            combine_unforced(grid.basis, c, state.y, state.w, load)
+        combine(e, grid.basis, c, state.y, state.w, load, force)
     else:
         end = s
         if e.forcing is not None:
-            end, _rate = force_at(p, sigma, (state.step + limit) / grid.steps)
+            end = force_at(p, sigma, (state.step + limit) / grid.steps).sine
         span = (limit - state.theta) * grid.dt
         if e.damping is not None:
             quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
@@ -105,8 +104,8 @@ def step_by(e, p, grid, state, sigma, load, theta):
     start, end = 0.0, 0.0
     if e.forcing is not None:
         turn = (state.step + state.theta) / grid.steps
-        start, _rate = force_at(p, sigma, turn)
-        end, _rate = force_at(p, sigma, turn + theta / grid.steps)
+        start = force_at(p, sigma, turn).sine
+        end = force_at(p, sigma, turn + theta / grid.steps).sine
     if e.damping is None:
         return step(state.y, state.w, start + load, end + load, None, theta * grid.dt)
     return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)

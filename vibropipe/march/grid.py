@@ -14,11 +14,16 @@ from vibropipe.physics.flow import (
     motion,
     steps_for_exact,
 )
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.load import (
+    exact_factors,
+    force_bounds,
+    force_contribution,
+    forcing_period,
+    mean_factors,
+    sincos_at_step,
+    sincos_tables,
+)
 from vibropipe.physics.newmark import newmark_map
-
-# Steps per forcing period up to which the force's part of each is tabulated.
-MAX_TABLE = 8192
 
 
 class Grid(NamedTuple):
@@ -30,7 +35,7 @@ class Grid(NamedTuple):
     force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step. The tables
     hold p and q of every step, or sin and cos (Newmark: the same for all rows of as many steps); nothing where
     there is no force or a period has too many steps.
-    basis (5, ORDER + 1): the polynomials of unit y, w, load, sigma f sin, sigma f cos (exact method only).
+    basis (COLUMNS, ORDER + 1): `flow.exact_basis` (exact method only).
     """
 
     exact: int | None
@@ -51,49 +56,32 @@ class Grid(NamedTuple):
 
 
 @jit
-def _margins(h, nu, f, dt):
+def _margins(p, dt):
     """Bounds of the fourth derivative over two steps, times dt^4/384 (the error of cubic Hermite interpolation).
 
-    From z'' + h z' + z = f sin: |z|, |z'| grow by at most 2 |f| dt in two steps; each further derivative by
-    eq. (5).
+    |z|, |z'| of a motion grow by at most twice the force times dt in two steps; each further derivative by eq. (5).
     """
-    size, growth = abs(f), 2.0 * abs(f) * dt
-    second0, second1 = size + (1.0 + h) * growth, 1.0 + h
-    third0, third1 = nu * size + h * second0 + growth, h * second1 + 1.0
-    fourth0, fourth1 = nu * nu * size + h * third0 + second0, h * third1 + second1
+    h, (force, force_rate, force_second) = p.h, force_bounds(p)
+    growth = 2.0 * force * dt
+    second0, second1 = force + (1.0 + h) * growth, 1.0 + h
+    third0, third1 = force_rate + h * second0 + growth, h * second1 + 1.0
+    fourth0, fourth1 = force_second + h * third0 + second0, h * third1 + second1
     share = 1.01 * dt**4 / 384.0
     return share * fourth0, share * fourth1
-
-
-@jit_unfused
-def mixed(force, s, c):
-    """(p, q) of a step from sin and cos at its start."""
-    return force[0] * s + force[1] * c, force[2] * s + force[3] * c
-
-
-@jit_allocating
-def waves(e, steps):
-    """sin and cos at the start of every step of a forcing period; empty without force, or where a table would
-    not fit a cache."""
-    size = steps if e.forcing is not None and steps <= MAX_TABLE else 0
-    sines, cosines = np.empty(size), np.empty(size)
-    for j in range(size):
-        sines[j], cosines[j] = sincos_turns(j / steps)
-    return sines, cosines
 
 
 @jit_allocating
 def exact_grid_of(e, p, steps):
     """Grid of the exact method with so many steps per forcing period, no fewer than `steps_for_exact`: the
     same motion, rounded elsewhere."""
-    dt = TWO_PI / p.nu / steps
+    dt = forcing_period(p) / steps
     basis = exact_basis(p.h, p.nu, dt)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
-    force = (p.f * p1, p.f * p2, p.f * q1, p.f * q2)
-    ps, qs = waves(e, steps)
+    force = exact_factors(p, p1, p2, q1, q2)
+    ps, qs = sincos_tables(e, steps)
     for j in range(ps.size):
-        ps[j], qs[j] = mixed(force, ps[j], qs[j])
-    margin0, margin1 = _margins(p.h, p.nu, p.f, dt)
+        ps[j], qs[j] = force_contribution(force, ps[j], qs[j])
+    margin0, margin1 = _margins(p, dt)
     return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis)
 
 
@@ -106,18 +94,15 @@ def exact_grid(e, p):
 @jit
 def newmark_numbers(p, steps):
     """The numbers of Newmark's method on a grid, in the order of `Grid`: from dt to the factors of the force."""
-    dt = TWO_PI / p.nu / steps
+    dt = forcing_period(p) / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
-    # The mean of sin at both ends of a step, by sin and cos at its start.
-    half_c, half_s = 0.5 + 0.5 * math.cos(p.nu * dt), 0.5 * math.sin(p.nu * dt)
-    force = (b1 * p.f * half_c, b1 * p.f * half_s, b2 * p.f * half_c, b2 * p.f * half_s)
-    return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force
+    return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, mean_factors(p, b1, b2, dt)
 
 
 @jit_allocating
 def newmark_grid(e, p, steps):
     """Grid of Newmark's method with `steps` steps per forcing period."""
-    sines, cosines = waves(e, steps)
+    sines, cosines = sincos_tables(e, steps)
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_numbers(p, steps)
     basis = np.zeros((0, 0))
     return Grid(
@@ -126,20 +111,12 @@ def newmark_grid(e, p, steps):
 
 
 @jit
-def wave_at(table_1, table_2, steps, step):
-    """sin and cos at the start of a step, from Newmark's tables if there are any."""
-    if table_1.size > 0:
-        return table_1[step], table_2[step]
-    return sincos_turns(step / steps)
-
-
-@jit
 def force_part(grid, step):
     """(p, q): the force's part of a step of the one-step map, for sigma = 1."""
     if grid.exact is not None and grid.table_1.size > 0:
         return grid.table_1[step], grid.table_2[step]
-    s, c = wave_at(grid.table_1, grid.table_2, grid.steps, step)
-    return mixed(grid.force, s, c)
+    s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
+    return force_contribution(grid.force, s, c)
 
 
 @jit_unfused

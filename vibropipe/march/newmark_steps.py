@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.compiler import jit, jit_unfused
-from vibropipe.march.grid import stays_between, wave_at, whole_step
+from vibropipe.compiler import jit
+from vibropipe.march.grid import stays_between, whole_step
 from vibropipe.march.log import STEPS
 from vibropipe.march.state import FLIGHT, State, looked_at
 from vibropipe.physics.contact import frame
+from vibropipe.physics.load import load_contribution, sincos_at_step
 
 WIDTH = 64
 # Steps between two looks at a block: enough that its numbers are read from memory once and used often.
@@ -29,12 +30,6 @@ SIZE = 17 * WIDTH
 EARLIER = 2.0**-46
 
 
-@jit_unfused
-def part(force_s, force_c, of_load, s, c):
-    """The part of force and load in a step."""
-    return (force_s * s + force_c * c) + of_load
-
-
 @jit
 def coast_newmark(e, p, grid, state, end_period, end_step, counts):
     """Whole steps in flight while it is certified that no support is reached in them."""
@@ -46,9 +41,9 @@ def coast_newmark(e, p, grid, state, end_period, end_step, counts):
     while period < end_period or step < end_step:
         part_y, part_w = load_y, load_w
         if e.forcing is not None:
-            s, c = wave_at(grid.table_1, grid.table_2, grid.steps, step)
-            part_y = part(sigma * grid.force[0], sigma * grid.force[1], load_y, s, c)
-            part_w = part(sigma * grid.force[2], sigma * grid.force[3], load_w, s, c)
+            s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
+            part_y = load_contribution(sigma * grid.force[0], sigma * grid.force[1], load_y, s, c)
+            part_w = load_contribution(sigma * grid.force[2], sigma * grid.force[3], load_w, s, c)
         y1, w1 = whole_step(grid.a11, grid.a12, grid.a21, grid.a22, y, w, part_y, part_w)
         if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far, to_near, to_far):
             break
@@ -103,7 +98,7 @@ def gather(sines, cosines, steps, at_step, sin_cos) -> None:
     """sin and cos at the starts of STRIDE steps from `at_step`, counted from tau = 0."""
     step = at_step % steps
     for k in range(STRIDE):
-        sin_cos[2 * k], sin_cos[2 * k + 1] = wave_at(sines, cosines, steps, step)
+        sin_cos[2 * k], sin_cos[2 * k + 1] = sincos_at_step(sines, cosines, steps, step)
         step = 0 if step + 1 == steps else step + 1
 
 
@@ -120,8 +115,8 @@ def stride(block, sin_cos, end) -> int:
         least = most = y
         for k in range(STRIDE):
             s, c = sin_cos[2 * k], sin_cos[2 * k + 1]
-            part_y = part(block[P_S + i], block[P_C + i], block[P_L + i], s, c)
-            part_w = part(block[Q_S + i], block[Q_C + i], block[Q_L + i], s, c)
+            part_y = load_contribution(block[P_S + i], block[P_C + i], block[P_L + i], s, c)
+            part_w = load_contribution(block[Q_S + i], block[Q_C + i], block[Q_L + i], s, c)
             between = y + block[HALF + i] * w
             y, w = whole_step(
                 block[A11 + i], block[A12 + i], block[A21 + i], block[A22 + i], y, w, part_y, part_w

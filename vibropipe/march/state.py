@@ -7,7 +7,15 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import locate
-from vibropipe.physics.contact import NEVER, chatter_duration, force_at, frame, release_turn
+from vibropipe.physics.contact import chatter_duration, frame, support_position
+from vibropipe.physics.load import (
+    NEVER,
+    Force,
+    force_at,
+    force_rate,
+    largest_force,
+    release_turn,
+)
 
 # How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate, with the
 # rate's rate; or not, and one that starts on a support moving in strikes it first. Up to WITH_CURVATURE the number
@@ -102,7 +110,7 @@ def release_wait(e, p, home, turn):
     sigma, load, _near, _far = frame(p, home)
     if e.forcing is None:
         return 0.0 if load > 0.0 else NEVER
-    release = release_turn(sigma * p.f, load)
+    release = release_turn(p, sigma, load)
     if release < 0.0:
         return 0.0
     if release == NEVER:
@@ -127,7 +135,7 @@ def departure(e, p, grid, home, w, turn):
         # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
         return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
     _sigma, load, _near, _far = frame(p, home)
-    most = abs(p.f) + abs(load) + p.h * w
+    most = largest_force(p) + abs(load) + p.h * w
     if w > FASTEST_CHATTER * most and w * w > LOWEST_HOP * p.l * most:
         return WITH_SPEED, 0.0
     # Not the grid itself: to hand it over takes longer than to tell the plain departure above.
@@ -138,10 +146,10 @@ def departure(e, p, grid, home, w, turn):
 def _slow_departure(e, p, period, home, w, turn, most):
     """`departure` with a speed that may be part of a chatter, or none; most: the largest push there can be."""
     sigma, load, _near, _far = frame(p, home)
-    s, c = 0.0, 0.0
+    force = Force(0.0, 0.0)
     if e.forcing is not None:
-        s, c = force_at(p, sigma, turn)
-    push, rate, h = s + load, p.nu * c, 0.0
+        force = force_at(p, sigma, turn)
+    push, rate, h = force.sine + load, force_rate(p, force), 0.0
     if e.damping is not None:
         h = p.h
         push -= h * w
@@ -170,7 +178,7 @@ def _slow_departure(e, p, period, home, w, turn, most):
 def begin(e, p, grid, turns, x, v):
     """State of a motion that starts at `turns` forcing periods from (x, v); on a support with its home there."""
     period, step, theta = locate(turns, grid.steps)
-    upper, lower = p.l + p.delta, p.delta - p.l
+    upper, lower = support_position(p, 1), support_position(p, 2)
     if x < upper and x > lower:
         return State(period, step, theta, 0, x, v, FLIGHT, 0.0)
     home = 1 if x >= upper else 2

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.orbits.harmonics import turn_factor
 from vibropipe.orbits.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
 from vibropipe.physics.conservative import arc, arc_harmonic, on_arc, speed_at, top_support
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.linear import linear_amplitude, linear_multipliers
+from vibropipe.physics.load import phase_factor, work_of_force
 
 
 @jit_inline
@@ -32,7 +33,7 @@ def _linear_energy(p, x, energy, row) -> None:
     """Work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
     if energy.size > 0:
         half_period = math.pi / p.nu
-        energy[row, 0] = -2.0 * p.nu * x.real * p.f * half_period
+        energy[row, 0] = work_of_force(p, x)
         energy[row, 1] = p.h * (2.0 * p.nu * abs(x)) ** 2 * half_period
 
 
@@ -40,7 +41,7 @@ def _linear_energy(p, x, energy, row) -> None:
 def _linear_motion(p, x, motion, row) -> None:
     if motion.size > 0:
         for i in range(motion.shape[2]):
-            turned = 2.0 * x * turn_factor(-i / motion.shape[2])
+            turned = 2.0 * x * phase_factor(-i / motion.shape[2])
             motion[row, 0, i] = turned.real
             motion[row, 1, i] = -p.nu * turned.imag
 
@@ -104,7 +105,7 @@ def solve_free(p, x, v, out, row):
     for side in range(2):
         if (a.meets_top if top_support(a) == side + 1 else a.meets_bottom) == 1:
             out.impacts[row, side] = 1.0
-            speeds[side] = speed_at(x, v, p.l + p.delta if side == 0 else p.delta - p.l)
+            speeds[side] = speed_at(x, v, support_position(p, side + 1))
     _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
     _free_amplitudes(a, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)

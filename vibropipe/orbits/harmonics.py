@@ -11,7 +11,14 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.load import (
+    TWO_PI,
+    phase_factor,
+    phase_integral,
+    reaction_integral,
+    with_force,
+)
 from vibropipe.physics.quotient import divide
 
 # Below this modulus of 1 - w^2 + i h w the closed form loses more than three digits: quadrature takes over.
@@ -20,32 +27,11 @@ RESONANT = 1e-3
 ONE = np.int64(1)
 
 
-@jit_inline
-def turn_factor(turns):
-    """exp(-2 pi i turns)."""
-    s, c = sincos_turns(turns)
-    return complex(c, -s)
-
-
-@jit
-def _integral(cycles, start, end):
-    """Integral of exp(-2 pi i cycles t) over t from start to end, in forcing periods."""
-    if cycles == 0.0:
-        return complex(end - start, 0.0)
-    # Written with the half difference: the difference of two exponentials cancels for a short rest.
-    s, _c = sincos_turns(0.5 * cycles * (end - start))
-    return turn_factor(0.5 * cycles * (start + end)) * (2.0 * s / (TWO_PI * cycles))
-
-
 @jit
 def rest_force(p, support, k, m, start, end):
     """Integral over a rest, in forcing periods, of (x_s - f sin nu tau) exp(-i k nu tau / m)."""
-    x = p.l + p.delta if support == 1 else p.delta - p.l
-    cycles = k / m
-    up = _integral(cycles - 1.0 if k != m else 0.0, start, end)
-    down = _integral(cycles + 1.0, start, end)
-    # sin = (exp(i nu tau) - exp(-i nu tau)) / 2i
-    return x * _integral(cycles, start, end) + complex(0.0, 0.5 * p.f) * (up - down)
+    x = support_position(p, support)
+    return x * phase_integral(k / m, start, end) + reaction_integral(p, k, m, start, end)
 
 
 @jit_inline
@@ -57,7 +43,7 @@ def add_contacts(p, log, resting, rest_start, m, until, out) -> None:
     """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         impulse = log.impulse[i] * p.nu / TWO_PI
-        turn, power = turn_factor(log.position[i] / m), complex(1.0, 0.0)
+        turn, power = phase_factor(log.position[i] / m), complex(1.0, 0.0)
         for k in range(out.size):
             out[k] += impulse * power
             power *= turn
@@ -85,9 +71,7 @@ def close(p, m, length, out) -> bool:
     """
     good = True
     for k in range(out.size):
-        force = divide(out[k], complex(length, 0.0))
-        if k == m:
-            force += complex(0.0, -0.5 * p.f)
+        force = with_force(p, k, m, divide(out[k], complex(length, 0.0)))
         d = dynamic_stiffness(p, k, m)
         if abs(d) < RESONANT:
             good = False

@@ -9,10 +9,10 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
-from vibropipe.orbits.harmonics import ONE, RESONANT, dynamic_stiffness, turn_factor
-from vibropipe.physics.contact import force_at
+from vibropipe.orbits.harmonics import ONE, RESONANT, dynamic_stiffness
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import ORDER, REACH, displacement, fastest_rate, taylor, velocity
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.load import Force, force_at, force_times, forcing_period, phase_factor
 from vibropipe.physics.quotient import divide
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -24,26 +24,26 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
     """Add the integrals over one flight from (x, v) at `start` to `end` (forcing periods); returns (x, v)."""
     if end <= start:
         return x, v
-    period = TWO_PI / p.nu
+    period = forcing_period(p)
     pieces = max(1, math.ceil((end - start) * period * fastest_rate(p.nu, p.h) / REACH))
     dt = (end - start) * period / pieces
     for piece in range(pieces):
         begin = start + (end - start) * piece / pieces
-        force, force_rate = 0.0, 0.0
+        force = Force(0.0, 0.0)
         if e.forcing is not None:
-            force, force_rate = force_at(p, 1.0, begin)
-        taylor(c, x, v, force, force_rate, 0.0, p.h, p.nu, dt)
+            force = force_at(p, 1.0, begin)
+        taylor(c, x, v, force, 0.0, p.h, p.nu, dt)
         for g in range(NODES.size):
             turn = begin + NODES[g] * dt / period
             at_x = displacement(c, ORDER, NODES[g])
             at_v = velocity(c, ORDER, NODES[g], dt)
             share = WEIGHTS[g] * dt / period
             if e.forcing is not None:
-                energy[0] += share * period * p.f * sincos_turns(turn)[0] * at_v
+                energy[0] += force_times(p, share * period, turn) * at_v
             if e.damping is not None:
                 energy[1] += share * period * p.h * at_v * at_v
             for k in range(out.size):
-                out[k] += share * at_x * turn_factor(k * turn / m)
+                out[k] += share * at_x * phase_factor(k * turn / m)
         x, v = displacement(c, ORDER, 1.0), velocity(c, ORDER, 1.0, dt)
     return x, v
 
@@ -54,7 +54,7 @@ def _add_rest(x, start, end, m, out) -> None:
     for g in range(NODES.size):
         turn = start + NODES[g] * (end - start)
         for k in range(out.size):
-            out[k] += WEIGHTS[g] * (end - start) * x * turn_factor(k * turn / m)
+            out[k] += WEIGHTS[g] * (end - start) * x * phase_factor(k * turn / m)
 
 
 @jit
@@ -88,11 +88,11 @@ def along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
             x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
         now, chattered = upto, tail
         if impact <= rest and impact < stop:
-            x = p.l + p.delta if abs(log.support[i]) == 1 else p.delta - p.l
+            x = support_position(p, abs(log.support[i]))
             v = log.velocity[i] + log.impulse[i] if log.support[i] > 0 else 0.0
             i += 1
         elif rest < stop:
-            x, v = (p.l + p.delta if side == 1 else p.delta - p.l), 0.0
+            x, v = support_position(p, side), 0.0
             _add_rest(x, now, until, m, out)
             now, r = until, r + 1
 

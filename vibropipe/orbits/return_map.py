@@ -8,9 +8,9 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK, march
 from vibropipe.march.state import FLIGHT, REST, State, restitution_of
-from vibropipe.physics.contact import frame, to_displacement, to_velocity
+from vibropipe.physics.contact import frame, support_position, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.load import force_times, forcing_period
 from vibropipe.physics.saltation import product, saltation_matrix
 from vibropipe.words.status import Status
 
@@ -96,18 +96,17 @@ def derivative(e, p, log, start, end, m):
     """
     if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.order == REST or end.order == REST:
         return 0.0, 0.0, 0.0, 0.0
-    period = TWO_PI / p.nu
+    period = forcing_period(p)
     j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0
     position = 0.0
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         e11, e12, e21, e22 = flow(e, p, (log.position[i] - position) * period)
         j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
-        at_1 = log.support[i] == 1
-        x = p.l + p.delta if at_1 else p.delta - p.l
+        x = support_position(p, log.support[i])
         before = log.velocity[i]
         force = -x
         if e.forcing is not None:
-            force = p.f * sincos_turns(log.position[i])[0] - x
+            force = force_times(p, 1.0, log.position[i]) - x
         restitution = restitution_of(e, p, log.support[i])
         drag = 0.0
         if e.damping is not None:

@@ -23,10 +23,11 @@ from vibropipe.orbits.return_map import clear, section
 from vibropipe.orbits.settling import DRIFTING, PERIODIC, UNBOUNDED, settle_motion
 from vibropipe.orbits.window import clear_window, new_window
 from vibropipe.physics.conservative import is_free
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
-from vibropipe.physics.forcing import TWO_PI
 from vibropipe.physics.linear import settles_without_impact
+from vibropipe.physics.load import forcing_period
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -51,7 +52,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     Where it is not solved its regime is unresolved, its status says why, and (x, v) are those it began with.
     """
     out.section[row, 0], out.section[row, 1] = x, v
-    if not TWO_PI / p.nu * fastest_rate(p.nu, p.h) / REACH < MOST_STEPS:
+    if not forcing_period(p) * fastest_rate(p.nu, p.h) / REACH < MOST_STEPS:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = exact_grid(e, p)
@@ -119,7 +120,7 @@ def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
         p = row_parameters(parameters, row)
         if row % chain_length == 0:
             x, v = starts[row, 0], starts[row, 1]
-        x = min(max(x, p.delta - p.l), p.l + p.delta)
+        x = min(max(x, support_position(p, 2)), support_position(p, 1))
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
         elif e.watched is None and is_free(p, x, v):

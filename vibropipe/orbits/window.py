@@ -12,8 +12,8 @@ from vibropipe.orbits.harmonics import ONE, RESONANT, add_contacts, close, dynam
 from vibropipe.orbits.outputs import count_contacts
 from vibropipe.orbits.quadrature import along
 from vibropipe.orbits.return_map import section
-from vibropipe.physics.forcing import TWO_PI
 from vibropipe.physics.limits import PATIENCE
+from vibropipe.physics.load import TWO_PI
 from vibropipe.physics.quotient import divide
 
 WINDOW = PATIENCE[0]

@@ -15,6 +15,11 @@ import numpy as np
 ROUNDING = 1e-9
 
 
+def largest_force(p: Mapping[str, np.ndarray]) -> float:
+    """Largest size of the force over the grid: `load.largest_force`, without the compiler."""
+    return float(np.abs(p["f"]).max())
+
+
 def largest_size(
     p: Mapping[str, np.ndarray], x: float, v: float, span: float, followed: bool
 ) -> float:
@@ -24,7 +29,7 @@ def largest_size(
     motions, where the equilibrium lies between the supports; the linear bound, where it keeps all motions
     off both supports.
     """
-    start, force = math.hypot(x, v), float(np.abs(p["f"]).max())
+    start, force = math.hypot(x, v), largest_force(p)
     if force == 0.0:
         return start
     if followed:

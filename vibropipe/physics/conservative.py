@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler import jit
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.load import largest_force
 
 Array = NDArray[np.float64]
 # A motion whose highest point is within this share of a support grazes it (as in the search for impacts).
@@ -61,9 +63,9 @@ def _meets(reach, amplitude) -> int:
 @jit
 def is_free(p, x, v) -> bool:
     """Whether a motion from (x, v) is conservative and wide enough for its closed form."""
-    if p.h != 0.0 or p.f != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
+    if p.h != 0.0 or largest_force(p) != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
         return False
-    least = max(p.delta - p.l, -(p.l + p.delta))
+    least = max(support_position(p, 2), -support_position(p, 1))
     return math.hypot(x, v) > max(0.0, least * (1.0 + SHALLOW))
 
 
@@ -77,9 +79,9 @@ def _is_mirrored(p, x, v) -> bool:
 @jit
 def arc(p, x, v) -> Arc:
     """The free motion from (x, v) between the supports of p."""
-    upper, lower, sign = p.l + p.delta, p.delta - p.l, 1.0
+    upper, lower, sign = support_position(p, 1), support_position(p, 2), 1.0
     if _is_mirrored(p, x, v):
-        upper, lower, sign, x, v = p.l - p.delta, -(p.l + p.delta), -1.0, -x, -v
+        upper, lower, sign, x, v = -lower, -upper, -1.0, -x, -v
     amplitude = math.hypot(x, v)
     meets_top, meets_bottom = _meets(upper, amplitude), _meets(-lower, amplitude)
     top, bottom = 0.0, math.pi

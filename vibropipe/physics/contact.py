@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.load import NEVER, constant_load
 
-from vibropipe.compiler import jit
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
-
-NEVER = math.inf
 # Relative change of the push during the rest of a chatter below which the geometric series is complete.
 CHATTER_TOLERANCE = 1e-14
+
+
+@jit_inline
+def support_position(p, support):
+    """x of a support, eq. (1)."""
+    return p.l + p.delta if support == 1 else p.delta - p.l
 
 
 @jit
@@ -18,21 +21,18 @@ def frame(p, home: int):
 
     x = x_ref + sigma y; near and far are the two supports in y.
     """
-    if home == 1:
-        return -1.0, p.l + p.delta, 0.0, 2.0 * p.l
-    if home == 2:
-        return 1.0, p.l - p.delta, 0.0, 2.0 * p.l
-    return 1.0, 0.0, p.delta - p.l, p.l + p.delta
+    sigma = -1.0 if home == 1 else 1.0
+    if home == 0:
+        return sigma, constant_load(sigma, 0.0), support_position(p, 2), support_position(p, 1)
+    return sigma, constant_load(sigma, support_position(p, home)), 0.0, 2.0 * p.l
 
 
 @jit
 def to_displacement(p, home: int, y: float) -> float:
     """x of the distance y from `home`."""
-    if home == 1:
-        return (p.l + p.delta) - y
-    if home == 2:
-        return (p.delta - p.l) + y
-    return y
+    if home == 0:
+        return y
+    return support_position(p, home) + (-y if home == 1 else y)
 
 
 @jit
@@ -45,24 +45,6 @@ def to_velocity(home: int, w: float) -> float:
 def reset(restitution: float, approach: float) -> float:
     """Speed of departure after an impact with speed `approach`, eq. (6)."""
     return restitution * approach
-
-
-@jit
-def release_turn(f: float, load: float) -> float:
-    """Phase in [0, 1) turns at which the force sigma f sin + load on a resting mass turns positive.
-
-    f: sigma f. NEVER if the force never turns positive; -1 if it always is.
-    """
-    size = abs(f)
-    if load > size:
-        return -1.0
-    if -load >= size:
-        return NEVER
-    turn = math.asin(-load / size) / TWO_PI
-    if f < 0.0:
-        turn += 0.5
-    turn -= math.floor(turn)
-    return 0.0 if turn >= 1.0 else turn
 
 
 @jit
@@ -84,10 +66,3 @@ def chatter_duration(w, push, push_rate, restitution, h, nu) -> float:
     duration = flight / (1.0 - restitution)
     change = duration * (abs(push_rate / push) + h)
     return duration if duration * change <= unit else NEVER
-
-
-@jit
-def force_at(p, sigma: float, u: float):
-    """(sigma f sin, sigma f cos) at the phase u in turns."""
-    s, c = sincos_turns(u)
-    return sigma * (p.f * s), sigma * (p.f * c)

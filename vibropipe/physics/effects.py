@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.bounds import ROUNDING, largest_size
+from vibropipe.physics.bounds import ROUNDING, largest_force, largest_size
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -80,7 +80,7 @@ def effects_of(
     """
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
     size = largest_size(p, x, v, span, followed) if exact else math.inf
-    force = np.abs(p["f"]).max()
+    force = largest_force(p)
     # Where the supports stand from the equilibrium, each at its nearest over the grid.
     places = {
         "support_1": p["l"].min() + p["delta"].min(),

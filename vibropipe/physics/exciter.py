@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from vibropipe.physics.start import start_at, start_room
+from vibropipe.physics.start import start_at, start_room, support_positions
 from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, POSITIVE, Range
 
 
@@ -116,12 +116,12 @@ class Exciter:
     @property
     def upper(self) -> float:
         """Position of support 1, x = l + delta, eq. (1)."""
-        return self.l + self.delta
+        return support_positions(self.l, self.delta)[0]
 
     @property
     def lower(self) -> float:
         """Position of support 2, x = -(l - delta), eq. (1)."""
-        return self.delta - self.l
+        return support_positions(self.l, self.delta)[1]
 
     @property
     def period(self) -> float:

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.physics.load import COLUMNS, first_terms, load_of, load_terms, next_term
 
 ORDER = 15
 # With every rate times the step at most this, the first neglected term is below 1e-18 of the motion.
@@ -33,23 +34,20 @@ def steps_for_exact(nu: float, h: float) -> int:
 
 
 @jit
-def taylor(c, y, w, s, s_rate, load, h, nu, dt) -> None:
+def taylor(c, y, w, force, load, h, nu, dt) -> None:
     """Fill c[0..ORDER] so that y(t0 + theta dt) = sum c[n] theta^n for 0 <= theta <= 1, eq. (5).
 
-    y, w: displacement and velocity at t0; s, s_rate: force sigma f sin and sigma f cos of the phase at t0;
-    load: constant part of the force; dt: the step.
+    y, w: displacement and velocity at t0; force: the `Force` at t0; load: its constant part; dt: the step.
     """
-    q2 = (nu * dt) * (nu * dt)
     d2 = dt * dt
     hd = h * dt
-    force = s
-    force_next = s_rate * (nu * dt)
+    term, term_next = first_terms(force, nu * dt)
     c[0] = y
     c[1] = w * dt
-    c[2] = 0.5 * d2 * ((s + load) - h * w - y)
+    c[2] = 0.5 * d2 * ((term + load) - h * w - y)
     for n in range(1, ORDER - 1):
-        c[n + 2] = (d2 * (force_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
-        force, force_next = force_next, -q2 * force * _FACTORS[n - 1]
+        c[n + 2] = (d2 * (term_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
+        term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
 
 
 @jit
@@ -101,35 +99,27 @@ def motion(c, t: float, dt: float):
 
 @jit_allocating
 def exact_basis(h: float, nu: float, dt: float):
-    """Polynomials, shape (5, ORDER + 1), of a unit y, w, load, sigma f sin and sigma f cos at t0.
+    """Polynomials, shape (COLUMNS, ORDER + 1), of a unit y, w and each part of the load at t0.
 
-    The motion is linear in these five, so any other polynomial is a sum of five vectors, which the
+    The motion is linear in these, so any other polynomial is a sum of so many vectors, which the
     vector units add far quicker than the recurrence runs.
     """
-    basis = np.empty((5, ORDER + 1))
-    unit = np.zeros(5)
-    for column in range(5):
+    basis = np.empty((COLUMNS, ORDER + 1))
+    unit = np.zeros(COLUMNS)
+    for column in range(COLUMNS):
         unit[:] = 0.0
         unit[column] = 1.0
-        taylor(basis[column], unit[0], unit[1], unit[3], unit[4], unit[2], h, nu, dt)
+        load, force = load_of(unit)
+        taylor(basis[column], unit[0], unit[1], force, load, h, nu, dt)
     return basis
 
 
 @jit
-def combine(basis, c, y, w, load, s, s_rate) -> None:
-    """Fill c[0..ORDER] with the motion from (y, w) under load and force (s, s_rate)."""
+def combine(e, basis, c, y, w, load, force) -> None:
+    """Fill c[0..ORDER] with the motion from (y, w) under a constant load and a `Force`."""
     # A loop of a length that the compiler knows it unrolls, and does not vectorise.
     for n in range(basis.shape[1]):
-        c[n] = (y * basis[0, n] + w * basis[1, n]) + (
-            load * basis[2, n] + (s * basis[3, n] + s_rate * basis[4, n])
-        )
-
-
-@jit
-def combine_unforced(basis, c, y, w, load) -> None:
-    """The same without forcing."""
-    for n in range(basis.shape[1]):
-        c[n] = y * basis[0, n] + w * basis[1, n] + load * basis[2, n]
+        c[n] = (y * basis[0, n] + w * basis[1, n]) + load_terms(e, basis, n, load, force)
 
 
 @jit_allocating
@@ -139,8 +129,8 @@ def exact_map(basis, dt: float):
     Returned as (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2); the load's column is the response to a
     constant force, kept apart from 1 - a11, which would cancel for short steps.
     """
-    y, w = np.empty(5), np.empty(5)
-    for column in range(5):
+    y, w = np.empty(COLUMNS), np.empty(COLUMNS)
+    for column in range(COLUMNS):
         y[column] = displacement(basis[column], ORDER, 1.0)
         w[column] = velocity(basis[column], ORDER, 1.0, dt)
     return (y[0], y[1], y[2], y[3], y[4], w[0], w[1], w[2], w[3], w[4])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit
-from vibropipe.physics.forcing import TWO_PI, sincos_turns
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.load import force_amplitude, forcing_period, largest_force, sincos_turns
 from vibropipe.physics.quotient import divide
 
 # Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.
@@ -27,16 +28,16 @@ def _length(x, y):
 def linear_amplitude(p) -> complex:
     """X of the steady motion x = 2 Re(X exp(i nu tau)) of eq. (5) without supports: -i f/2 / (1 - nu^2 + i h nu);
     infinite at resonance without damping."""
-    if p.f == 0.0:
+    if largest_force(p) == 0.0:
         return complex(0.0, 0.0)
     d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
     square = d.real * d.real + d.imag * d.imag
     if LEAST_SQUARE < square < MOST_SQUARE:
-        share = -0.5 * p.f / square
+        share = force_amplitude(p).imag / square
         return complex(share * d.imag, share * d.real)
     if d == 0.0:
         return complex(math.inf, 0.0)
-    return divide(complex(0.0, -0.5 * p.f), d)
+    return divide(force_amplitude(p), d)
 
 
 @jit
@@ -65,13 +66,13 @@ def keeps_off(p, x, v, turn) -> bool:
     bound = (
         2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)
     ) * (1.0 + 1e-12)
-    return bound < p.l + p.delta and bound < p.l - p.delta
+    return bound < support_position(p, 1) and bound < -support_position(p, 2)
 
 
 @jit
 def linear_multipliers(p):
     """Floquet multipliers of the steady motion, the larger modulus first: exp(s T) for s^2 + h s + 1 = 0."""
-    b, period = 0.5 * p.h, TWO_PI / p.nu
+    b, period = 0.5 * p.h, forcing_period(p)
     square = (1.0 - b) * (1.0 + b)
     if square > 0.0:
         turns = math.sqrt(square) / p.nu

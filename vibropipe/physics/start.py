@@ -13,16 +13,22 @@ import numpy as np
 START_ROUNDING = 2.0**-50
 
 
+def support_positions(half: Any, delta: Any) -> tuple[Any, Any]:
+    """x of support 1 and of support 2, eq. (1), of numbers or arrays l and delta."""
+    return half + delta, delta - half
+
+
 def start_room(half: Any, delta: Any) -> tuple[Any, Any]:
     """Least and largest x0 that are taken with supports at l + delta and delta - l."""
     rounding = START_ROUNDING * np.maximum(np.abs(half), np.abs(delta))
-    return delta - half - rounding, half + delta + rounding
+    upper, lower = support_positions(half, delta)
+    return lower - rounding, upper + rounding
 
 
 def start_at(half: Any, delta: Any, x0: float | None, v0: float) -> Any:
     """The displacement that motions start from, for each l and delta: x0, or a support that it is within rounding
     of; left out (None) the equilibrium, or the support nearest to it where that lies beyond."""
-    upper, lower = half + delta, delta - half
+    upper, lower = support_positions(half, delta)
     x = np.minimum(np.maximum(0.0 if x0 is None else x0, lower), upper)
     if v0 != 0.0:
         return x

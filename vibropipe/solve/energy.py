@@ -16,6 +16,7 @@ from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import ORDER
+from vibropipe.physics.load import force_values
 from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
 # Variables of a balance, in the order of their terms; the last is what the others leave.
@@ -60,7 +61,7 @@ def work_of_steps(
     order = np.argsort(at, kind="stable")
     xs = np.concatenate([x, place[side], place[side], lain])[order]
     vs = np.concatenate([v, before, after, np.zeros(lain.size)])[order]
-    force, way = exciter.f * np.sin(2 * math.pi * at[order]), np.diff(xs)
+    force, way = force_values(exciter.f, at[order]), np.diff(xs)
     lost = np.append(0.5 * (before**2 - after**2), 0.5 * tail_speeds(contacts) ** 2)
     side = np.append(side, contacts["rest_support"])
     return np.array(

@@ -7,8 +7,8 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.forcing import TWO_PI
 from vibropipe.physics.linear import steady_at
+from vibropipe.physics.load import forcing_period
 
 
 @jit
@@ -24,7 +24,7 @@ def _sample(
     steady_x, steady_v = steady_at(p, turn)
     dx, dv = x - steady_x, v - steady_v
     for i in range(after.size):
-        e11, e12, e21, e22 = free_flow(p.h, after[i] * (TWO_PI / p.nu))
+        e11, e12, e21, e22 = free_flow(p.h, after[i] * forcing_period(p))
         steady_x, steady_v = steady_at(p, turn + after[i] % 1.0)
         xs[i] = steady_x + (e11 * dx + e12 * dv)
         vs[i] = steady_v + (e21 * dx + e22 * dv)

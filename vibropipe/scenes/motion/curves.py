@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.physics.start import support_positions
+
 Floats = NDArray[np.float64]
 
 SAME_INSTANT = 1e-9  # relative
@@ -13,8 +15,8 @@ SAME_INSTANT = 1e-9  # relative
 
 def supports(dataset: xr.Dataset) -> dict[int, float]:
     """Return where the supports lie, eq. (1)."""
-    half, offset = float(dataset["l"]), float(dataset["delta"])
-    return {1: half + offset, 2: -(half - offset)}
+    upper, lower = support_positions(float(dataset["l"]), float(dataset["delta"]))
+    return {1: upper, 2: lower}
 
 
 def with_breaks(

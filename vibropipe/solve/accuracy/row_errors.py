@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.start import support_positions
 from vibropipe.solve.accuracy.motion_errors import SIGNS, ULP
 from vibropipe.solve.label import Variables
 from vibropipe.solve.unsolved import is_solved
@@ -60,7 +61,7 @@ def row_sizes(parameters: np.ndarray, variables: Variables) -> dict[str, np.ndar
     """Size of displacement, velocity and energy of each row, from what is known of it."""
     p = Parameters(*parameters.T)
     struck = variables["impacts_per_orbit"][1] > 0
-    supports = np.stack([np.abs(p.l + p.delta), np.abs(p.l - p.delta)], axis=1)
+    supports = np.abs(np.stack(support_positions(p.l, p.delta), axis=1))
     sizes = {
         "displacement": np.max(np.where(struck, supports, 0.0), axis=1),
         "velocity": np.zeros(len(parameters)),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.physics.effects import names_of
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.load import force_values
 from vibropipe.physics.start import start_text
 from vibropipe.solve.energy import TERMS, balance
 from vibropipe.solve.run import Run, Task
@@ -55,5 +55,5 @@ def to_variables(exciter: Exciter, task: Task, run: Run) -> dict[str, Any]:
         variables["tau"] = ("tau", tau)
         variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
         variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
-        variables["force"] = ("tau", exciter.f * np.sin(2 * math.pi * phase))
+        variables["force"] = ("tau", force_values(exciter.f, phase))
     return variables

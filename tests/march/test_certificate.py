@@ -7,6 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from vibropipe.march.grid import exact_grid, force_part, stays_between
+from vibropipe.physics.contact import Frame
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine
@@ -44,7 +45,16 @@ def test_what_is_certified_touches_nothing(
         )
     far, along = near + width, np.concatenate(motion)
     one, other = (
-        stays_between(grid, int(departs), y, w, end_y, end_w, float(steps), load, near, far, *reach)
+        stays_between(
+            grid,
+            Frame(0, sigma, load, near, far, *reach),
+            int(departs),
+            y,
+            w,
+            end_y,
+            end_w,
+            float(steps),
+        )
         for reach in ((True, False), (False, True))
     )
     if one:
@@ -64,5 +74,7 @@ def test_it_passes_nearly_all_flights_that_are_free() -> None:
         after = force[(k + 1) % grid.steps]
         y2 = grid.a11 * first[0] + grid.a12 * first[1] + after[0]
         w2 = grid.a21 * first[0] + grid.a22 * first[1] + after[1]
-        passed += stays_between(grid, 0, y, w, y2, w2, 2.0, 0.0, min(y, y2) - 0.2, 9.0, True, True)
+        passed += stays_between(
+            grid, Frame(0, 1.0, 0.0, min(y, y2) - 0.2, 9.0, True, True), 0, y, w, y2, w2, 2.0
+        )
     assert passed == grid.steps

@@ -15,7 +15,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibropipe as vp
-from vibropipe.march.grid import exact_grid
+from vibropipe.march.grid import Instant, exact_grid
 from vibropipe.march.log import new_log
 from vibropipe.march.loop import march
 from vibropipe.march.state import State, begin, departure
@@ -170,7 +170,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
 def test_an_unforced_kernel_holds_no_sine() -> None:
     """Neither a call of it nor its polynomial, in the code of the whole march; the forced one does."""
     unforced = of_names(["damping", "support_1", "support_2", "restitution", "rest"])
-    end = (2, 0, 0.0, new_log(64, 64), None, np.empty(ORDER + 1), 100)
+    end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(ORDER + 1), 100)
     assert not holds_a_sine(march, unforced, 0.0, State, *end)
     assert holds_a_sine(march, ALL_EFFECTS, 1.0, State, *end)
     assert holds_a_sine(departure, ALL_EFFECTS, 1.0, 1, 0.5, 0.1)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibropipe.march.grid import exact_grid, locate
+from vibropipe.march.grid import Instant, exact_grid, locate
 from vibropipe.march.log import RESTS, new_log
 from vibropipe.march.loop import march
 from vibropipe.march.state import REST, begin
@@ -32,7 +32,7 @@ def marched(p, x, v, periods, room=2000):
     start = begin(ALL_EFFECTS, p, grid, 0.0, x, v)
     log = new_log(room, 100)
     end, status = march(
-        ALL_EFFECTS, p, grid, start, periods, 0, 0.0, log, None, np.empty(ORDER + 1), 10**6
+        ALL_EFFECTS, p, grid, start, Instant(periods, 0, 0.0), log, None, np.empty(ORDER + 1), 10**6
     )
     return start, end, status, log
 
@@ -112,12 +112,12 @@ def test_every_bound_has_a_status() -> None:
     start = begin(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     _end, status = march(
-        ALL_EFFECTS, FORCED, grid, start, 1000, 0, 0.0, log, None, np.empty(ORDER + 1), 20
+        ALL_EFFECTS, FORCED, grid, start, Instant(1000, 0, 0.0), log, None, np.empty(ORDER + 1), 20
     )
     assert status == Status.MAX_IMPACTS
     broken = start._replace(y=math.nan)
     _end, status = march(
-        ALL_EFFECTS, FORCED, grid, broken, 1000, 0, 0.0, log, None, np.empty(ORDER + 1), 20
+        ALL_EFFECTS, FORCED, grid, broken, Instant(1000, 0, 0.0), log, None, np.empty(ORDER + 1), 20
     )
     assert status == Status.NOT_FINITE
 

@@ -12,16 +12,26 @@ from hypothesis import strategies as st
 from vibropipe.physics.conservative import arc, arc_harmonic, backbone_velocity, on_arc
 from vibropipe.physics.contact import (
     chatter_duration,
-    frame,
+    frame_at,
     reset,
     to_displacement,
 )
+from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, settles_without_impact
 from vibropipe.physics.load import NEVER
 from vibropipe.physics.saltation import product, saltation_matrix
 
 P = Parameters(1.0, 1.0, 0.2, 0.5, 0.01, 0.7, 0.6)
+
+
+def test_a_frame_knows_the_supports_that_can_be_reached() -> None:
+    """From home 0 support 2 is near and support 1 far; from a support that one is near."""
+    assert [frame_at(ALL_EFFECTS, P, home)[-2:] for home in range(3)] == [(True, True)] * 3
+    alone = ALL_EFFECTS._replace(support_2=None)
+    assert [frame_at(alone, P, home)[-2:] for home in (0, 1)] == [(False, True), (True, False)]
+    alone = ALL_EFFECTS._replace(support_1=None)
+    assert [frame_at(alone, P, home)[-2:] for home in (0, 2)] == [(True, False)] * 2
 
 
 def test_reset_is_equation_6() -> None:
@@ -31,11 +41,13 @@ def test_reset_is_equation_6() -> None:
 
 @pytest.mark.parametrize("home", [0, 1, 2])
 def test_a_frame_maps_supports_to_its_ends(home: int) -> None:
-    _sigma, load, near, far = frame(P, home)
-    ends = sorted([to_displacement(P, home, near), to_displacement(P, home, far)])
+    frame = frame_at(ALL_EFFECTS, P, home)
+    ends = sorted([to_displacement(P, home, frame.near), to_displacement(P, home, frame.far)])
     assert ends == pytest.approx([P.delta - P.l, P.l + P.delta], abs=1e-16)
     # At y = 0 without force the spring pulls by the load.
-    assert load == pytest.approx(-to_displacement(P, home, 0.0) * (-1.0 if home == 1 else 1.0))
+    assert frame.load == pytest.approx(
+        -to_displacement(P, home, 0.0) * (-1.0 if home == 1 else 1.0)
+    )
 
 
 @pytest.mark.parametrize("R", [0.05, 0.5, 0.9, 0.99])

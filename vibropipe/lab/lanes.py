@@ -14,7 +14,7 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.contacts import meet_at_end, rest, strike_first
 from vibropipe.march.flight import fly
-from vibropipe.march.grid import Grid, newmark_numbers
+from vibropipe.march.grid import Grid, Instant, newmark_numbers
 from vibropipe.march.log import Log, is_full
 from vibropipe.march.newmark_steps import (
     STRIDE,
@@ -111,12 +111,11 @@ def kept_state(kept):
 def go_on(e, p, grid, state, at_step, end, log, c, max_events):
     """(state, events, Status, whether it goes on) of a motion outside the block, on to flight at the start of
     step `at_step` or a later one, or to its end: the loop of `march`, paused at whole steps."""
-    end_period, end_step, end_theta = int(end[0]), int(end[1]), end[2]
-    pause_period, pause_step = at_step // grid.steps, at_step % grid.steps
-    if is_before(end_period, end_step, end_theta, pause_period, pause_step, 0.0):
-        pause_period, pause_step = end_period, end_step
-    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
-    while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
+    pause = Instant(at_step // grid.steps, at_step % grid.steps, 0.0)
+    if is_before(end, pause):
+        pause = Instant(end.period, end.step, 0.0)
+    state, events = strike_first(e, p, grid, state, end, log)
+    while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
             return state, events, NOT_FINITE, False
         if is_full(log):
@@ -124,23 +123,23 @@ def go_on(e, p, grid, state, at_step, end, log, c, max_events):
         if is_watched(state.home, e.watched):
             return state, events, SUPPORT_REACHED, False
         if e.rest is not None and state.order == REST:
-            state = rest(e, p, grid, state, end_period, end_step, end_theta, log, None)
+            state = rest(e, p, grid, state, end, log, None)
             events += 1
         else:
             if state.order == FLIGHT and state.theta == 0.0:
-                if is_before(state.period, state.step, 0.0, pause_period, pause_step, 0.0):
-                    state = coast_newmark(e, p, grid, state, pause_period, pause_step, log.counts)
-                if not is_before(state.period, state.step, 0.0, end_period, end_step, end_theta):
+                if is_before(state, pause):
+                    state = coast_newmark(e, p, grid, state, pause, log.counts)
+                if not is_before(state, end):
                     break
                 if state.period * grid.steps + state.step >= at_step:
                     return state, events, OK, True
-            state, status = fly(e, p, grid, state, end_period, end_step, end_theta, log, None, c)
+            state, status = fly(e, p, grid, state, end, log, None, c)
             if status != OK:
                 return state, events, status, False
             events += state.order != FLIGHT
         if events > max_events:
             return state, events, MAX_IMPACTS, False
-    state = meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log)
+    state = meet_at_end(e, p, grid, state, end, log)
     status = SUPPORT_REACHED if is_watched(state.home, e.watched) else OK
     return state, events, status, False
 
@@ -151,7 +150,8 @@ def take_up(e, tasks, left, logs, room, row, i, now) -> bool:
     goes on after that."""
     p = row_parameters(tasks.parameters, row)
     grid, log = grid_of(tasks, p), log_of(logs, row)
-    kept, end, block = left.state[row], tasks.ends[row], room.block
+    kept, last, block = left.state[row], tasks.ends[row], room.block
+    end = Instant(int(last[0]), int(last[1]), last[2])
     state = kept_state(kept)
     if state.period * grid.steps + state.step < now:
         # It has flown in the block since it was written down.
@@ -170,8 +170,8 @@ def take_up(e, tasks, left, logs, room, row, i, now) -> bool:
     elif at_step > after:
         leave(at_step, block, i)
     else:
-        last = end[0] * grid.steps + end[1]
-        enter(e, p, grid, state.home, state.y, state.w, last, block, i)
+        until = last[0] * grid.steps + last[1]
+        enter(e, p, grid, state.home, state.y, state.w, until, block, i)
     return goes_on
 
 

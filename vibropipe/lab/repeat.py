@@ -9,7 +9,7 @@ from vibropipe.orbits.return_map import clear
 
 
 @jit
-def march_often(e, p, grid, x, v, end_period, end_step, end_theta, log, c, max_events, often):
+def march_often(e, p, grid, x, v, end, log, c, max_events, often):
     """March from (x, v) at tau = 0 to the end so many times; returns the last status.
 
     The log must have room for all contacts of the motion.
@@ -18,8 +18,6 @@ def march_often(e, p, grid, x, v, end_period, end_step, end_theta, log, c, max_e
     for _ in range(often):
         clear(log)
         state = begin(e, p, grid, 0.0, x, v)
-        _state, status = march(
-            e, p, grid, state, end_period, end_step, end_theta, log, None, c, max_events
-        )
+        _state, status = march(e, p, grid, state, end, log, None, c, max_events)
         worst = max(worst, status)
     return worst

@@ -97,9 +97,9 @@ class March:
     def __init__(self, motion: Motion, grid: Grid, effects: Effects = ALL_EFFECTS) -> None:
         self.work = np.empty(3 if grid.exact is None else ORDER + 1)
         self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
-        period, step, theta = locate(float(motion.periods), grid.steps)
+        end = locate(float(motion.periods), grid.steps)
         start = motion.exciter.parameters(), grid, motion.x0, motion.v0
-        self.march = partial(march_often, effects, *start, period, step, theta)
+        self.march = partial(march_often, effects, *start, end)
 
     def repeat(self, often: int) -> None:
         """March so many times; the log grows until all contacts of the motion have room."""

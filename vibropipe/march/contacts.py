@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import evaluate
+from vibropipe.march.grid import Instant, evaluate, phase_at, turns_at
 from vibropipe.march.log import SHORT_FLIGHTS, log_grazing, log_impact, log_rest, record
 from vibropipe.march.roots import GRAZING
 from vibropipe.march.state import (
@@ -15,13 +15,12 @@ from vibropipe.march.state import (
     State,
     departure,
     is_before,
-    looked_at,
     place,
     release_order,
     release_wait,
     restitution_of,
 )
-from vibropipe.physics.contact import frame, reset
+from vibropipe.physics.contact import frame_at, reset
 from vibropipe.physics.load import NEVER, force_at
 
 
@@ -39,7 +38,7 @@ def impact(e, p, grid, state, at_near, approach, theta, log):
     side = side_of(state.home, at_near)
     sign = 1.0 if side == 1 else -1.0
     w = reset(restitution_of(e, p, side), approach)
-    position = state.period + (state.step + theta) / grid.steps
+    position = turns_at(grid, Instant(state.period, state.step, theta))
     log_impact(log, position, side, sign * approach, -sign * (approach + w))
     return State(state.period, state.step, theta, side, 0.0, w, WITH_SPEED, 0.0)
 
@@ -52,7 +51,7 @@ def contact(e, p, grid, state, kind, at_near, c, theta, log):
     approach = -rate if at_near else rate
     if kind == GRAZING or approach <= 0.0:
         side = side_of(state.home, at_near)
-        log_grazing(log, state.period + (state.step + at) / grid.steps, side)
+        log_grazing(log, turns_at(grid, Instant(state.period, state.step, at)), side)
         return State(state.period, state.step, at, side, 0.0, 0.0, WITH_SPEED, 0.0)
     if state.order != FLIGHT:
         log.counts[SHORT_FLIGHTS] += 1
@@ -60,74 +59,71 @@ def contact(e, p, grid, state, kind, at_near, c, theta, log):
 
 
 @jit_inline
-def strike_first(e, p, grid, state, end_period, end_step, end_theta, log):
+def strike_first(e, p, grid, state, end, log):
     """(state, impacts made) after the impact of a motion that starts on a support moving in, if it does."""
     if state.order != STRIKES:
         return state, 0
     after = impact(e, p, grid, state, True, -state.w, state.theta, log)
-    return settle(e, p, grid, after, end_period, end_step, end_theta, log), 1
+    return settle(e, p, grid, after, end, log), 1
 
 
 @jit_inline
-def settle(e, p, grid, state, end_period, end_step, end_theta, log):
+def settle(e, p, grid, state, end, log):
     """Decide how a mass that has just met its support goes on: fly, or complete its chatter and rest."""
-    turn = (state.step + state.theta) / grid.steps
-    order, wait = departure(e, p, grid, state.home, state.w, turn)
+    order, wait = departure(e, p, grid, state.home, state.w, phase_at(grid, state))
     if order != REST:
         return State(state.period, state.step, state.theta, state.home, 0.0, state.w, order, 0.0)
-    period, step, theta = place(grid, state.period, state.step, state.theta, wait)
-    if not is_before(period, step, theta, end_period, end_step, end_theta) and wait > 0.0:
+    at = place(grid, state, wait)
+    if not is_before(at, end) and wait > 0.0:
         # The accumulation lies beyond the end: the impacts up to the end are marched.
         return State(
             state.period, state.step, state.theta, state.home, 0.0, state.w, WITH_SPEED, 0.0
         )
-    start = period + (step + theta) / grid.steps
     if state.w > 0.0:
         restitution = restitution_of(e, p, state.home)
         tail = state.w * (1.0 + restitution) / (1.0 - restitution) if restitution < 1.0 else state.w
         sign = -1.0 if state.home == 1 else 1.0
-        middle = state.period + (state.step + state.theta) / grid.steps + 0.5 * wait
+        middle = turns_at(grid, state) + 0.5 * wait
         log_impact(log, middle, -state.home, 0.0, sign * tail)
-    return State(period, step, theta, state.home, 0.0, 0.0, REST, start)
+    start = turns_at(grid, at)
+    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, start)
 
 
 @jit
-def rest(e, p, grid, state, end_period, end_step, end_theta, log, samples):
+def rest(e, p, grid, state, end, log, samples):
     """Jump from a rest to its release, or to the end if that comes first."""
-    wait = release_wait(e, p, state.home, (state.step + state.theta) / grid.steps)
-    period, step, theta = end_period, end_step, end_theta
-    released = False
+    wait = release_wait(e, p, state.home, phase_at(grid, state))
+    at, released = end, False
     if wait < NEVER:
-        at_period, at_step, at_theta = place(grid, state.period, state.step, state.theta, wait)
-        released = is_before(at_period, at_step, at_theta, end_period, end_step, end_theta)
+        release = place(grid, state, wait)
+        released = is_before(release, end)
         if released:
-            period, step, theta = at_period, at_step, at_theta
-    record(samples, log.counts, p, grid, state.home, None, period * grid.steps + step, 0.0, theta)
+            at = release
+    at_step = at.period * grid.steps + at.step
+    record(samples, log.counts, p, grid, state.home, None, at_step, 0.0, at.theta)
     if not released:
-        return State(period, step, theta, state.home, 0.0, 0.0, REST, state.rest_start)
-    log_rest(log, state.rest_start, period + (step + theta) / grid.steps, state.home)
+        return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, state.rest_start)
+    log_rest(log, state.rest_start, turns_at(grid, at), state.home)
     rate = 0.0
     if e.forcing is not None:
-        sigma, _load, _near, _far = frame(p, state.home)
-        rate = force_at(p, sigma, (step + theta) / grid.steps).cosine
-    return State(period, step, theta, state.home, 0.0, 0.0, release_order(rate), 0.0)
+        rate = force_at(p, frame_at(e, p, state.home).sigma, phase_at(grid, at)).cosine
+    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, release_order(rate), 0.0)
 
 
 @jit_inline
-def meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log):
+def meet_at_end(e, p, grid, state, end, log):
     """The state after the impact that falls on the end of a march, if one does; else the state."""
     if state.order != FLIGHT:
         return state
-    _sigma, _load, near, far = frame(p, state.home)
+    frame = frame_at(e, p, state.home)
     at_near = state.w < 0.0
-    to_near, to_far = looked_at(e, state.home)
-    if not (to_near if at_near else to_far):
+    if not (frame.to_near if at_near else frame.to_far):
         return state
-    room = state.y - near if at_near else far - state.y
+    room = state.y - frame.near if at_near else frame.far - state.y
     # Rounding of a time counted in steps, beside that of a phase.
     steps = state.period * grid.steps + state.step + state.theta
     instant = SAME_INSTANT * min(1.0, steps) + 2.0**-50 * steps
     if not (room <= instant * abs(state.w) * grid.dt and state.w != 0.0):
         return state
     after = impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)
-    return settle(e, p, grid, after, end_period, end_step, end_theta, log)
+    return settle(e, p, grid, after, end, log)

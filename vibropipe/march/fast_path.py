@@ -9,11 +9,10 @@ steps to a grid: there the next one begins at the impact.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import side_of
-from vibropipe.march.grid import force_part, stays_between
+from vibropipe.march.grid import Instant, force_part, stays_between
 from vibropipe.march.log import POLYNOMIALS, STEPS, is_full, log_impact
 from vibropipe.march.state import (
     FLIGHT,
@@ -23,7 +22,7 @@ from vibropipe.march.state import (
     is_watched,
     restitution_of,
 )
-from vibropipe.physics.contact import frame, reset
+from vibropipe.physics.contact import Frame, frame_at, reset
 from vibropipe.physics.flow import combine, motion_with_curvature
 from vibropipe.physics.load import Force, force_at
 
@@ -41,18 +40,6 @@ LATEST = 0.999
 # A departure that rises in a step by less than this share of the distance between the frame and the support
 # struck would lose digits to it.
 LEAST_RISE = 1.0 / 64.0
-
-
-class Side(NamedTuple):
-    """The frame of a motion written from `home`, and which of the supports it can reach."""
-
-    home: int
-    sigma: float
-    load: float
-    near: float
-    far: float
-    to_near: bool
-    to_far: bool
 
 
 @jit_inline
@@ -112,36 +99,24 @@ def refine(e, p, grid, c, load, sign, offset, first, last, slope0, slope1):
 
 
 @jit_inline
-def side_at(e, p, home):
-    """The `Side` of a support, or of the equilibrium (home 0).
-
-    With support 1 alone the equilibrium's is turned round, so that the one support there is stands near.
-    """
-    sigma, load, near, far = frame(p, home)
-    if e.support_2 is None:
-        if home == 0:
-            sigma, near = -1.0, -far
-        return Side(home, sigma, load, near, far, e.support_1 is not None, False)
-    return Side(home, sigma, load, near, far, True, e.support_1 is not None)
+def frame_to_near(e, p, home):
+    """`frame_at`, but with support 1 alone the equilibrium's is turned round, so that the one support stands near."""
+    frame = frame_at(e, p, home)
+    if e.support_2 is None and home == 0:
+        reach = e.support_1 is not None
+        frame = Frame(home, -1.0, frame.load, -frame.far, frame.far, reach, False)
+    return frame
 
 
 @jit_inline
 def turned(e, home):
-    """-1 where `side_at` turns the frame round, else 1."""
+    """-1 where `frame_to_near` turns the frame round, else 1."""
     return -1.0 if e.support_2 is None and home == 0 else 1.0
 
 
 @jit_inline
-def keeps_clear(grid, departs, side, y, w, y1, w1, span):
-    """`stays_between` in the frame of a side."""
-    return stays_between(
-        grid, departs, y, w, y1, w1, span, side.load, side.near, side.far, side.to_near, side.to_far
-    )
-
-
-@jit_inline
-def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
-    """(whether so, side, theta, y, w) of a step from `at` (in steps) with one plain impact, which is logged: the
+def through(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
+    """(whether so, frame, theta, y, w) of a step from `at` (in steps) with one plain impact, which is logged: the
     motion at its end or, without forcing, at the impact, theta later.
 
     y, w, y1, w1: at the ends of the step, as if there were no support.
@@ -150,34 +125,34 @@ def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
     if e.support_1 is None or e.support_2 is None:
         # Seen from either frame, the one support there is stands near.
         struck = 1 if e.support_2 is None else 2
-        if not (at_near and side.to_near):
-            return False, side, 0.0, y, w
+        if not (at_near and frame.to_near):
+            return False, frame, 0.0, y, w
         at_near = True
     else:
-        struck = side_of(side.home, at_near)
+        struck = side_of(frame.home, at_near)
     if is_watched(struck, e.watched):
-        return False, side, 0.0, y, w
-    sign, offset = (1.0, -side.near) if at_near else (-1.0, side.far)
+        return False, frame, 0.0, y, w
+    sign, offset = (1.0, -frame.near) if at_near else (-1.0, frame.far)
     first, last = offset + sign * y, offset + sign * y1
     slope0, slope1 = sign * w * grid.dt, sign * w1 * grid.dt
-    room = side.far - side.near
-    if not crosses_once(grid, y, w, side.load, first, last, slope0, slope1, room):
-        return False, side, 0.0, y, w
+    room = frame.far - frame.near
+    if not crosses_once(grid, y, w, frame.load, first, last, slope0, slope1, room):
+        return False, frame, 0.0, y, w
     force = Force(0.0, 0.0)
     if e.forcing is not None:
-        force = force_at(p, side.sigma, at / grid.steps)
-    combine(e, grid.basis, c, y, w, side.load, force)
-    theta, slope = refine(e, p, grid, c, side.load, sign, offset, first, last, slope0, slope1)
+        force = force_at(p, frame.sigma, at / grid.steps)
+    combine(e, grid.basis, c, y, w, frame.load, force)
+    theta, slope = refine(e, p, grid, c, frame.load, sign, offset, first, last, slope0, slope1)
     if not theta < LATEST:
-        return False, side, 0.0, y, w
+        return False, frame, 0.0, y, w
     per_step = 1.0 / grid.dt
     approach = -slope * per_step
     speed = reset(restitution_of(e, p, struck), approach)
     turn = (at + theta) / grid.steps
-    new = side_at(e, p, struck)
+    new = frame_to_near(e, p, struck)
     order, _wait = departure(e, p, grid, struck, speed, turn)
     if order != WITH_SPEED:
-        return False, side, 0.0, y, w
+        return False, frame, 0.0, y, w
     if e.forcing is None:
         # No grid of phases to come back to: the next step begins here.
         y1, w1 = 0.0, speed
@@ -188,9 +163,9 @@ def through(e, p, grid, side, period, at, y, w, y1, w1, log, c):
         y1, w1 = last + kick * rise, sign * w1 + (kick * per_step) * rise_slope
         if not (
             speed * grid.dt > LEAST_RISE * abs(offset)
-            and keeps_clear(grid, 1, new, 0.0, speed, y1, w1, left)
+            and stays_between(grid, new, 1, 0.0, speed, y1, w1, left)
         ):
-            return False, side, 0.0, y, w
+            return False, frame, 0.0, y, w
     outward = 1.0 if struck == 1 else -1.0
     impulse = -outward * (approach + speed)
     log_impact(log, period + turn, struck, outward * approach, impulse)
@@ -207,19 +182,19 @@ def may_coast(e, state) -> bool:
 
 
 @jit
-def steps_left(grid, period, step, theta, end_period, end_step, end_theta):
-    """Whole steps from a time to the end."""
-    return (end_period - period) * grid.steps + (end_step - step) - (theta > end_theta)
+def steps_left(grid, at, end):
+    """Whole steps from an `Instant` to the end."""
+    return (end.period - at.period) * grid.steps + (end.step - at.step) - (at.theta > end.theta)
 
 
 @jit_inline
-def parts(e, grid, side, step):
+def parts(e, grid, frame, step):
     """The parts of the load and of the force in a step of the one-step map."""
-    part_y, part_w = grid.b1 * side.load, grid.b2 * side.load
+    part_y, part_w = grid.b1 * frame.load, grid.b2 * frame.load
     if e.forcing is not None:
         force_y, force_w = force_part(grid, step)
-        part_y += side.sigma * force_y
-        part_w += side.sigma * force_w
+        part_y += frame.sigma * force_y
+        part_w += frame.sigma * force_w
     return part_y, part_w
 
 
@@ -230,7 +205,7 @@ def mapped(a11, a12, a21, a22, y, w, part_y, part_w):
 
 
 @jit_inline
-def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
+def coast(e, p, grid, state, end, log, c, most):
     """(state, impacts made) after whole steps of the exact method in flight and through plain impacts, `most` of
     them at most, up to the step in which something else may happen.
 
@@ -243,18 +218,18 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
     y, w, departs = sign * state.y, sign * state.w, 0
     if e.forcing is None:
         departs = state.order
-    side = side_at(e, p, state.home)
+    frame = frame_to_near(e, p, state.home)
     made, struck = 0, 0
-    left = steps_left(grid, period, step, theta, end_period, end_step, end_theta)
+    left = steps_left(grid, Instant(period, step, theta), end)
     while left > 0:
-        part_y, part_w = parts(e, grid, side, step)
+        part_y, part_w = parts(e, grid, frame, step)
         long = e.support_1 is None or e.support_2 is None or (e.forcing is None and departs == 1)
         if long and left > 1:
             second = step + 1 if step + 1 < grid.steps else 0
-            later_y, later_w = parts(e, grid, side, second)
+            later_y, later_w = parts(e, grid, frame, second)
             later_y, later_w = mapped(a11, a12, a21, a22, part_y, part_w, later_y, later_w)
             y1, w1 = mapped(twice_11, twice_12, twice_21, twice_22, y, w, later_y, later_w)
-            if keeps_clear(grid, departs, side, y, w, y1, w1, 2.0):
+            if stays_between(grid, frame, departs, y, w, y1, w1, 2.0):
                 y, w, departs = y1, w1, 0
                 made += 2
                 left -= 2
@@ -263,11 +238,11 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
                     step, period = step - grid.steps, period + 1
                 continue
         y1, w1 = mapped(a11, a12, a21, a22, y, w, part_y, part_w)
-        if not keeps_clear(grid, departs, side, y, w, y1, w1, 1.0):
+        if not stays_between(grid, frame, departs, y, w, y1, w1, 1.0):
             if struck >= most or is_full(log):
                 break
-            plain, side, wait, y1, w1 = through(
-                e, p, grid, side, period, step + theta, y, w, y1, w1, log, c
+            plain, frame, wait, y1, w1 = through(
+                e, p, grid, frame, period, step + theta, y, w, y1, w1, log, c
             )
             if not plain:
                 break
@@ -280,7 +255,7 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
                     step += 1
                     if step == grid.steps:
                         step, period = 0, period + 1
-                left = steps_left(grid, period, step, theta, end_period, end_step, end_theta)
+                left = steps_left(grid, Instant(period, step, theta), end)
                 continue
         y, w, departs = y1, w1, 0
         made += 1
@@ -290,6 +265,6 @@ def coast(e, p, grid, state, end_period, end_step, end_theta, log, c, most):
             step, period = 0, period + 1
     log.counts[STEPS] += made
     log.counts[POLYNOMIALS] += struck
-    sign = turned(e, side.home)
+    sign = turned(e, frame.home)
     order = WITH_SPEED if departs == 1 else FLIGHT
-    return State(period, step, theta, side.home, sign * y, sign * w, order, 0.0), struck
+    return State(period, step, theta, frame.home, sign * y, sign * w, order, 0.0), struck

@@ -6,7 +6,7 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import contact, settle
-from vibropipe.march.grid import evaluate, stays_between
+from vibropipe.march.grid import evaluate, phase_at, stays_between
 from vibropipe.march.log import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
 from vibropipe.march.roots import BOUND, CROSSING, NONE, first_root, hop_root, only_root
 from vibropipe.march.state import (
@@ -16,10 +16,9 @@ from vibropipe.march.state import (
     WITH_SPEED,
     State,
     departure,
-    looked_at,
     restitution_of,
 )
-from vibropipe.physics.contact import frame
+from vibropipe.physics.contact import frame_at
 from vibropipe.physics.flow import combine
 from vibropipe.physics.load import Force, force_at
 from vibropipe.physics.newmark import quadratic, step
@@ -35,11 +34,11 @@ SHORTEST_FLIGHT = 1e-4
 
 
 @jit_inline
-def fill(e, p, grid, state, sigma, load, limit, c):
+def fill(e, p, grid, frame, state, limit, c):
     """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
-    force = Force(0.0, 0.0)
+    sigma, load, force = frame.sigma, frame.load, Force(0.0, 0.0)
     if e.forcing is not None:
-        force = force_at(p, sigma, (state.step + state.theta) / grid.steps)
+        force = force_at(p, sigma, phase_at(grid, state))
     s = force.sine
     if grid.exact is not None:
         combine(e, grid.basis, c, state.y, state.w, load, force)
@@ -59,24 +58,24 @@ def fill(e, p, grid, state, sigma, load, limit, c):
 
 
 @jit_inline
-def first_contact(e, grid, state, load, near, far, c, y, span, counts):
+def first_contact(grid, frame, state, c, y, span, counts):
     """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
-    to_near, to_far = looked_at(e, state.home)
+    load, near, far = frame.load, frame.near, frame.far
     if state.order == FLIGHT:
-        if to_near:
+        if frame.to_near:
             theta = only_root(grid, c, 1.0, -near, state.y - near, y - near, span, far - near)
             if theta >= 0.0:
                 return theta, CROSSING, True
-        if to_far:
+        if frame.to_far:
             theta = only_root(grid, c, -1.0, far, far - state.y, far - y, span, far - near)
             if theta >= 0.0:
                 return theta, CROSSING, False
     elif grid.exact is not None and state.order == WITH_SPEED:
-        if to_near:
+        if frame.to_near:
             theta = hop_root(grid, c, far, y, span)
             if theta >= 0.0:
                 return theta, CROSSING, True
-        if to_far:
+        if frame.to_far:
             # A gap to the far support that falls all the way is a near one that only opens.
             theta = only_root(grid, c, -1.0, far, far, far - y, span, math.inf)
             if theta >= 0.0:
@@ -86,9 +85,9 @@ def first_contact(e, grid, state, load, near, far, c, y, span, counts):
         p = state.order if grid.exact is not None else min(state.order, 2)
     offset = -near if p == 0 else 0.0
     theta, kind = span, NONE
-    if to_near:
+    if frame.to_near:
         theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
-    if not to_far:
+    if not frame.to_far:
         return theta, kind, True
     # Both over the same span: the way to a root goes by it, and mirrored motions shall agree to the last bit.
     # numba compiles a literal zero to code of its own: the order of flight is the same number.
@@ -99,20 +98,20 @@ def first_contact(e, grid, state, load, near, far, c, y, span, counts):
 
 
 @jit
-def step_by(e, p, grid, state, sigma, load, theta):
+def step_by(e, p, grid, frame, state, theta):
     """(y, w) by one Newmark step over `theta` of the grid's step."""
-    start, end = 0.0, 0.0
+    load, start, end = frame.load, 0.0, 0.0
     if e.forcing is not None:
-        turn = (state.step + state.theta) / grid.steps
-        start = force_at(p, sigma, turn).sine
-        end = force_at(p, sigma, turn + theta / grid.steps).sine
+        turn = phase_at(grid, state)
+        start = force_at(p, frame.sigma, turn).sine
+        end = force_at(p, frame.sigma, turn + theta / grid.steps).sine
     if e.damping is None:
         return step(state.y, state.w, start + load, end + load, None, theta * grid.dt)
     return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)
 
 
 @jit
-def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room):
+def step_to_contact(e, p, grid, frame, state, target, at_near, theta, room):
     """theta of the support by a Newmark step that ends on it, from the quadratic's theta; -1 if none does.
 
     The velocity of a quadratic over the whole step errs by the square of the step, differently at every
@@ -123,14 +122,14 @@ def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room
     """
     # What rounding leaves of a distance made of these terms.
     least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
-    outside, y_outside = room, step_by(e, p, grid, state, sigma, load, room)[0] - target
+    outside, y_outside = room, step_by(e, p, grid, frame, state, room)[0] - target
     side = -1.0 if at_near else 1.0
     if not y_outside * side > 0.0:
         return -1.0
     inside, found = 0.0, theta
     before, y_before = outside, y_outside
     for secant in range(MAX_SECANTS):
-        y = step_by(e, p, grid, state, sigma, load, found)[0] - target
+        y = step_by(e, p, grid, frame, state, found)[0] - target
         if abs(y) <= least:
             return found
         if y * side > 0.0:
@@ -148,53 +147,47 @@ def step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room
 
 
 @jit
-def end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c):
+def end_on_support(e, p, grid, frame, state, limit, at_near, theta, c):
     """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
     would arrive moving away, or pass the other support, both stay those of the quadratic."""
-    target = near if at_near else far
+    target = frame.near if at_near else frame.far
     room = limit - state.theta
-    found = step_to_contact(e, p, grid, state, sigma, load, target, at_near, theta, room)
+    found = step_to_contact(e, p, grid, frame, state, target, at_near, theta, room)
     if found < 0.0:
         return theta
-    fill(e, p, grid, state, sigma, load, state.theta + found, c)
+    fill(e, p, grid, frame, state, state.theta + found, c)
     _y, rate = evaluate(grid, c, found)
     turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
     extreme = evaluate(grid, c, min(max(turn, 0.0), found))[0]
-    if (rate < 0.0 and extreme <= far) if at_near else (rate > 0.0 and extreme >= near):
+    if (rate < 0.0 and extreme <= frame.far) if at_near else (rate > 0.0 and extreme >= frame.near):
         return found
-    fill(e, p, grid, state, sigma, load, limit, c)
+    fill(e, p, grid, frame, state, limit, c)
     return theta
 
 
 @jit_inline
-def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
+def fly(e, p, grid, state, end, log, samples, c):
     """(state, status) from a state in flight to its next contact, or to the end of its step."""
-    sigma, load, near, far = frame(p, state.home)
-    last = state.period == end_period and state.step == end_step
-    limit = end_theta if last else 1.0
-    fill(e, p, grid, state, sigma, load, limit, c)
+    frame = frame_at(e, p, state.home)
+    last = state.period == end.period and state.step == end.step
+    limit = end.theta if last else 1.0
+    fill(e, p, grid, frame, state, limit, c)
     log.counts[POLYNOMIALS] += 1
     at_step = state.period * grid.steps + state.step
     order = state.order
     stuck = False
     if e.rest is not None:
         stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
-    to_near, to_far = looked_at(e, state.home)
     kind, at_near, theta = NONE, True, limit - state.theta
     y, w = evaluate(grid, c, theta)
     if not stuck and not (
-        order <= WITH_SPEED
-        and stays_between(
-            grid, order, state.y, state.w, y, w, theta, load, near, far, to_near, to_far
-        )
+        order <= WITH_SPEED and stays_between(grid, frame, order, state.y, state.w, y, w, theta)
     ):
-        theta, kind, at_near = first_contact(
-            e, grid, state, load, near, far, c, y, theta, log.counts
-        )
+        theta, kind, at_near = first_contact(grid, frame, state, c, y, theta, log.counts)
     if kind == BOUND:
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
-        theta = end_on_support(e, p, grid, state, sigma, load, near, far, limit, at_near, theta, c)
+        theta = end_on_support(e, p, grid, frame, state, limit, at_near, theta, c)
     until = limit if kind == NONE else state.theta + theta
     record(
         samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
@@ -206,7 +199,7 @@ def fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c):
             return State(
                 state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
             ), OK
-        return settle(e, p, grid, after, end_period, end_step, end_theta, log), OK
+        return settle(e, p, grid, after, end, log), OK
     log.counts[STEPS] += 1
     period, step, at = state.period, state.step, limit
     if not last:

@@ -26,6 +26,14 @@ from vibropipe.physics.load import (
 from vibropipe.physics.newmark import newmark_map
 
 
+class Instant(NamedTuple):
+    """A time on a grid: `theta`, in [0, 1), of step `step` of forcing period `period`."""
+
+    period: int
+    step: int
+    theta: float
+
+
 class Grid(NamedTuple):
     """One method on one row: `exact` is 1 or None (Newmark), a type, so each compiles to its own code.
 
@@ -134,36 +142,51 @@ def evaluate(grid, c, theta):
 
 
 @jit
-def stays_between(grid, departs, y, w, y1, w1, span, load, near, far, to_near, to_far):
-    """Certificate, from its two ends, that a motion over `span` of a step touches neither near nor far, of
-    those that it can reach at all (to_near, to_far).
+def stays_between(grid, frame, departs, y, w, y1, w1, span):
+    """Certificate, from its two ends, that a motion over `span` of a step touches no support that it can reach.
 
     It lies within a margin of the hull of its Bezier points: of the cubic through the ends (exact method), or
     of the quadratic it is (Newmark). departs: 0 in flight; 1 it leaves near = y = 0 with speed w, and then
     the cubic's first term, 3 b1 theta (1 - theta)^2, must outweigh the error of Hermite interpolation,
     16 margin theta^2 (1 - theta)^2.
+
+    References
+    ----------
+    The hull: G. Farin, "Curves and Surfaces for Computer-Aided Geometric Design", Academic Press.
     """
     if grid.exact is not None:
         share = span * grid.dt / 3.0
         square = span * span
-        margin = (grid.margin0 + grid.margin1 * (abs(y - load) + abs(w))) * (square * square)
+        margin = (grid.margin0 + grid.margin1 * (abs(y - frame.load) + abs(w))) * (square * square)
     else:
         share = span * grid.dt / 2.0
         margin = 0.0
     b1, b2 = y + share * w, y1 - share * w1
-    if to_far and not max(max(y, y1), max(b1, b2)) + margin < far:
+    if frame.to_far and not max(max(y, y1), max(b1, b2)) + margin < frame.far:
         return False
     if departs == 0:
-        return not to_near or min(min(y, y1), min(b1, b2)) - margin > near
+        return not frame.to_near or min(min(y, y1), min(b1, b2)) - margin > frame.near
     return 3.0 * b1 > 16.0 * margin and b1 > 0.0 and b2 > 0.0 and y1 > 0.0
 
 
 @jit
+def phase_at(grid, at):
+    """Phase, in turns, of an `Instant` or a state."""
+    return (at.step + at.theta) / grid.steps
+
+
+@jit
+def turns_at(grid, at):
+    """Forcing periods since tau = 0 at an `Instant` or a state."""
+    return at.period + (at.step + at.theta) / grid.steps
+
+
+@jit
 def locate(turns, steps):
-    """(period, step, theta) of a time given in forcing periods."""
+    """The `Instant` of a time given in forcing periods, on a grid of so many steps in each."""
     period = math.floor(turns)
     at = (turns - period) * steps
     step = int(at)
     if step >= steps:
-        return int(period) + 1, 0, 0.0
-    return int(period), step, at - step
+        return Instant(int(period) + 1, 0, 0.0)
+    return Instant(int(period), step, at - step)

@@ -19,17 +19,35 @@ SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
 
 
 @jit_inline
-def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, max_events):
-    """March from `state` to the end; returns (state, Status).
+def march(e, p, grid, state, end, log, samples, c, max_events):
+    """March from `state` to the end.
 
-    log: contacts are appended; LOG_FULL with the state reached when it has no room for another;
-    samples: Samples or None (then no code for them exists); c: work array of ORDER + 1.
-    At most max_events contacts and releases are made, then MAX_IMPACTS is returned; SUPPORT_REACHED where
-    the mass meets a support that is watched. An impact at the end
-    itself, within rounding of time, is made: the state is the one after it.
+    An impact at the end itself, within rounding of time, is made: the state is the one after it.
+
+    Parameters
+    ----------
+    e, p, grid : Effects, Parameters, Grid
+    state : State
+    end : Instant
+    log : Log
+        Contacts are appended.
+    samples : Samples or None
+        None: no code for samples exists.
+    c : ndarray, shape (ORDER + 1,) of the exact method, (3,) of Newmark's
+        Work array.
+    max_events : int
+        Largest number of contacts and releases.
+
+    Returns
+    -------
+    state : State
+        At the end, or as far as the march came.
+    status : int
+        Of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
+        SUPPORT_REACHED where the mass meets a support that is watched; NOT_FINITE; ROOT_BOUND.
     """
-    state, events = strike_first(e, p, grid, state, end_period, end_step, end_theta, log)
-    while is_before(state.period, state.step, state.theta, end_period, end_step, end_theta):
+    state, events = strike_first(e, p, grid, state, end, log)
+    while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
             return state, NOT_FINITE
         if is_full(log):
@@ -37,30 +55,26 @@ def march(e, p, grid, state, end_period, end_step, end_theta, log, samples, c, m
         if is_watched(state.home, e.watched):
             return state, SUPPORT_REACHED
         if e.rest is not None and state.order == REST:
-            state = rest(e, p, grid, state, end_period, end_step, end_theta, log, samples)
+            state = rest(e, p, grid, state, end, log, samples)
             events += 1
         else:
             if samples is None:
                 if grid.exact is None:
                     if state.order == FLIGHT and state.theta == 0.0:
-                        state = coast_newmark(e, p, grid, state, end_period, end_step, log.counts)
+                        state = coast_newmark(e, p, grid, state, end, log.counts)
                 elif may_coast(e, state):
                     room = max_events - events
-                    state, struck = coast(
-                        e, p, grid, state, end_period, end_step, end_theta, log, c, room
-                    )
+                    state, struck = coast(e, p, grid, state, end, log, c, room)
                     events += struck
-                if not is_before(
-                    state.period, state.step, state.theta, end_period, end_step, end_theta
-                ):
+                if not is_before(state, end):
                     break
-            state, status = fly(e, p, grid, state, end_period, end_step, end_theta, log, samples, c)
+            state, status = fly(e, p, grid, state, end, log, samples, c)
             if status != OK:
                 return state, status
             events += state.order != FLIGHT
         if events > max_events:
             return state, MAX_IMPACTS
-    state = meet_at_end(e, p, grid, state, end_period, end_step, end_theta, log)
+    state = meet_at_end(e, p, grid, state, end, log)
     if is_watched(state.home, e.watched):
         return state, SUPPORT_REACHED
     return state, OK

@@ -12,8 +12,8 @@ import math
 from vibropipe.compiler import jit
 from vibropipe.march.grid import stays_between, whole_step
 from vibropipe.march.log import STEPS
-from vibropipe.march.state import FLIGHT, State, looked_at
-from vibropipe.physics.contact import frame
+from vibropipe.march.state import FLIGHT, State
+from vibropipe.physics.contact import frame_at
 from vibropipe.physics.load import load_contribution, sincos_at_step
 
 WIDTH = 64
@@ -31,21 +31,20 @@ EARLIER = 2.0**-46
 
 
 @jit
-def coast_newmark(e, p, grid, state, end_period, end_step, counts):
+def coast_newmark(e, p, grid, state, end, counts):
     """Whole steps in flight while it is certified that no support is reached in them."""
-    to_near, to_far = looked_at(e, state.home)
-    sigma, load, near, far = frame(p, state.home)
+    frame = frame_at(e, p, state.home)
+    sigma, load_y, load_w = frame.sigma, grid.b1 * frame.load, grid.b2 * frame.load
     period, step, y, w = state.period, state.step, state.y, state.w
-    load_y, load_w = grid.b1 * load, grid.b2 * load
     made = 0
-    while period < end_period or step < end_step:
+    while period < end.period or step < end.step:
         part_y, part_w = load_y, load_w
         if e.forcing is not None:
             s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
             part_y = load_contribution(sigma * grid.force[0], sigma * grid.force[1], load_y, s, c)
             part_w = load_contribution(sigma * grid.force[2], sigma * grid.force[3], load_w, s, c)
         y1, w1 = whole_step(grid.a11, grid.a12, grid.a21, grid.a22, y, w, part_y, part_w)
-        if not stays_between(grid, 0, y, w, y1, w1, 1.0, load, near, far, to_near, to_far):
+        if not stays_between(grid, frame, 0, y, w, y1, w1, 1.0):
             break
         y, w = y1, w1
         made += 1
@@ -60,10 +59,10 @@ def coast_newmark(e, p, grid, state, end_period, end_step, counts):
 @jit
 def enter(e, p, grid, home, y, w, until, block, i) -> None:
     """Put a motion in flight from `home` into place i of a block, to go by itself until a step."""
-    to_near, to_far = looked_at(e, home)
-    sigma, load, near, far = frame(p, home)
+    frame = frame_at(e, p, home)
+    sigma, near, far = frame.sigma, frame.near, frame.far
     block[Y + i], block[W + i] = y, w
-    block[P_L + i], block[Q_L + i] = grid.b1 * load, grid.b2 * load
+    block[P_L + i], block[Q_L + i] = grid.b1 * frame.load, grid.b2 * frame.load
     block[P_S + i], block[P_C + i] = sigma * grid.force[0], sigma * grid.force[1]
     block[Q_S + i], block[Q_C + i] = sigma * grid.force[2], sigma * grid.force[3]
     if e.forcing is None:
@@ -71,8 +70,8 @@ def enter(e, p, grid, home, y, w, until, block, i) -> None:
     length = abs(near) + abs(far) + abs(block[P_L + i]) + grid.dt * abs(block[Q_L + i])
     length += abs(block[P_S + i]) + abs(block[P_C + i])
     length += grid.dt * (abs(block[Q_S + i]) + abs(block[Q_C + i]))
-    block[LOW + i] = near + EARLIER * length if to_near else -math.inf
-    block[HIGH + i] = far - EARLIER * length if to_far else math.inf
+    block[LOW + i] = near + EARLIER * length if frame.to_near else -math.inf
+    block[HIGH + i] = far - EARLIER * length if frame.to_far else math.inf
     block[UNTIL + i] = until
 
 

@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import locate
-from vibropipe.physics.contact import chatter_duration, frame, support_position
+from vibropipe.march.grid import Instant, locate, phase_at
+from vibropipe.physics.contact import chatter_duration, frame_at, support_position
 from vibropipe.physics.load import (
     NEVER,
     Force,
@@ -50,27 +50,27 @@ class State(NamedTuple):
 
 
 @jit
-def is_before(period, step, theta, end_period, end_step, end_theta) -> bool:
-    """Whether a time lies strictly before the end."""
-    if period != end_period:
-        return period < end_period
-    if step != end_step:
-        return step < end_step
-    return theta < end_theta
+def is_before(at, end) -> bool:
+    """Whether an `Instant` or a state lies strictly before an `Instant`."""
+    if at.period != end.period:
+        return at.period < end.period
+    if at.step != end.step:
+        return at.step < end.step
+    return at.theta < end.theta
 
 
 @jit
-def place(grid, period, step, theta, wait):
-    """(period, step, theta) a time of `wait` turns later."""
-    later = theta + wait * grid.steps
+def place(grid, at, wait):
+    """The `Instant` a time of `wait` turns after an `Instant` or a state."""
+    later = at.theta + wait * grid.steps
     whole = math.floor(later)
     later -= whole
     if later > 1.0 - SAME_INSTANT:
         # A departure within rounding of the next step's start is its start: the sliver between them would
         # leave the mass at a distance below rounding.
         whole, later = whole + 1.0, 0.0
-    step += int(whole)
-    return period + step // grid.steps, step % grid.steps, later
+    step = at.step + int(whole)
+    return Instant(at.period + step // grid.steps, step % grid.steps, later)
 
 
 @jit
@@ -91,26 +91,12 @@ def is_watched(home, watched) -> bool:
 
 
 @jit
-def looked_at(e, home):
-    """(near, far): whether a motion written from `home` can reach the support near and the one far of it.
-
-    From the equilibrium support 2 is near and support 1 far; a mass stands on no support that is out of reach.
-    """
-    near, far = True, True
-    if e.support_1 is None:
-        near, far = e.support_2 is not None, False
-    elif e.support_2 is None:
-        near, far = home != 0, home == 0
-    return near, far
-
-
-@jit
 def release_wait(e, p, home, turn):
     """Turns from `turn` until a mass resting on `home` is released; 0 at once, NEVER."""
-    sigma, load, _near, _far = frame(p, home)
+    frame = frame_at(e, p, home)
     if e.forcing is None:
-        return 0.0 if load > 0.0 else NEVER
-    release = release_turn(p, sigma, load)
+        return 0.0 if frame.load > 0.0 else NEVER
+    release = release_turn(p, frame.sigma, frame.load)
     if release < 0.0:
         return 0.0
     if release == NEVER:
@@ -134,8 +120,7 @@ def departure(e, p, grid, home, w, turn):
     if e.rest is None:
         # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
         return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
-    _sigma, load, _near, _far = frame(p, home)
-    most = largest_force(p) + abs(load) + p.h * w
+    most = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
     if w > FASTEST_CHATTER * most and w * w > LOWEST_HOP * p.l * most:
         return WITH_SPEED, 0.0
     # Not the grid itself: to hand it over takes longer than to tell the plain departure above.
@@ -145,11 +130,11 @@ def departure(e, p, grid, home, w, turn):
 @jit
 def _slow_departure(e, p, period, home, w, turn, most):
     """`departure` with a speed that may be part of a chatter, or none; most: the largest push there can be."""
-    sigma, load, _near, _far = frame(p, home)
+    frame = frame_at(e, p, home)
     force = Force(0.0, 0.0)
     if e.forcing is not None:
-        force = force_at(p, sigma, turn)
-    push, rate, h = force.sine + load, force_rate(p, force), 0.0
+        force = force_at(p, frame.sigma, turn)
+    push, rate, h = force.sine + frame.load, force_rate(p, force), 0.0
     if e.damping is not None:
         h = p.h
         push -= h * w
@@ -177,16 +162,18 @@ def _slow_departure(e, p, period, home, w, turn, most):
 @jit
 def begin(e, p, grid, turns, x, v):
     """State of a motion that starts at `turns` forcing periods from (x, v); on a support with its home there."""
-    period, step, theta = locate(turns, grid.steps)
+    at = locate(turns, grid.steps)
     upper, lower = support_position(p, 1), support_position(p, 2)
-    if x < upper and x > lower:
-        return State(period, step, theta, 0, x, v, FLIGHT, 0.0)
-    home = 1 if x >= upper else 2
-    w = -v if home == 1 else v
-    if w < 0.0:
-        return State(period, step, theta, home, 0.0, w, STRIKES, 0.0)
-    if w > 0.0:
-        # However slow: where it ends in a chatter, that is one after an impact, which is logged.
-        return State(period, step, theta, home, 0.0, w, WITH_SPEED, 0.0)
-    order, _wait = departure(e, p, grid, home, w, (step + theta) / grid.steps)
-    return State(period, step, theta, home, 0.0, w, order, turns)
+    home, y, w, order, rest_start = 0, x, v, FLIGHT, 0.0
+    if not (x < upper and x > lower):
+        home = 1 if x >= upper else 2
+        y, w = 0.0, -v if home == 1 else v
+        if w < 0.0:
+            order = STRIKES
+        elif w > 0.0:
+            # However slow: where it ends in a chatter, that is one after an impact, which is logged.
+            order = WITH_SPEED
+        else:
+            order, _wait = departure(e, p, grid, home, w, phase_at(grid, at))
+            rest_start = turns
+    return State(at.period, at.step, at.theta, home, y, w, order, rest_start)

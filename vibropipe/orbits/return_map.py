@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.march.grid import Instant
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK, march
 from vibropipe.march.state import FLIGHT, REST, State, restitution_of
-from vibropipe.physics.contact import frame, support_position, to_displacement, to_velocity
+from vibropipe.physics.contact import frame_at, support_position, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.load import force_times, forcing_period
 from vibropipe.physics.saltation import product, saltation_matrix
@@ -50,10 +51,10 @@ def periods(e, p, grid, state, m, log, c, max_events):
     """
     overflow = False
     until = state.period + m
+    # Not a plain 0: numba would compile a march of its own for it.
+    end = Instant(until, until - until, 0.0)
     while True:
-        state, status = march(
-            e, p, grid, state, until, until - until, 0.0, log, None, c, max_events
-        )
+        state, status = march(e, p, grid, state, end, log, None, c, max_events)
         if status != LOG_FULL:
             break
         overflow = True
@@ -69,14 +70,14 @@ def section(p, state):
 
 
 @jit
-def difference(p, after, before):
+def difference(e, p, after, before):
     """(dy, dw) between two states in the frame of `before`, exact near its support."""
     if after.home == before.home:
         return after.y - before.y, after.w - before.w
-    sigma, load, _near, _far = frame(p, before.home)
+    frame = frame_at(e, p, before.home)
     x, v = section(p, after)
     # y = sigma (x - x_ref) and load = -sigma x_ref.
-    return (sigma * x + load) - before.y, sigma * v - before.w
+    return (frame.sigma * x + frame.load) - before.y, frame.sigma * v - before.w
 
 
 @jit
@@ -139,18 +140,18 @@ def multipliers(j11, j12, j21, j22):
 
 
 @jit
-def newton_step(p, state, after, j11, j12, j21, j22):
+def newton_step(e, p, state, after, j11, j12, j21, j22):
     """The next guess for a fixed point of the return map, and whether it lies between the supports."""
     if j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0:
         return at_period_zero(after), True
-    dy, dw = difference(p, after, state)
+    dy, dw = difference(e, p, after, state)
     a11, a22 = 1.0 - j11, 1.0 - j22
     determinant = a11 * a22 - j12 * j21
     if determinant == 0.0:
         return state, False
     y = state.y + (a22 * dy + j12 * dw) / determinant
     w = state.w + (j21 * dy + a11 * dw) / determinant
-    _sigma, _load, near, far = frame(p, state.home)
-    if not (y > near and y < far and abs(w) < math.inf):
+    frame = frame_at(e, p, state.home)
+    if not (y > frame.near and y < frame.far and abs(w) < math.inf):
         return state, False
     return State(0, 0, 0.0, state.home, y, w, FLIGHT, 0.0), True

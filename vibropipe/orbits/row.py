@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.march.grid import exact_grid
+from vibropipe.march.grid import exact_grid, locate
 from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
 from vibropipe.march.state import begin
@@ -158,6 +158,8 @@ def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     clear(log)
     log.counts[SAMPLES] = 0
     state = begin(e, p, grid, 0.0, x, v)
-    _end, status = march(e, p, grid, state, m, 0, 0.0, log, samples, c, 10_000_000)
+    _end, status = march(
+        e, p, grid, state, locate(float(m), grid.steps), log, samples, c, 10_000_000
+    )
     if status != OK:
         motion[row] = math.nan

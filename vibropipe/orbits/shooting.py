@@ -139,7 +139,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     for iteration in range(MAX_NEWTON):
         if iteration > 0:
             best = min(best, residual)
-            state, is_inside = newton_step(p, state, end, j11, j12, j21, j22)
+            state, is_inside = newton_step(e, p, state, end, j11, j12, j21, j22)
             if not is_inside:
                 break
             iterations = iteration
@@ -147,7 +147,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         end, status = periods(e, p, grid, state, m, log, c, EVENTS_PER_PERIOD * m)
         if status != OK and status != LOG_FULL:
             break
-        dy, dw = difference(p, end, state)
+        dy, dw = difference(e, p, end, state)
         change = abs(dy) + abs(dw)
         size = size_of(p, state, log)
         residual = change / size if size > 0.0 else 0.0
@@ -165,7 +165,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         if iteration > 2 and residual > 0.5 * best:
             # Newton's method near an orbit gains digits at every step; a chance return does not.
             break
-    dy, dw = difference(p, state, start)
+    dy, dw = difference(e, p, state, start)
     return Orbit(
         is_closed,
         status,

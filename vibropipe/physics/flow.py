@@ -37,7 +37,22 @@ def steps_for_exact(nu: float, h: float) -> int:
 def taylor(c, y, w, force, load, h, nu, dt) -> None:
     """Fill c[0..ORDER] so that y(t0 + theta dt) = sum c[n] theta^n for 0 <= theta <= 1, eq. (5).
 
-    y, w: displacement and velocity at t0; force: the `Force` at t0; load: its constant part; dt: the step.
+    Parameters
+    ----------
+    c : ndarray, shape (ORDER + 1,)
+    y, w : float
+        Displacement and velocity at t0.
+    force : Force
+        At t0.
+    load : float
+        The constant part of the load.
+    h, nu, dt : float
+        Damping, frequency of the force, the step.
+
+    References
+    ----------
+    Taylor series by recurrence: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I",
+    2nd ed., Springer (1993), sec. I.8.
     """
     d2 = dt * dt
     hd = h * dt
@@ -71,7 +86,13 @@ def velocity(c, degree: int, theta: float, dt: float) -> float:
 @jit_inline
 def motion_with_curvature(c, t: float):
     """Value, slope and curvature by theta of the polynomial of degree ORDER at t = theta, by Estrin's scheme:
-    its products run side by side, a third of the time of Horner's chain."""
+    its products run side by side, a third of the time of Horner's chain.
+
+    References
+    ----------
+    G. Estrin, "Organization of computer systems: the fixed plus variable structure computer", Proceedings of the
+    Western Joint IRE-AIEE-ACM Computer Conference (1960) 33-40.
+    """
     t2 = t * t
     t4 = t2 * t2
     t8 = t4 * t4

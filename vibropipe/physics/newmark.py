@@ -2,6 +2,9 @@
 
 Within a step the acceleration is its mean over the step, so the motion is a quadratic in time: the method's
 own interpolation, on which impacts are located so that second order survives.
+
+N. M. Newmark, "A method of computation for structural dynamics", Journal of the Engineering Mechanics Division,
+ASCE 85 (EM3) (1959) 67-94.
 """
 
 from __future__ import annotations

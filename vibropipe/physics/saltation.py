@@ -11,6 +11,11 @@ def saltation_matrix(restitution, velocity_before, acceleration_before, accelera
 
     The deviating motion arrives dt = -dx/x'- later; following it back through the reset gives
     [[-R, 0], [(a+ + R a-)/x'-, -R]], with determinant R^2.
+
+    References
+    ----------
+    M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, "Piecewise-smooth Dynamical Systems", Springer (2008),
+    sec. 2.5.
     """
     shear = (acceleration_after + restitution * acceleration_before) / velocity_before
     return -restitution, 0.0, shear, -restitution

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.march.grid import Grid, exact_grid, locate
+from vibropipe.march.grid import Grid, Instant, exact_grid, locate
 from vibropipe.march.log import (
     COUNTS,
     SHORT_FLIGHTS,
@@ -220,12 +220,12 @@ def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float])
         samples = Samples(*empty, 1, int(task.samples_per_period), *at)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
     c = np.empty(3 if grid.exact is None else ORDER + 1)
-    end: tuple[int, int, float] = locate(turns[1], grid.steps)
+    end: Instant = locate(turns[1], grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
     events, told = 0, int(state.period)
     while True:
         left = task.max_impacts - events
-        state, status = march(e, p, grid, state, *end, log, samples, c, left)
+        state, status = march(e, p, grid, state, end, log, samples, c, left)
         pieces.append(take(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
         if task.progress is not None:

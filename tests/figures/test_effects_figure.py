@@ -12,7 +12,8 @@ from vibropipe.figures.style import house_style, save
 from vibropipe.scenes.accuracy.report import NOT_REACHED, race_table
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.effects.report import effect_table, effect_words
-from vibropipe.words.vocabulary import Outcome, describe
+from vibropipe.words.measurements import Outcome
+from vibropipe.words.vocabulary import describe
 
 DIMS = ("motion", "kernel")
 

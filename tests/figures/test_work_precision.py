@@ -9,7 +9,9 @@ from drawing import draw, picture_of
 
 from vibropipe.figures.style import house_style, save
 from vibropipe.scenes.accuracy.text import conclusion
-from vibropipe.words.vocabulary import PARAMETERS, Outcome, describe
+from vibropipe.words.measurements import Outcome
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.vocabulary import describe
 
 DIMS = ("motion", "method", "setting")
 METHODS = ["crude", "newmark", "exact", "RK45"]

@@ -5,11 +5,11 @@ from dataclasses import MISSING, fields
 from typing import get_args
 
 import pytest
-from vibropipe.study.parts import ExciterKeys, Solver
 
 import vibropipe as vp
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
+from vibropipe.scenes.keys.parts import ExciterKeys, Solver
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.methods import METHODS
 from vibropipe.words.outputs import (

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 import pytest
-from oracles import Motion, Twin
+from oracles import Motion, Oracle
 from textbook import Parameters, digits
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -81,9 +81,9 @@ def judge(
     """March the twin, and march it again with every input nudged a little differently."""
     # off resonance by SMALL, the closed form loses 60 digits
     context = digits(p, 110 if p.nu == 1 and p.h == 0 else 50)
-    base = Twin(p, context).run(tau_end, x0, v0, tau_start)
+    base = Oracle(p, context).run(tau_end, x0, v0, tau_start)
     small = context.mpf(SMALL)
-    other = Twin(p, context, [small * weight for weight in NUDGE])
+    other = Oracle(p, context, [small * weight for weight in NUDGE])
     start = {p.upper: other.bound[1], p.lower: other.bound[2]}.get(x0, x0 * (1 - small))
     near = other.run(tau_end, start, v0 * (1 + small), tau_start)
     if not same_events(base, near):
@@ -205,7 +205,7 @@ def brute_force_orbit(
 
     Every period starts at phase zero again, so that tau stays small and exact.
     """
-    twin, period = Twin(p, mpmath.fp), 2 * math.pi / p.nu
+    twin, period = Oracle(p, mpmath.fp), 2 * math.pi / p.nu
     x, v = x0, v0
     strobes, counts = [], []
     for n in range(patience + 2 * most):

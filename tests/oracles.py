@@ -68,7 +68,7 @@ def side_of(support: int) -> int:
     return (0, 1, -1)[support]
 
 
-class Twin:
+class Oracle:
     """One exciter marched event by event. `run` is the only thing to call.
 
     `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts; h by as much
@@ -123,24 +123,26 @@ class Twin:
         self.motion.impacts.append(Impact(tau, on, v, after))
         return after
 
-    def push(self, on: int, tau: Any) -> Any:
+    def pressing_force(self, on: int, tau: Any) -> Any:
         """Force that presses the resting mass into the support (negative: pulls it off)."""
         return side_of(on) * (self.f * self.c.sin(self.nu * tau) - self.bound[on])
 
     def still_from(self, on: int, tau: Any, v: Any) -> Any:
         """The instant from which the mass lies still on its support, None if it flies on."""
-        push, side, R = self.push(on, tau), side_of(on), self.restitution[on]
+        pressing_force, side, R = self.pressing_force(on, tau), side_of(on), self.restitution[on]
         if v == 0:
-            if push == 0:  # balanced: what comes next decides
+            if pressing_force == 0:  # balanced: what comes next decides
                 slope = side * self.f * self.nu * self.c.cos(self.nu * tau)
                 return tau if slope > 0 or (slope == 0 and side * self.bound[on] <= 0) else None
-            return tau if push > 0 else None
-        if push <= 0 or R == 1:
+            return tau if pressing_force > 0 else None
+        if pressing_force <= 0 or R == 1:
             return None
         # The series of hops under a steady push a: flights of 2 w/a, each R times the one before.
-        left = 2 * abs(v) / (push * (1 - R))
-        small = v**2 / (2 * push) <= self.last_height * self.room
-        steady = left * (self.most_force * self.nu + self.h * push) <= push / 1000
+        left = 2 * abs(v) / (pressing_force * (1 - R))
+        small = v**2 / (2 * pressing_force) <= self.last_height * self.room
+        steady = (
+            left * (self.most_force * self.nu + self.h * pressing_force) <= pressing_force / 1000
+        )
         return tau + left if small and steady else None
 
     def lie(self, on: int, start: Any) -> tuple[Any, Any, Any]:
@@ -213,8 +215,8 @@ class Twin:
         j_most = self.h * a_most + v_most + self.most_force * self.nu
         if v != 0:
             step = abs(v) / a_most
-        elif not released and self.push(on, tau) != 0:
-            step = abs(self.push(on, tau)) / j_most
+        elif not released and self.pressing_force(on, tau) != 0:
+            step = abs(self.pressing_force(on, tau)) / j_most
         else:
             slope = abs(self.f * self.nu * self.c.cos(self.nu * tau))
             next_most = self.h * j_most + a_most + self.most_force * self.nu**2
@@ -224,7 +226,7 @@ class Twin:
 
     def grazes(self, near: int, tau: Any, v: Any) -> Any:
         """Turning time if the mass turns back by itself within the grazing depth, else None."""
-        away = self.h * v * side_of(near) - self.push(near, tau)
+        away = self.h * v * side_of(near) - self.pressing_force(near, tau)
         if away <= 0 or v**2 / (2 * away) > GRAZING_DEPTH * self.room:
             return None
         turn = tau + abs(v) / away

@@ -154,7 +154,7 @@ def motion_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
     orbit = rows["period_multiple"].values > 0
     upper, lower, near = supports_of(rows)
     x, v = rows["displacement"].values, rows["velocity"].values
-    # A graze as deep as this is no impact (`march.roots.DEEPEST_TOUCH`, of all lengths the gap is made of).
+    # A graze as deep as this is no impact (`march.roots.MAX_GRAZING_DEPTH`, of all lengths the gap is made of).
     rounding = 2.0**-46 * near
     sampled = np.isfinite(x).all(axis=1) & np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):

@@ -9,9 +9,9 @@ import pytest
 
 import vibropipe as vp
 from vibropipe import cli
-from vibropipe.bench.cases import by_the_book, in_lanes, one_motion, rows_near, swept
+from vibropipe.bench.cases import in_lanes, one_motion, rows_near, swept, textbook_run
 from vibropipe.bench.formatting import as_json, as_text
-from vibropipe.bench.measurement import Contestant, Item, Ready, Target, measure
+from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target, measure
 from vibropipe.bench.textbook import textbook
 from vibropipe.lab import peers
 
@@ -28,8 +28,8 @@ class Work:
         Work.now += often * self.seconds[self.calls % len(self.seconds)]
         self.calls += 1
 
-    def contestant(self, name: str, units: float = 1.0, error: float = math.nan) -> Contestant:
-        return Contestant(name, lambda: Ready(self, units, error), lambda: Work.now)
+    def contestant(self, name: str, units: float = 1.0, error: float = math.nan) -> Candidate:
+        return Candidate(name, lambda: PreparedRun(self, units, error), lambda: Work.now)
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def item():
         [
             Work(0.01).contestant("ours", 10.0, 1e-15),
             Work(0.05).contestant("slow", 5.0),
-            Contestant("absent", lambda: "not installed"),
+            Candidate("absent", lambda: "not installed"),
         ],
         [Target("ours", "slow", 10), Target("ours", "slow", 11), Target("ours", "absent", 2)],
     )
@@ -123,4 +123,4 @@ def test_rows_of_the_lanes_strike_twice_a_period():
     for e in listed:
         found = vp.simulate(e, 20 * e.period, samples_per_period=0)
         assert found.sizes["impact"] == pytest.approx(40, abs=2)
-    assert in_lanes().units == 128 * by_the_book().units
+    assert in_lanes().units == 128 * textbook_run().units

@@ -25,10 +25,10 @@ def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
 
 @pytest.mark.parametrize("words", [["many"], ["1e3", "-1"], ["inf"], ["1e99"], ["nan"]])
 def test_what_is_no_number_of_points_is_named(words):
-    assert growth.asked(["1e3", "20"]) == [1000, 20]
-    assert growth.asked([]) == growth.POINTS
+    assert growth.parse_points(["1e3", "20"]) == [1000, 20]
+    assert growth.parse_points([]) == growth.POINTS
     with pytest.raises(SystemExit, match=rf"found {words[0]}.* allowed numbers of points"):
-        growth.asked(words)
+        growth.parse_points(words)
 
 
 def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):

@@ -27,12 +27,12 @@ import numpy as np
 from vibropipe.lab.simulate_rows import _drive
 from vibropipe.bench.cases import newmark
 from vibropipe.bench.measurement import measure
-from vibropipe.march.newmark_steps import SIZE, STRIDE, stride
+from vibropipe.march.newmark_steps import SIZE, STRIDE, advance_block
 
 item = newmark()
 measure([item], 7)
 compiled_for = [key[1] for key in _drive._cache._cache_file._load_index()]
-alone = numba.jit(**stride.targetoptions)(stride.py_func)
+alone = numba.jit(**advance_block.targetoptions)(advance_block.py_func)
 alone(np.zeros(SIZE), np.zeros(2 * STRIDE), STRIDE)
 (code,) = alone.inspect_asm().values()
 (target,) = item.targets

@@ -9,7 +9,7 @@ import time
 import pytest
 from sharded_study import PROGRAM, said_until
 
-from vibropipe.store import check_whole
+from vibropipe.store import check_intact
 
 MOMENTS = 40
 INTERRUPTED_IMPORT = """\
@@ -75,7 +75,7 @@ def test_ctrl_c_at_any_moment(seed, work, tmp_path):
         process.send_signal(signal.SIGINT)
         if output.exists():  # all that was left was the end of the interpreter
             assert "Traceback" not in process.communicate(timeout=60)[1]
-            check_whole(output)
+            check_intact(output)
         else:
             check_end(process)
     assert {path.name for path in tmp_path.iterdir()} <= {"response.nc", "response.json"}

@@ -8,9 +8,9 @@ import xarray as xr
 from drawing import caption, picture_of
 
 from vibropipe.figures.text import (
-    grid_words,
+    format_number,
+    grid_text,
     mathtext,
-    number,
     parameter_line,
     plain_parameters,
     regime_name,
@@ -34,11 +34,11 @@ from vibropipe.words.wording import count, series
     ],
 )
 def test_number(value, text):
-    assert number(value) == text
+    assert format_number(value) == text
 
 
 def test_number_keeps_the_digits_asked_for():
-    assert float(number(0.888613761684971, 6)) == 0.888614
+    assert float(format_number(0.888613761684971, 6)) == 0.888614
 
 
 def test_mathtext_raises_powers_of_ten():
@@ -63,8 +63,8 @@ def test_parameters_that_are_swept_are_not_in_the_line(made):
 
 
 def test_grids_are_written_whole_or_by_their_ends():
-    assert grid_words(np.array([0.1, 0.5])) == "0.1, 0.5"
-    assert grid_words(np.linspace(3, 0, 31)) == "0 … 3 (31 values)"
+    assert grid_text(np.array([0.1, 0.5])) == "0.1, 0.5"
+    assert grid_text(np.linspace(3, 0, 31)) == "0 … 3 (31 values)"
 
 
 def test_motion_counts_impacts_and_names_grazing(made):
@@ -73,7 +73,9 @@ def test_motion_counts_impacts_and_names_grazing(made):
     for support in (1, 2):
         at = dataset["impact_support"].values == support
         hardest = np.abs(dataset["impact_velocity"].values[at]).max()
-        assert f"upport {support} is struck {at.sum()} times at up to {number(hardest)}" in text
+        assert (
+            f"upport {support} is struck {at.sum()} times at up to {format_number(hardest)}" in text
+        )
     assert "Support 1 is only grazed, touched at zero velocity, twice (first at τ = 4.71)" in text
     assert text.startswith("Displacement and velocity")
 
@@ -108,9 +110,9 @@ def test_map_says_shares_and_where_impacts_are_hardest(made):
     kind, dataset = made["map"]
     text = picture_of(kind, dataset).describe(dataset, None, {})
     two_sided = float((dataset["regime"] == REGIMES["two_sided"]).mean())
-    assert f"{number(100 * two_sided, 3)} % two-sided" in text
+    assert f"{format_number(100 * two_sided, 3)} % two-sided" in text
     top = dataset["impact_velocity_max"].sel(support=2)
-    assert f"support 2 is struck hardest, {number(float(top.max()))}, at ν = " in text
+    assert f"support 2 is struck hardest, {format_number(float(top.max()))}, at ν = " in text
 
 
 def test_place_of_the_largest_value():

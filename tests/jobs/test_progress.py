@@ -6,9 +6,9 @@ import time
 import pytest
 
 from vibropipe.jobs import progress
-from vibropipe.jobs.progress import shown, words
+from vibropipe.jobs.progress import progress_text, show_progress
 from vibropipe.jobs.solving import solve_scene
-from vibropipe.scenes.motion.solve import added_up
+from vibropipe.scenes.motion.solve import accumulate_progress
 from vibropipe.study import parse_study
 
 SCENES = {
@@ -67,15 +67,15 @@ def clock(monkeypatch):
     ],
 )
 def test_words_tell_what_is_done_the_rate_and_the_time_left(given, said):
-    assert words(*given, "rows") == said
+    assert progress_text(*given, "rows") == said
 
 
 def test_a_log_gets_few_plain_lines_and_a_last_one(clock):
     log = io.StringIO()
-    with shown("response", stream=log) as told:
+    with show_progress("response", stream=log) as on_progress:
         for second in range(1, 3601):
             clock[0] = float(second)
-            told(second, 3600)
+            on_progress(second, 3600)
     lines = log.getvalue().splitlines()
     assert lines[0] == "response: 5 of 3,600 rows, 1 rows/s, 59 min 55 s left"
     assert lines[1].startswith("response: 10 of 3,600")
@@ -88,10 +88,10 @@ def test_a_log_gets_few_plain_lines_and_a_last_one(clock):
 def test_a_terminal_gets_a_bar(clock, monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     terminal = Terminal()
-    with shown("response", stream=terminal) as told:
+    with show_progress("response", stream=terminal) as on_progress:
         for done in (1000, 2000, 4000):
             clock[0] += 1.0
-            told(done, 4000)
+            on_progress(done, 4000)
     said = terminal.getvalue()
     assert "1,000 of 4,000 rows, 1,000 rows/s, 3.0 s left" in said
     assert "4,000 rows in 3.0 s, 1,333 rows/s" in said
@@ -116,8 +116,8 @@ def test_a_work_of_unknown_length_tells_what_is_done_and_the_rate(clock, monkeyp
     monkeypatch.setenv("TERM", "xterm")
     for stream in (io.StringIO(), Terminal()):
         clock[0] = 0.0
-        with shown("motion", "periods", stream) as told:
-            piece = added_up(told, 0)
+        with show_progress("motion", "periods", stream) as on_progress:
+            piece = accumulate_progress(on_progress, 0)
             for _ in range(12):
                 clock[0] += 1.0
                 piece(1000)
@@ -131,8 +131,8 @@ def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
     begin = time.process_time()
     solve_scene(study, "marched", progress=lambda *counts: calls.append(counts))
     worked = time.process_time() - begin
-    with shown("marched", "periods", io.StringIO()) as told:
-        piece = added_up(told, 10**9)
+    with show_progress("marched", "periods", io.StringIO()) as on_progress:
+        piece = accumulate_progress(on_progress, 10**9)
         begin = time.process_time()
         for _ in range(10_000):
             piece(1)
@@ -145,13 +145,13 @@ def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
 def test_progress_costs_less_than_one_percent(stream, clock, monkeypatch):
     """A word of progress every 10 ms, the quickest rows; in each half second one word is drawn."""
     monkeypatch.setenv("TERM", "xterm")
-    with shown("response", stream=stream) as told:
+    with show_progress("response", stream=stream) as on_progress:
         clock[0] = 1e-3
-        told(1, 10**9)  # what is loaded once
+        on_progress(1, 10**9)  # what is loaded once
         begin = time.process_time()
         for done in range(2, 1002):
             clock[0] += 0.01
-            told(done, 10**9)
+            on_progress(done, 10**9)
         spent = time.process_time() - begin
     assert stream.getvalue()
     assert spent < 0.01 * 10

@@ -55,7 +55,7 @@ def sweep_of(*given: object, **keys: object) -> SweepScene:
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
-    assert plan.MOST_IMPACTS == rows.ORBIT_LOG_CAPACITY
+    assert plan.MAX_IMPACTS_KEPT == rows.ORBIT_LOG_CAPACITY
     assert costs.PHASE_SAMPLES == rows.PHASES
 
 

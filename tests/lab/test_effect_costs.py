@@ -10,19 +10,19 @@ import pytest
 import vibropipe as vp
 from vibropipe.lab import timing
 from vibropipe.lab.effect_costs import KERNELS, measure_effects
-from vibropipe.lab.effect_work import Trial, works_of
-from vibropipe.lab.timing import Timer, spent_on, take_turns
-from vibropipe.lab.work_precision_methods import March, Motion
+from vibropipe.lab.effect_work import TimingCase, works_by_kernel
+from vibropipe.lab.timing import Timer, expected_timing, time_in_rounds
+from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.words.measurements import Passed
 
-FULL = Motion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 4)
-PLAIN = Motion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
-UNFORCED = Motion(vp.Exciter(l=0.5, h=0.005, R1=0.99, R2=0.99), 0.0, 2.0, 20)
-FREE = Motion(vp.Exciter(l=0.5), 0.0, -0.51, 1000)
-QUIET = Motion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
+FULL = BenchmarkMotion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 4)
+PLAIN = BenchmarkMotion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
+UNFORCED = BenchmarkMotion(vp.Exciter(l=0.5, h=0.005, R1=0.99, R2=0.99), 0.0, 2.0, 20)
+FREE = BenchmarkMotion(vp.Exciter(l=0.5), 0.0, -0.51, 1000)
+QUIET = BenchmarkMotion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
 
 
 class Clock:
@@ -43,27 +43,27 @@ def test_times_are_per_unit_and_all_take_turns():
     clock = Clock()
     quick, slow = clock.timer("quick", 1e-6, 4), clock.timer("slow", 0.05, 1)
     told = []
-    take_turns([quick, slow], 3, lambda *counts: told.append(counts))
+    time_in_rounds([quick, slow], 3, lambda *counts: told.append(counts))
     assert told == [(taken, 6) for taken in range(1, 7)]
     assert quick.times == pytest.approx([250.0] * 3)
     assert slow.times == pytest.approx([5e7] * 3)
-    assert quick.often * 1e-6 >= timing.SHORTEST
+    assert quick.n_calls * 1e-6 >= timing.MIN_SECONDS
     rounds = [name for i, name in enumerate(clock.done) if i == 0 or clock.done[i - 1] != name]
     assert rounds == ["quick", "slow"] * 4  # the first of them warms
 
 
 def test_a_timer_stops_when_all_it_may_spend_is_spent():
     timer = Clock().timer("long", 0.1, 1)
-    take_turns([timer], 50)
+    time_in_rounds([timer], 50)
     assert timer.spent == pytest.approx(0.3)
-    assert spent_on(0.1, 50) == pytest.approx(0.35)
-    assert spent_on(1e-6, 10) == pytest.approx(2 * 2e-3 + 10 * 3e-3)
+    assert expected_timing(0.1, 50) == pytest.approx(0.35)
+    assert expected_timing(1e-6, 10) == pytest.approx(2 * 2e-3 + 10 * 3e-3)
 
 
 @pytest.mark.parametrize("motion", [FULL, PLAIN, UNFORCED], ids=["full", "plain", "unforced"])
 def test_every_kernel_marches_the_same_contacts(motion):
     marches = []
-    for effects in (ALL_EFFECTS, Trial(motion).effects):
+    for effects in (ALL_EFFECTS, TimingCase(motion).effects):
         march = March(motion, exact_grid(effects, motion.exciter.parameters()), effects)
         march.repeat(3)
         marches.append(march.log)
@@ -81,13 +81,13 @@ def test_every_kernel_marches_the_same_contacts(motion):
 @pytest.fixture(scope="module")
 def measured():
     trials = {
-        "full": Trial(FULL),
-        "plain": Trial(PLAIN, at_most=1e6),
-        "free": Trial(FREE, at_most=1e-6),
-        "sampled": Trial(PLAIN, outputs=("impacts", "motion")),
-        "alone": Trial(PLAIN, against="sampled", at_most=0.9),
-        "row": Trial(PLAIN, row=True, outputs=("harmonics",)),
-        "quiet": Trial(QUIET, row=True, outputs=("harmonics",), against="row"),
+        "full": TimingCase(FULL),
+        "plain": TimingCase(PLAIN, at_most=1e6),
+        "free": TimingCase(FREE, at_most=1e-6),
+        "sampled": TimingCase(PLAIN, outputs=("impacts", "motion")),
+        "alone": TimingCase(PLAIN, against="sampled", at_most=0.9),
+        "row": TimingCase(PLAIN, row=True, outputs=("harmonics",)),
+        "quiet": TimingCase(QUIET, row=True, outputs=("harmonics",), against="row"),
     }
     return measure_effects(trials, FULL, lambda motion, row, outputs: 8.0 + motion.periods, 9)
 
@@ -143,7 +143,7 @@ def test_motions_are_what_they_are_said_to_be(measured):
 
 
 def test_a_row_is_worth_the_periods_it_takes_to_settle():
-    works = works_of(Trial(PLAIN, row=True, outputs=("harmonics",)), FULL)
+    works = works_by_kernel(TimingCase(PLAIN, row=True, outputs=("harmonics",)), FULL)
     settled = vp.steady_state(PLAIN.exciter)
     assert works["own"].periods == int(settled.periods_to_settle)
     assert works["own"].units == 1

@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from oracles import Twin
+from oracles import Oracle
 from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
@@ -34,7 +34,7 @@ def test_the_matrix_exponential_is_the_closed_form(nu: float, h: float) -> None:
 
 def test_the_series_of_a_chatter_is_the_twins() -> None:
     p = Parameters(**PRESSED, R1=0.8)
-    impacts = Twin(p, digits(p)).run(9.0, FALL, 0.0).impacts
+    impacts = Oracle(p, digits(p)).run(9.0, FALL, 0.0).impacts
     assert len(impacts) > 8
     for n, impact in enumerate(impacts[:9]):
         tau, speed = chatter_series(0.8, n)

@@ -10,7 +10,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.lab.hard_cases import CASES, solve_hard_cases
-from vibropipe.lab.hard_cases.case import Bound, Case, Solver, judge, solvers
+from vibropipe.lab.hard_cases.case import Bound, Case, Solver, evaluate_case, solvers
 from vibropipe.words.measurements import Passed
 from vibropipe.words.regimes import Regime
 
@@ -38,7 +38,7 @@ def test_each_case_is_passed_by_every_solver(found: Any, name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(LONG))
 def test_the_long_cases_are_passed_by_the_exact_method(name: str) -> None:
-    assert judge(BY_NAME[name], Solver("exact")).passed is True
+    assert evaluate_case(BY_NAME[name], Solver("exact")).passed is True
 
 
 def test_the_dataset_says_what_was_done(found: Any) -> None:
@@ -153,14 +153,14 @@ def broken(spoil: Any, steps: int | None = None) -> Solver:
     ],
 )
 def test_a_wrong_result_is_not_passed(name: str, spoil: Any) -> None:
-    assert judge(BY_NAME[name], Solver("exact")).passed is True
-    assert judge(BY_NAME[name], broken(spoil)).passed is False
+    assert evaluate_case(BY_NAME[name], Solver("exact")).passed is True
+    assert evaluate_case(BY_NAME[name], broken(spoil)).passed is False
 
 
 @pytest.mark.parametrize("name", ["damping", "extremes", "offset", "slow_force"])
 def test_newmark_is_held_to_what_no_method_may_break(name: str) -> None:
     for spoil in (lossless, lambda ds: ds.assign(displacement=ds.displacement * 1.5)):
-        found = judge(BY_NAME[name], broken(spoil, 60))
+        found = evaluate_case(BY_NAME[name], broken(spoil, 60))
         assert found.measured >= 1
         assert found.passed is False
 
@@ -178,8 +178,8 @@ def test_newmark_is_held_to_what_no_method_may_break(name: str) -> None:
     ],
 )
 def test_newmarks_labels_see_a_wrong_motion(name: str, spoil: Any) -> None:
-    assert judge(BY_NAME[name], Solver("newmark", 60)).passed is True
-    assert judge(BY_NAME[name], broken(spoil, 60)).passed is False
+    assert evaluate_case(BY_NAME[name], Solver("newmark", 60)).passed is True
+    assert evaluate_case(BY_NAME[name], broken(spoil, 60)).passed is False
 
 
 @pytest.mark.parametrize("steps", [8, 60])
@@ -190,7 +190,7 @@ def test_newmarks_own_balance_of_energy_sees_a_wrong_number(steps: int) -> None:
         return ds.assign(displacement=("tau", x))
 
     for spoil in (lossless, nudged):
-        assert judge(BY_NAME["energy_of_motions"], broken(spoil, steps)).passed is False
+        assert evaluate_case(BY_NAME["energy_of_motions"], broken(spoil, steps)).passed is False
 
 
 @pytest.mark.parametrize("steps", [None, 60])
@@ -198,7 +198,7 @@ def test_a_solver_that_takes_anything_is_not_passed(steps: int | None) -> None:
     def simulate(exciter: Any, **named: Any) -> Any:
         return vp.simulate(vp.Exciter(l=10.0), tau_end=1.0)
 
-    taken = judge(BY_NAME["refused"], Solver("broken", steps, simulate=simulate))
+    taken = evaluate_case(BY_NAME["refused"], Solver("broken", steps, simulate=simulate))
     assert taken.passed is False
     assert taken.measured == 5
 

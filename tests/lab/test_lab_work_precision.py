@@ -7,16 +7,16 @@ import math
 
 import numpy as np
 import pytest
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
 from vibropipe.lab import peers
-from vibropipe.lab.work_precision import Judge, enter, solve_accuracy
+from vibropipe.lab.work_precision import MotionReference, build_method, solve_accuracy
 from vibropipe.lab.work_precision_methods import (
     SAMPLES,
-    Motion,
-    Shown,
+    BenchmarkMotion,
+    MethodResult,
     exact,
     newmark,
     newmark_crude,
@@ -24,8 +24,8 @@ from vibropipe.lab.work_precision_methods import (
 from vibropipe.scenes.accuracy.summary import orders
 from vibropipe.words.vocabulary import Outcome
 
-SYMMETRIC = Motion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
-CHATTER = Motion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 2)
+SYMMETRIC = BenchmarkMotion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
+CHATTER = BenchmarkMotion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 2)
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,7 @@ def test_the_crude_kernel_is_the_crude_method_written_down_plainly():
 
 def test_samples_of_all_methods_are_of_the_last_period():
     p = Parameters(nu=1, f=-1, h=0.2, l=0.5, R1=0.7, R2=0.7)
-    twin = Twin(p, digits(p, 30)).run(SYMMETRIC.tau_end)
+    twin = Oracle(p, digits(p, 30)).run(SYMMETRIC.tau_end)
     times = (5 + np.arange(SAMPLES) / SAMPLES) * SYMMETRIC.exciter.period
     truth = [float(twin.state(twin.pieces[0][0] * 0 + t)[0]) for t in times]
     for contestant, allowed in (
@@ -132,13 +132,13 @@ def test_samples_of_all_methods_are_of_the_last_period():
         assert np.abs(contestant.show().samples - truth).max() < allowed
 
 
-def shown(**changes) -> Shown:
+def shown(**changes) -> MethodResult:
     found = exact(SYMMETRIC).show()
     return found._replace(**changes)
 
 
 def test_a_missed_impact_is_found_out():
-    judge = Judge(SYMMETRIC)
+    judge = MotionReference(SYMMETRIC)
     whole = shown()
     assert judge.errors(whole)[0] == Outcome.OK
     less = shown(
@@ -150,7 +150,7 @@ def test_a_missed_impact_is_found_out():
 
 
 def test_errors_are_those_put_in():
-    judge = Judge(SYMMETRIC)
+    judge = MotionReference(SYMMETRIC)
     whole = shown()
     off = shown(
         end=(whole.end[0] + 1e-3 * judge.size, whole.end[1]),
@@ -172,14 +172,14 @@ def test_a_fall_through_a_support_is_found_out():
 
 
 def test_a_peer_that_does_not_end_is_stopped_by_its_work_whatever_the_machine(monkeypatch):
-    first = Judge(CHATTER).errors(enter("DOP853", 1e-6, CHATTER).show())
+    first = MotionReference(CHATTER).errors(build_method("DOP853", 1e-6, CHATTER).show())
     assert first[0] == Outcome.DID_NOT_END
     # a motion with no impact in it ends within a bound and not within one less than it needs
-    easy = Motion(vp.Exciter(l=0.5, f=0.01, h=0.2), 0.0, 0.0, 2)
-    needed = enter("RK45", 1e-6, easy).show().work[1]
+    easy = BenchmarkMotion(vp.Exciter(l=0.5, f=0.01, h=0.2), 0.0, 0.0, 2)
+    needed = build_method("RK45", 1e-6, easy).show().effort[1]
     for most, outcome in ((needed // 2 + 1, Outcome.OK), (needed // 2, Outcome.DID_NOT_END)):
-        monkeypatch.setattr(peers, "MOST_WORK", most)
-        assert enter("RK45", 1e-6, easy).show().outcome == outcome
+        monkeypatch.setattr(peers, "MAX_WORK", most)
+        assert build_method("RK45", 1e-6, easy).show().outcome == outcome
 
 
 def test_all_but_the_times_is_the_same_in_every_run():
@@ -193,7 +193,7 @@ def test_all_but_the_times_is_the_same_in_every_run():
 
 def test_the_crude_way_is_right_where_steps_are_too_many_for_a_table():
     ends = [newmark_crude(SYMMETRIC, steps).show().end for steps in (8192, 10_000, 30_000)]
-    truth = Judge(SYMMETRIC).end
+    truth = MotionReference(SYMMETRIC).end
     assert np.abs(np.array(ends) - truth).max() < 5e-3
     assert np.abs(np.array(ends[-1]) - truth).max() < 2e-3
 
@@ -205,10 +205,10 @@ def test_a_peer_that_is_not_there_is_told(monkeypatch):
 
 
 def test_heyoka_meets_the_truth_where_it_is_installed():
-    entered = enter("heyoka", 1e-12, SYMMETRIC)
+    entered = build_method("heyoka", 1e-12, SYMMETRIC)
     if importlib.util.find_spec("heyoka") is None:
         assert entered == Outcome.NOT_INSTALLED
         return
-    outcome, errors = Judge(SYMMETRIC).errors(entered.show())
+    outcome, errors = MotionReference(SYMMETRIC).errors(entered.show())
     assert outcome == Outcome.OK
     assert max(errors) < 1e-9

@@ -133,7 +133,7 @@ def test_bad_input_is_named(changed, said):
 @pytest.mark.skipif(not llvm.get_host_cpu_features().get("avx"), reason="no wide vector registers")
 def test_a_stride_is_made_of_packed_instructions():
     """Products and sums of all steps, each on as many motions as a register holds."""
-    stride = newmark_steps.stride
+    stride = newmark_steps.advance_block
     # Compiled anew: of code from the cache there is nothing to be read.
     fresh = numba.jit(**stride.targetoptions)(stride.py_func)
     block, sin_cos = np.zeros(newmark_steps.SIZE), np.zeros(2 * newmark_steps.STRIDE)

@@ -7,10 +7,10 @@ from decimal import Context, Decimal, localcontext
 import numpy as np
 import pytest
 from comparisons import reference
-from oracles import Twin as OtherTwin
+from oracles import Oracle as OtherTwin
 from textbook import Parameters, digits
 
-from vibropipe.lab.reference_solver import PI, Twin, period_of
+from vibropipe.lab.reference_solver import PI, ReferenceSolver, period_of
 from vibropipe.physics.exciter import Exciter
 
 TWENTY_DIGITS = Decimal("1e-20")
@@ -18,10 +18,10 @@ TWENTY_DIGITS = Decimal("1e-20")
 AT_A_TOUCH = {"fig7_conservative_graze": Decimal("1e-19")}
 
 
-def twin_of(entry: dict[str, str]) -> Twin:
+def twin_of(entry: dict[str, str]) -> ReferenceSolver:
     """The twin with the decimal parameters of a reference, not their nearest doubles."""
     p = {name: Decimal(entry[name]) for name in ("nu", "f", "h", "l", "delta", "R1", "R2")}
-    twin = Twin(Exciter(**{name: float(value) for name, value in p.items()}))
+    twin = ReferenceSolver(Exciter(**{name: float(value) for name, value in p.items()}))
     twin.nu, twin.f, twin.h = p["nu"], p["f"], p["h"]
     twin.bound = {1: p["l"] + p["delta"], 2: p["delta"] - p["l"]}
     twin.restitution = {1: p["R1"], 2: p["R2"]}
@@ -49,7 +49,7 @@ def test_states_on_the_way_agree_with_the_other_twin() -> None:
     exciter = Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7)
     p = Parameters(nu=0.3, f=1.5, h=0.2, l=0.5, R1=0.7, R2=0.7)
     times = [Decimal(k) for k in range(0, 40, 3)]
-    truth = Twin(exciter).run(0.0, 0.0, times)
+    truth = ReferenceSolver(exciter).run(0.0, 0.0, times)
     motion = OtherTwin(p, digits(p, 40)).run(40.0)
     for at, (x, v) in zip(times, truth.states, strict=True):
         other = motion.state(motion.pieces[0][0] * 0 + int(at))
@@ -60,9 +60,9 @@ def test_states_on_the_way_agree_with_the_other_twin() -> None:
 def test_rounds_that_repeat_are_those_that_are_marched(monkeypatch: pytest.MonkeyPatch) -> None:
     exciter = Exciter(l=0.5, delta=0.01)
     times = [period_of(1.0) * 20, period_of(1.0) * 30]
-    quick = Twin(exciter).run(0.0, -0.8, times)
-    monkeypatch.setattr(Twin, "repeat", lambda self, on: None)
-    slow = Twin(exciter).run(0.0, -0.8, times)
+    quick = ReferenceSolver(exciter).run(0.0, -0.8, times)
+    monkeypatch.setattr(ReferenceSolver, "repeat", lambda self, on: None)
+    slow = ReferenceSolver(exciter).run(0.0, -0.8, times)
     assert len(quick.impacts) == len(slow.impacts) > 50
     for one, two in zip(quick.impacts, slow.impacts, strict=True):
         assert abs(one[0] - two[0]) <= Decimal("1e-34")

@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 import vibropipe as vp
 from vibropipe.compiler import jit
 from vibropipe.lab.simulate_rows import simulate_rows
-from vibropipe.solve.rows import drive
+from vibropipe.solve.rows import solve_piece
 from vibropipe.words.outputs import OUTPUTS
 
 # What is left is no fault of a row: arrays are made once per row or motion, their sizes bounded by constants, so only
@@ -109,4 +109,4 @@ def test_what_can_raise_is_seen() -> None:
 
 def test_drivers_keep_what_they_may_raise_to_allocation(functions: dict[str, Any]) -> None:
     """The list of what is let pass is no longer than it must be."""
-    assert set(raised_by(drive)) == OF_ALLOCATION
+    assert set(raised_by(solve_piece)) == OF_ALLOCATION

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from vibropipe.march.grid import exact_grid, force_part, stays_between
+from vibropipe.march.grid import exact_grid, force_at_step, stays_between
 from vibropipe.physics.contact import Frame
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
@@ -38,7 +38,7 @@ def test_what_is_certified_touches_nothing(
         force = Force(sigma * f * np.sin(turn), sigma * f * np.cos(turn))
         combine(ALL_EFFECTS, grid.basis, c, end_y, end_w, load, force)
         motion.append(np.polyval(c[::-1], SAMPLES))
-        p, q = force_part(grid, k % grid.steps)
+        p, q = force_at_step(grid, k % grid.steps)
         end_y, end_w = (
             grid.a11 * end_y + grid.a12 * end_w + sigma * p + grid.b1 * load,
             grid.a21 * end_y + grid.a22 * end_w + sigma * q + grid.b2 * load,
@@ -66,7 +66,7 @@ def test_what_is_certified_touches_nothing(
 def test_it_passes_nearly_all_flights_that_are_free() -> None:
     """One that passed nothing would be safe as well: of motions a tenth of a step's reach away it passes all."""
     grid = exact_grid(ALL_EFFECTS, Parameters(1.0, 1.0, 0.6, 1.0, 0.0, 0.7, 0.7))
-    force = np.array([force_part(grid, k) for k in range(grid.steps)])
+    force = np.array([force_at_step(grid, k) for k in range(grid.steps)])
     passed = 0
     for k in range(grid.steps):
         y, w = 0.5, 0.3

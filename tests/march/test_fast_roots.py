@@ -7,17 +7,17 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from vibropipe.march.fast_path import crosses_once, refine
-from vibropipe.march.grid import Grid, exact_grid
-from vibropipe.march.roots import hop_root, only_root
-from vibropipe.physics.effects import ALL_EFFECTS, of_names
+from vibropipe.march.fast_path import crosses_once, refine_root
+from vibropipe.march.grid import StepGrid, exact_grid
+from vibropipe.march.roots import hop_end, unique_root
+from vibropipe.physics.effects import ALL_EFFECTS, effects_from_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER, combine, motion
 from vibropipe.physics.load import TWO_PI, Force
 from vibropipe.words.effects import EFFECT_NAMES
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
-GRID: Grid = exact_grid(ALL_EFFECTS, FORCED)
+GRID: StepGrid = exact_grid(ALL_EFFECTS, FORCED)
 NOT_SURE = -1.0
 SOME = st.floats(-1, 1)
 
@@ -43,7 +43,7 @@ def closings(c: np.ndarray, span: float) -> list[float]:
 @example(first=0.5, rest=[1.0, -2.0], room=0.55)
 def test_the_only_root_is_the_only_one(first: float, rest: list[float], room: float) -> None:
     c = padded([first, *rest])
-    theta = only_root(GRID, c, 1.0, 0.0, first, float(c.sum()), 1.0, room)
+    theta = unique_root(GRID, c, 1.0, 0.0, first, float(c.sum()), 1.0, room)
     if theta == NOT_SURE:
         return
     (found,) = closings(c, 1.0)
@@ -65,7 +65,7 @@ def test_the_only_root_is_the_only_one(first: float, rest: list[float], room: fl
 )
 def test_the_quick_way_is_sure_of_the_usual(rest: list[float], room: float, sure: bool) -> None:
     c = padded([0.5, *rest])
-    theta = only_root(GRID, c, 1.0, 0.0, 0.5, float(c.sum()), 1.0, room)
+    theta = unique_root(GRID, c, 1.0, 0.0, 0.5, float(c.sum()), 1.0, room)
     assert (theta != NOT_SURE) == sure
 
 
@@ -76,7 +76,7 @@ def test_the_quick_way_is_sure_of_the_usual(rest: list[float], room: float, sure
 @example(speed=0.4, rest=[-1.0, 0.1], far=1.0)
 def test_a_hop_ends_where_it_first_comes_back(speed: float, rest: list[float], far: float) -> None:
     c = padded([0.0, speed, *rest])
-    theta = hop_root(GRID, c, far, float(c.sum()), 1.0)
+    theta = hop_end(GRID, c, far, float(c.sum()), 1.0)
     if theta == NOT_SURE:
         return
     quotient = c[1:]
@@ -90,7 +90,7 @@ def test_a_hop_that_is_bent_back_is_sure() -> None:
     for speed in (1e-12, 1e-3, 0.4):
         c = padded([0.0, speed, -1.0, 0.1])
         known = np.roots([0.1, -1.0, speed]).min()
-        assert hop_root(GRID, c, 1.0, float(c.sum()), 1.0) == pytest.approx(known, rel=1e-14)
+        assert hop_end(GRID, c, 1.0, float(c.sum()), 1.0) == pytest.approx(known, rel=1e-14)
 
 
 @given(
@@ -113,7 +113,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
     (found,) = closings(gap, 1.0)
     if w > 0:
         assert np.polyval(gap[::-1], np.linspace(0, found, 1001)).max() < room
-    theta, slope = refine(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
+    theta, slope = refine_root(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
     if theta <= 1.0:
         assert theta == pytest.approx(found, abs=1e-4)
         assert abs(np.polyval(gap[::-1], theta)) < 1e-15
@@ -140,6 +140,6 @@ def test_without_a_force_the_equation_refines_like_the_polynomial(
     if not crosses_once(GRID, y, w, load, *ends, 1.0):
         return
     asked = FORCED, GRID, c, load, 1.0, 0.0, *ends
-    theta, slope = refine(ALL_EFFECTS, *asked)
-    unforced = of_names([name for name in EFFECT_NAMES if name != "forcing"])
-    assert refine(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)
+    theta, slope = refine_root(ALL_EFFECTS, *asked)
+    unforced = effects_from_names([name for name in EFFECT_NAMES if name != "forcing"])
+    assert refine_root(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)

@@ -18,8 +18,8 @@ import vibropipe as vp
 from vibropipe.march.grid import Instant, exact_grid
 from vibropipe.march.log import new_log
 from vibropipe.march.loop import march
-from vibropipe.march.state import State, begin, departure
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, of_names
+from vibropipe.march.state import State, departure_mode, initial_state
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
 from vibropipe.physics.flow import ORDER
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -154,7 +154,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
     one, or a coefficient of the polynomial that is one."""
     p = vp.Exciter(l=0.5, f=f, h=0.1, R1=0.5, R2=0.5).parameters()
     grid = exact_grid(e, p)
-    state = begin(e, p, grid, 0.0, 0.1, 2.0)
+    state = initial_state(e, p, grid, 0.0, 0.1, 2.0)
     given = [e, p, grid, *(state if a is State else a for a in arguments)]
     kernel(*given)
     signature = tuple(map(kernel.typeof_pyval, given))
@@ -169,8 +169,8 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
 
 def test_an_unforced_kernel_holds_no_sine() -> None:
     """Neither a call of it nor its polynomial, in the code of the whole march; the forced one does."""
-    unforced = of_names(["damping", "support_1", "support_2", "restitution", "rest"])
+    unforced = effects_from_names(["damping", "support_1", "support_2", "restitution", "rest"])
     end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(ORDER + 1), 100)
     assert not holds_a_sine(march, unforced, 0.0, State, *end)
     assert holds_a_sine(march, ALL_EFFECTS, 1.0, State, *end)
-    assert holds_a_sine(departure, ALL_EFFECTS, 1.0, 1, 0.5, 0.1)
+    assert holds_a_sine(departure_mode, ALL_EFFECTS, 1.0, 1, 0.5, 0.1)

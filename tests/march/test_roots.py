@@ -8,7 +8,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from vibropipe.march.log import COUNTS, EVALUATIONS
-from vibropipe.march.roots import BOUND, CROSSING, GRAZING, MAX_STRIDES, NONE, first_root
+from vibropipe.march.roots import CROSSING, GRAZING, MAX_STRIDES, NONE, STRIDE_LIMIT, first_root
 from vibropipe.physics.flow import ORDER
 
 COEFFICIENTS = st.lists(st.floats(-1, 1), min_size=5, max_size=9)
@@ -97,7 +97,7 @@ def test_its_bound_has_a_name() -> None:
     c[:9] = (np.poly1d([1.0, -0.5]) ** 8).coeffs[::-1]
     counts = np.zeros(COUNTS, np.int64)
     theta, kind = first_root(c, 0, 1.0, 0.0, 0.0, 1.0, counts)
-    assert (kind, counts[EVALUATIONS]) == (BOUND, MAX_STRIDES)
+    assert (kind, counts[EVALUATIONS]) == (STRIDE_LIMIT, MAX_STRIDES)
     assert 0.4 < theta < 0.5
     theta, kind = search([np.nan, -1.0])
     assert not theta > 1.0

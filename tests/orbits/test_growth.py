@@ -9,9 +9,14 @@ import pytest
 
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import RESTS, new_log
-from vibropipe.march.state import begin
+from vibropipe.march.state import initial_state
 from vibropipe.orbits.growth import perturbation_growth
-from vibropipe.orbits.return_map import at_period_zero, clear, derivative, periods
+from vibropipe.orbits.return_map import (
+    at_period_zero,
+    clear_log,
+    march_periods,
+    return_map_jacobian,
+)
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
@@ -23,26 +28,28 @@ MOST = np.int64(10**6)
 
 def test_growth_adds_up_to_that_of_the_return_map() -> None:
     grid, c = exact_grid(ALL_EFFECTS, FORCED), np.empty(ORDER + 1)
-    start = state = begin(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
+    start = state = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
     log, total, (a, b) = new_log(2000, 100), 0.0, (1.0, 0.0)
     for _ in range(5):
-        clear(log)
+        clear_log(log)
         before = at_period_zero(state)
-        state, _status = periods(ALL_EFFECTS, FORCED, grid, before, np.int64(1), log, c, MOST)
+        state, _status = march_periods(ALL_EFFECTS, FORCED, grid, before, np.int64(1), log, c, MOST)
         a, b, growth = perturbation_growth(ALL_EFFECTS, FORCED, log, True, before, state, a, b)
         assert math.hypot(a, b) == pytest.approx(1)
         total += growth
     whole = new_log(2000, 100)
-    end, _status = periods(ALL_EFFECTS, FORCED, grid, start, np.int64(5), whole, c, MOST)
-    carried = np.reshape(derivative(ALL_EFFECTS, FORCED, whole, start, end, 5), (2, 2))[:, 0]
+    end, _status = march_periods(ALL_EFFECTS, FORCED, grid, start, np.int64(5), whole, c, MOST)
+    carried = np.reshape(return_map_jacobian(ALL_EFFECTS, FORCED, whole, start, end, 5), (2, 2))[
+        :, 0
+    ]
     assert total == pytest.approx(math.log(np.hypot(*carried)), abs=1e-9)
     np.testing.assert_allclose((a, b), carried / np.hypot(*carried), atol=1e-9)
 
 
 def test_what_a_rest_forgets_has_not_grown() -> None:
     grid, log = exact_grid(ALL_EFFECTS, CHATTER), new_log(2000, 100)
-    start = begin(ALL_EFFECTS, CHATTER, grid, 0.0, 0.0, 0.0)
-    end, _status = periods(
+    start = initial_state(ALL_EFFECTS, CHATTER, grid, 0.0, 0.0, 0.0)
+    end, _status = march_periods(
         ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(ORDER + 1), MOST
     )
     assert log.counts[RESTS] >= 1
@@ -52,6 +59,6 @@ def test_what_a_rest_forgets_has_not_grown() -> None:
 
 def test_a_log_that_is_not_whole_tells_nothing() -> None:
     grid, log = exact_grid(ALL_EFFECTS, FORCED), new_log(2000, 100)
-    start = begin(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
+    start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
     found = perturbation_growth(ALL_EFFECTS, FORCED, log, False, start, start, 0.6, 0.8)
     assert found == (0.6, 0.8, -math.inf)

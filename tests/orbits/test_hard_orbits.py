@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from comparisons import Orbit, brute_force_orbit, determinant, linear_amplitude
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters
 
 import vibropipe as vp
@@ -49,7 +49,7 @@ def steady(p: Parameters, **start: float) -> Any:
 
 def strobes(p: Parameters, ds: Any, periods: int) -> np.ndarray:
     """States of the twin at the starts of forcing periods, from the strobe of a dataset."""
-    motion = Twin(p).run(
+    motion = Oracle(p).run(
         TURN / p.nu * periods, float(ds.displacement_strobe), float(ds.velocity_strobe)
     )
     states = [motion.state(TURN / p.nu * n) for n in range(periods + 1)]
@@ -228,7 +228,7 @@ def test_a_conservative_motion_has_its_own_frequency(delta: float, v0: float, re
 )
 def test_orbits_with_rest_forget_their_start(nu: float, R: float) -> None:
     p = Parameters(nu=nu, f=1.5, h=0.2, l=0.5, R1=R, R2=R)
-    motion = Twin(p).run(5 * TURN / nu)
+    motion = Oracle(p).run(5 * TURN / nu)
     assert motion.rests
     ds = steady(p)
     assert int(ds.regime) == WITH_REST

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from comparisons import determinant, parameters_of, reference
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters
 
 import vibropipe as vp
@@ -51,7 +51,7 @@ class Quadrature:
     def __init__(self, entry: dict[str, Any]) -> None:
         p = parameters_of(entry)
         self.period = 2 * math.pi / p.nu
-        motion = Twin(p).run(self.period, entry["x_strobe"], entry["v_strobe"])
+        motion = Oracle(p).run(self.period, entry["x_strobe"], entry["v_strobe"])
         cuts = [0.0, *(float(i.tau) for i in motion.impacts), self.period]
         nodes, weights = np.polynomial.legendre.leggauss(30)
         pairs = list(itertools.pairwise(cuts))

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibropipe.march.grid import Instant, exact_grid, locate
+from vibropipe.march.grid import Instant, exact_grid, grid_time
 from vibropipe.march.log import RESTS, new_log
 from vibropipe.march.loop import march
-from vibropipe.march.state import REST, begin
-from vibropipe.orbits.harmonics import add_contacts, close
-from vibropipe.orbits.quadrature import along
-from vibropipe.orbits.return_map import derivative, multipliers, section
-from vibropipe.orbits.return_map import periods as orbit_periods
-from vibropipe.orbits.settling import PERIODIC, settle_motion
+from vibropipe.march.state import REST, initial_state
+from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
+from vibropipe.orbits.quadrature import integrate_along
+from vibropipe.orbits.return_map import floquet_multipliers, return_map_jacobian, state_xv
+from vibropipe.orbits.return_map import march_periods as orbit_periods
+from vibropipe.orbits.settling import PERIODIC, find_steady_state
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
@@ -29,7 +29,7 @@ CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 
 def marched(p, x, v, periods, room=2000):
     grid = exact_grid(ALL_EFFECTS, p)
-    start = begin(ALL_EFFECTS, p, grid, 0.0, x, v)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
     log = new_log(room, 100)
     end, status = march(
         ALL_EFFECTS, p, grid, start, Instant(periods, 0, 0.0), log, None, np.empty(ORDER + 1), 10**6
@@ -39,33 +39,33 @@ def marched(p, x, v, periods, room=2000):
 
 def settled(p):
     grid = exact_grid(ALL_EFFECTS, p)
-    start = begin(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     most = np.int64(1000)
     c = np.empty(ORDER + 1)
-    return settle_motion(ALL_EFFECTS, p, grid, start, log, c, most, most, None), log
+    return find_steady_state(ALL_EFFECTS, p, grid, start, log, c, most, most, None), log
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])
 def test_the_derivative_is_that_of_the_marched_map(periods: int) -> None:
     x, v, e = 0.1, -0.2, 1e-6
     start, end, _status, log = marched(FORCED, x, v, periods)
-    found = np.reshape(derivative(ALL_EFFECTS, FORCED, log, start, end, periods), (2, 2))
+    found = np.reshape(return_map_jacobian(ALL_EFFECTS, FORCED, log, start, end, periods), (2, 2))
     for column, (dx, dv) in enumerate([(e, 0.0), (0.0, e)]):
-        up = np.array(section(FORCED, marched(FORCED, x + dx, v + dv, periods)[1]))
-        down = np.array(section(FORCED, marched(FORCED, x - dx, v - dv, periods)[1]))
+        up = np.array(state_xv(FORCED, marched(FORCED, x + dx, v + dv, periods)[1]))
+        down = np.array(state_xv(FORCED, marched(FORCED, x - dx, v - dv, periods)[1]))
         np.testing.assert_allclose(found[:, column], (up - down) / (2 * e), atol=2e-6)
 
 
 def test_a_rest_forgets_where_the_mass_came_from() -> None:
     start, end, _status, log = marched(CHATTER, 0.0, 0.0, 1)
     assert log.counts[RESTS] >= 1
-    assert derivative(ALL_EFFECTS, CHATTER, log, start, end, 1) == (0.0, 0.0, 0.0, 0.0)
+    assert return_map_jacobian(ALL_EFFECTS, CHATTER, log, start, end, 1) == (0.0, 0.0, 0.0, 0.0)
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 4))
 def test_multipliers_are_eigenvalues(matrix: tuple[float, float, float, float]) -> None:
-    first, second = multipliers(*matrix)
+    first, second = floquet_multipliers(*matrix)
     known = np.linalg.eigvals(np.reshape(matrix, (2, 2)))
     assert abs(first) >= abs(second) - 1e-12
     assert first + second == pytest.approx(known.sum(), abs=1e-12)
@@ -80,12 +80,12 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     assert orbit.kind == PERIODIC
     m = orbit.m
     closed, direct = np.zeros(7, complex), np.zeros(7, complex)
-    resting = orbit.end.home if orbit.end.order == REST else 0
-    add_contacts(p, log, resting, orbit.end.rest_start, m, float(m), closed)
-    complete = close(p, m, float(m), closed)
-    x, v = section(p, orbit.state)
+    resting = orbit.end.home if orbit.end.mode == REST else 0
+    add_support_forces(p, log, resting, orbit.end.rest_start, m, float(m), closed)
+    complete = divide_by_stiffness(p, m, float(m), closed)
+    x, v = state_xv(p, orbit.state)
     energy = np.zeros(2)
-    along(
+    integrate_along(
         ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, energy, np.empty(ORDER + 1)
     )
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
@@ -99,7 +99,7 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
 
 @given(turns=st.floats(0, 1e6), steps=st.integers(1, 10_000))
 def test_a_time_is_located_on_the_grid(turns: float, steps: int) -> None:
-    period, step, theta = locate(turns, steps)
+    period, step, theta = grid_time(turns, steps)
     assert 0 <= step < steps
     assert 0 <= theta < 1
     assert period + (step + theta) / steps == pytest.approx(turns, rel=1e-15, abs=1e-15)
@@ -109,7 +109,7 @@ def test_every_bound_has_a_status() -> None:
     _start, _end, status, _log = marched(FORCED, 0.0, 0.0, 1000, room=50)
     assert status == Status.LOG_FULL
     grid = exact_grid(ALL_EFFECTS, FORCED)
-    start = begin(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
+    start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     _end, status = march(
         ALL_EFFECTS, FORCED, grid, start, Instant(1000, 0, 0.0), log, None, np.empty(ORDER + 1), 20
@@ -125,7 +125,7 @@ def test_every_bound_has_a_status() -> None:
 def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:
     p = FORCED._replace(delta=-1.5, f=0.0, R1=1 - 1e-9, R2=1 - 1e-9)
     grid, log = exact_grid(ALL_EFFECTS, p), new_log(50, 10)
-    start = begin(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
     most = np.int64(1000)
     _end, status = orbit_periods(
         ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(ORDER + 1), most

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 from comparisons import determinant
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters as TextbookParameters
 
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import Log, new_log
-from vibropipe.march.state import begin
-from vibropipe.orbits.return_map import multipliers, periods, section
-from vibropipe.orbits.settling import REACH, settle_motion, settles_on
-from vibropipe.orbits.shooting import CLOSED, Orbit, Shooting, shoot
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.return_map import floquet_multipliers, march_periods, state_xv
+from vibropipe.orbits.settling import NEWTON_REACH, find_steady_state, settles_on
+from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
@@ -32,7 +32,7 @@ ONE_SIDED = Parameters(2.3, 1.0, 0.1, 50.0, -50.0, 0.8, 0.8)
 
 def kernel_arguments(p: Parameters, x: float, v: float) -> tuple[Any, ...]:
     grid = exact_grid(ALL_EFFECTS, p)
-    return ALL_EFFECTS, p, grid, begin(ALL_EFFECTS, p, grid, 0.0, x, v)
+    return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
 
 
 def shot(
@@ -45,26 +45,26 @@ def shot(
 
 def settled(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
     log, c, most = new_log(2000, 100), np.empty(ORDER + 1), np.int64(1000)
-    return settle_motion(*kernel_arguments(p, x, v), log, c, most, most, None)
+    return find_steady_state(*kernel_arguments(p, x, v), log, c, most, most, None)
 
 
 def followed(p: Parameters, frequencies: Iterable[float]) -> tuple[Parameters, Orbit, Log]:
     """The orbit that settles at p, followed along nu by shooting from one to the next."""
-    x, v = section(p, settled(p).state)
+    x, v = state_xv(p, settled(p).state)
     for nu in frequencies:
         p = p._replace(nu=float(nu))
         orbit, log = shot(p, x, v, 1)
         assert orbit.is_closed
-        x, v = section(p, orbit.state)
+        x, v = state_xv(p, orbit.state)
     return p, orbit, log
 
 
 def image(p: Parameters, x: float, v: float, m: int) -> np.ndarray:
     """(x, v) after m forcing periods."""
     log, c = new_log(2000, 100), np.empty(ORDER + 1)
-    end, status = periods(*kernel_arguments(p, x, v), np.int64(m), log, c, np.int64(10**6))
+    end, status = march_periods(*kernel_arguments(p, x, v), np.int64(m), log, c, np.int64(10**6))
     assert status == Status.OK
-    return np.array(section(p, end))
+    return np.array(state_xv(p, end))
 
 
 def past_the_pitchfork() -> tuple[Parameters, Orbit, Log]:
@@ -82,20 +82,20 @@ def test_an_unstable_orbit_is_found_and_not_settled_on(
     unstable: Any, struck: tuple[int, int], sign: int
 ) -> None:
     p, orbit, log = unstable()
-    assert orbit.residual <= CLOSED
+    assert orbit.residual <= CLOSURE_TOLERANCE
     assert orbit.status == Status.OK
     supports = log.support[: log.counts[0]]
     assert (int((supports == 1).sum()), int((supports == 2).sum())) == struck
-    large, small = multipliers(*orbit.derivative)
+    large, small = floquet_multipliers(*orbit.derivative)
     assert large.imag == 0
     assert sign * large.real > 1.1
     assert large * small == pytest.approx(determinant(p, 1, struck), rel=1e-9)
-    x, v = section(p, orbit.state)
+    x, v = state_xv(p, orbit.state)
     # Beside it the motion settles on another orbit.
     other = settled(p, x + 1e-3, v)
     assert other.kind == 0
     assert abs(other.first) < 1
-    assert np.abs(np.subtract(section(p, other.state), (x, v))).max() > 1e-2
+    assert np.abs(np.subtract(state_xv(p, other.state), (x, v))).max() > 1e-2
     assert not settles_on(orbit)
 
 
@@ -103,7 +103,7 @@ def test_an_unstable_orbit_is_found_and_not_settled_on(
 @pytest.mark.parametrize("m", [1, 2])
 def test_the_derivative_is_that_of_the_return_map(unstable: Any, m: int) -> None:
     p, orbit, _log = unstable()
-    x, v = section(p, orbit.state)
+    x, v = state_xv(p, orbit.state)
     again, _log = shot(p, x, v, m)
     assert again.is_closed
     e = 1e-6
@@ -123,9 +123,9 @@ def test_the_derivative_is_that_of_the_return_map(unstable: Any, m: int) -> None
 def test_the_unstable_orbit_past_a_pitchfork_is_the_symmetric_one() -> None:
     """Half a period on it is its own mirror image, by the twin."""
     p, orbit, _log = past_the_pitchfork()
-    x, v = section(p, orbit.state)
+    x, v = state_xv(p, orbit.state)
     half = TURN / p.nu / 2
-    motion = Twin(TextbookParameters(*p)).run(2 * half, x, v)
+    motion = Oracle(TextbookParameters(*p)).run(2 * half, x, v)
     np.testing.assert_allclose(np.array(motion.state(half), float), (-x, -v), atol=1e-12)
     np.testing.assert_allclose(np.array(motion.state(2 * half), float), (x, v), atol=1e-11)
 
@@ -134,15 +134,15 @@ def test_what_settles_past_a_flip_has_twice_the_period() -> None:
     p, _orbit, _log = past_the_flip()
     double = settled(p)
     assert double.m == 2
-    again, _log = shot(p, *section(p, double.state), 2)
+    again, _log = shot(p, *state_xv(p, double.state), 2)
     assert again.iterations == 0
     assert settles_on(again)
 
 
 def test_newtons_method_begins_only_within_its_bounds() -> None:
     p, orbit, _log = past_the_flip()
-    x, v = section(p, orbit.state)
-    largest = abs(multipliers(*orbit.derivative)[0])
+    x, v = state_xv(p, orbit.state)
+    largest = abs(floquet_multipliers(*orbit.derivative)[0])
     for bounds, iterations in [
         (Shooting(max_multiplier=largest * 1.5), True),
         (Shooting(max_multiplier=largest / 1.5), False),
@@ -170,7 +170,7 @@ def test_who_settles_is_judged_by_stability_and_distance() -> None:
     state = kernel_arguments(TWO_SIDED, 0.1, 0.0)[3]
     stable, unstable = (0.5, 0.0, 0.0, 0.1), (1.5, 0.0, 0.0, 0.1)
     near = Orbit(True, 0, 1, state, state, 0.0, stable, 1, 1e-3, 1e-3, 1.0)
-    reach = REACH * near.first_change / (1 - 0.5)
+    reach = NEWTON_REACH * near.first_change / (1 - 0.5)
     assert settles_on(near)
     assert settles_on(near._replace(distance=0.99 * reach))
     assert not settles_on(near._replace(distance=1.01 * reach))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vibropipe.physics.conservative import arc, arc_harmonic, backbone_velocity, on_arc
+from vibropipe.physics.conservative import arc, arc_harmonic, arc_state, backbone_velocity
 from vibropipe.physics.contact import (
     chatter_duration,
     frame_at,
@@ -116,7 +116,7 @@ def test_the_backbone_is_the_half_period_of_its_own_motion() -> None:
             v = float(backbone_velocity(np.array(d), np.array(tau_bar)))
             a = arc(FREE._replace(l=1.0, delta=d), 1.0 + d, -v)
             assert 2 * a.half == pytest.approx(tau_bar, rel=1e-13)
-            assert on_arc(a, a.half * (1 - 1e-12))[0] == pytest.approx(-(1 - d), abs=1e-10)
+            assert arc_state(a, a.half * (1 - 1e-12))[0] == pytest.approx(-(1 - d), abs=1e-10)
 
 
 def test_the_backbone_ends_where_one_support_is_missed() -> None:
@@ -129,9 +129,9 @@ def test_harmonics_of_an_arc_add_up_to_its_motion(x: float, v: float) -> None:
     assume(math.hypot(x, v) > 0.05)
     assume(min(abs(math.hypot(x, v) - 0.49), abs(math.hypot(x, v) - 0.51)) > 1e-3)
     a = arc(FREE, x, v)
-    assert on_arc(a, 0.0) == pytest.approx((x, v), abs=1e-12)
+    assert arc_state(a, 0.0) == pytest.approx((x, v), abs=1e-12)
     times = np.arange(4096) * 2 * a.half / 4096
-    samples = np.array([on_arc(a, t)[0] for t in times])
+    samples = np.array([arc_state(a, t)[0] for t in times])
     spectrum = np.fft.fft(samples) / 4096
     for k in range(4):
         assert arc_harmonic(a, k) == pytest.approx(spectrum[k], abs=1e-6)

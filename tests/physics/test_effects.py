@@ -11,14 +11,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import vibropipe as vp
-from vibropipe.physics.bounds import largest_size, linear_size, ultimate_size
+from vibropipe.physics.bounds import linear_bound, state_norm_bound, ultimate_bound
 from vibropipe.physics.effects import (
     ALL_EFFECTS,
-    asked_effects,
-    contradiction,
+    effect_names,
+    effects_from_names,
     effects_of,
-    names_of,
-    of_names,
+    missing_effect,
+    resolve_effects,
 )
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -52,65 +52,65 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
 def test_effects_follow_from_parameters_and_start(
     changed: dict[str, float], start: tuple[float, float], called_for: set[str]
 ) -> None:
-    assert set(names_of(effects_of({**FORCED, **changed}, *start))) == called_for
+    assert set(effect_names(effects_of({**FORCED, **changed}, *start))) == called_for
 
 
 def test_a_short_motion_can_not_come_far() -> None:
     free = {**FORCED, "h": 0.0, "f": 0.1}
-    assert names_of(effects_of(free, 0.0, 0.0, 4.9)) == ("forcing",)
-    assert "support_1" in names_of(effects_of(free, 0.0, 0.0, 5.1))
+    assert effect_names(effects_of(free, 0.0, 0.0, 4.9)) == ("forcing",)
+    assert "support_1" in effect_names(effects_of(free, 0.0, 0.0, 5.1))
     # the bound is not proven for Newmark's method
-    assert "support_1" in names_of(effects_of(free, 0.0, 0.0, 4.9, exact=False))
+    assert "support_1" in effect_names(effects_of(free, 0.0, 0.0, 4.9, exact=False))
 
 
 def test_a_grid_calls_for_what_any_of_its_rows_calls_for() -> None:
     grid = {**FORCED, "f": [0.0, 0.1], "h": [0.0, 0.3], "R2": [0.5, 1.0]}
-    assert set(names_of(effects_of(grid, 0.0, 0.4))) == set(EFFECT_NAMES) - {"rest"}
+    assert set(effect_names(effects_of(grid, 0.0, 0.4))) == set(EFFECT_NAMES) - {"rest"}
     # resonance lies inside the range, not at its ends
     nu = np.linspace(0.5, 1.5, 101)
     off = {**FORCED, "f": 0.06, "nu": [0.5, 1.5]}
-    assert "support_1" not in names_of(effects_of(off, 0.0, 0.0))
-    assert "support_1" in names_of(effects_of({**off, "nu": nu, "h": 0.05}, 0.0, 0.0))
+    assert "support_1" not in effect_names(effects_of(off, 0.0, 0.0))
+    assert "support_1" in effect_names(effects_of({**off, "nu": nu, "h": 0.05}, 0.0, 0.0))
 
 
 def test_rows_that_follow_each_other_start_anywhere() -> None:
     weak = {**FORCED, "f": 0.01}
-    assert "support_1" not in names_of(effects_of(weak, 0.0, 0.0))
-    assert "support_1" in names_of(effects_of(weak, 0.0, 0.0, followed=True))
+    assert "support_1" not in effect_names(effects_of(weak, 0.0, 0.0))
+    assert "support_1" in effect_names(effects_of(weak, 0.0, 0.0, followed=True))
 
 
 def test_all_effects_where_nothing_is_stated() -> None:
-    assert asked_effects(None, FORCED, 0.0, 0.0) == ALL_EFFECTS
-    assert names_of(ALL_EFFECTS) == EFFECT_NAMES
-    assert of_names(EFFECT_NAMES) == ALL_EFFECTS
+    assert resolve_effects(None, FORCED, 0.0, 0.0) == ALL_EFFECTS
+    assert effect_names(ALL_EFFECTS) == EFFECT_NAMES
+    assert effects_from_names(EFFECT_NAMES) == ALL_EFFECTS
 
 
 @pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
 def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
     names = [other for other in EFFECT_NAMES if other != name]
-    found, allowed = contradiction(names, FORCED, 0.0, 0.0) or ("", "")
+    found, allowed = missing_effect(names, FORCED, 0.0, 0.0) or ("", "")
     assert name in found
     assert name in allowed
     with pytest.raises(vp.ParameterError, match=f"no {name}.*allowed is {name} among them"):
-        asked_effects(names, FORCED, 0.0, 0.0)
+        resolve_effects(names, FORCED, 0.0, 0.0)
 
 
 def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
     names = [name for name in EFFECT_NAMES if name != "support_2"]
-    watched = asked_effects(names, FORCED, 0.0, 0.0)
+    watched = resolve_effects(names, FORCED, 0.0, 0.0)
     assert watched == ALL_EFFECTS._replace(watched=2)
-    assert "support_2" not in names_of(watched)
-    proven = asked_effects(names, {**FORCED, **FAR_2}, 0.0, 0.0)
+    assert "support_2" not in effect_names(watched)
+    proven = resolve_effects(names, {**FORCED, **FAR_2}, 0.0, 0.0)
     assert proven == ALL_EFFECTS._replace(support_2=None)
 
 
 def test_more_than_is_called_for_may_be_stated() -> None:
-    assert asked_effects(EFFECT_NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
+    assert resolve_effects(EFFECT_NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
 
 
 def test_an_unknown_effect_is_named() -> None:
     with pytest.raises(vp.ParameterError, match=r"'friction'.*damping, forcing"):
-        of_names(["friction"])
+        effects_from_names(["friction"])
 
 
 # -- the bounds --------------------------------------------------------------------------------
@@ -142,12 +142,12 @@ def test_no_motion_leaves_its_bounds(**drawn: Any) -> None:
     size = np.hypot(motion.displacement, motion.velocity)
     start = math.hypot(x0, drawn["v"])
     assert (size <= (start + f * motion.tau) * (1 + 1e-12)).all()
-    assert size.max() <= ultimate_size(drawn["h"], f, start)
+    assert size.max() <= ultimate_bound(drawn["h"], f, start)
     if motion.impact_tau.size == 0 and motion.rest_start.size == 0:
-        assert size.max() <= linear_size(drawn["nu"], drawn["h"], f, start)
+        assert size.max() <= linear_bound(drawn["nu"], drawn["h"], f, start)
     grid = {name: np.atleast_1d(value) for name, value in exciter.parameters()._asdict().items()}
-    assert size.max() <= largest_size(grid, x0, drawn["v"], 20.0, False)
+    assert size.max() <= state_norm_bound(grid, x0, drawn["v"], 20.0, False)
 
 
 def test_the_linear_bound_is_infinite_at_resonance() -> None:
-    assert linear_size([0.5, 1.0], 0.0, 0.1, 0.0).tolist() == [pytest.approx(4 / 15), math.inf]
+    assert linear_bound([0.5, 1.0], 0.0, 0.1, 0.0).tolist() == [pytest.approx(4 / 15), math.inf]

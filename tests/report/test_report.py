@@ -10,10 +10,10 @@ import pytest
 import typst
 from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady, sweep
 
-from vibropipe.figures.text import number
+from vibropipe.figures.text import format_number
 from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.reporting import build_report, report_data
-from vibropipe.report import laid_out, typeset
+from vibropipe.report import template_folder, typeset
 from vibropipe.report.data import paragraphs
 from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
 from vibropipe.scenes.motion.report import asymmetry, steady_scenes, steady_tables
@@ -78,7 +78,7 @@ def typeset_text(solved, data):
     """Return what the typesetter made of the data: {kind of element: its fields as JSON text}."""
     study, results, _ = solved
     pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
-    with laid_out(data, pictures) as folder:
+    with template_folder(data, pictures) as folder:
         compiler = typst.Compiler(folder / "template.typ", root=folder, ignore_system_fonts=True)
         return {
             kind: json.loads(compiler.query(kind))
@@ -219,9 +219,11 @@ def test_regimes_of_sweeps_are_counted(solved, data):
     assert rows["rows"] == str(regime.size)
     for code, says in ((3, "two-sided"), (4, "with rest"), (6, "unbounded"), (7, "unresolved")):
         amount = int((regime == code).sum())
-        assert rows[says] == f"{amount} ({number(100 * amount / regime.size, 3)} %)"
+        assert rows[says] == f"{amount} ({format_number(100 * amount / regime.size, 3)} %)"
     hardest = float(solved[2]["response"]["impact_velocity_max"].sel(support=1).max())
-    assert f"Support 1 is struck hardest, {number(hardest)}, at" in sweeps["items"][0]["text"]
+    assert (
+        f"Support 1 is struck hardest, {format_number(hardest)}, at" in sweeps["items"][0]["text"]
+    )
 
 
 def test_accuracy_and_provenance(data):

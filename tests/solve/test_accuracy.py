@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from comparisons import cut_off, parameters_of, reference
-from oracles import Motion, Twin
+from oracles import Motion, Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
@@ -16,7 +16,7 @@ from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.accuracy.method_choice import NEWMARK_PRICES, choose, cost
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
-from vibropipe.solve.run import Task, run_motion
+from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
 IN_DOUBT = ("high_frequency", "fig7_conservative_graze")
@@ -52,7 +52,7 @@ def random_case(seed: int) -> Case:
 
 
 def truth(case: Case) -> Motion:
-    return Twin(case.p, digits(case.p, 40)).run(case.tau_end, case.x0, case.v0)
+    return Oracle(case.p, digits(case.p, 40)).run(case.tau_end, case.x0, case.v0)
 
 
 def ratios(case: Case, ds: Any, motion: Motion) -> list[float]:
@@ -170,7 +170,7 @@ def test_a_touch_within_rounding_is_known_to_be_in_doubt() -> None:
 
 def test_a_doubt_in_the_start_is_carried_on() -> None:
     exciter = vp.Exciter(l=5.0, h=0.1)
-    task = Task(0.0, 3.0, 1.0, 0.0, 0, x_doubt=1e-6)
+    task = MotionRequest(0.0, 3.0, 1.0, 0.0, 0, x_uncertainty=1e-6)
     ds = simulate_to_accuracy(exciter, task, 1e-3)
     # The free motion is linear: the doubt shrinks by the flow, the error is SAFETY times that.
     root = math.sqrt(1 - 0.0025)
@@ -184,7 +184,7 @@ def test_a_doubt_in_the_start_is_carried_on() -> None:
 def cheapest(case: Case) -> tuple[float, float]:
     """Cost of the cheapest march that is accurate enough by the exact motion's judgement, and of that."""
     exciter = vp.Exciter(**case.p._asdict())
-    task = Task(0.0, case.tau_end, case.x0, case.v0, 0)
+    task = MotionRequest(0.0, case.tau_end, case.x0, case.v0, 0)
     exact = vp.simulate(exciter, case.tau_end, case.x0, case.v0, samples_per_period=0)
     least = full = choose(exciter, case.tau_end, case.x0, case.v0, 1e-13).nanoseconds
     x, v = float(exact.displacement_end), float(exact.velocity_end)

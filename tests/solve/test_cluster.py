@@ -117,4 +117,4 @@ def test_cuts_are_of_whole_chains_and_of_bounded_length(rows: int, chain: int) -
     sizes = np.diff(cuts)
     assert (sizes > 0).all()
     assert (sizes % chain == 0).all()
-    assert sizes.max() <= max(cluster.MOST_ROWS, chain)
+    assert sizes.max() <= max(cluster.MAX_ROWS, chain)

@@ -16,7 +16,7 @@ from comparisons import (
     reference,
     rests_of,
 )
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
@@ -51,7 +51,7 @@ def test_the_twin_gives_the_reference_motion(name: str) -> None:
     entry = MOTIONS[name]
     c = digits(parameters_of(entry))
     p = Parameters(**{key: c.mpf(entry[key]) for key in Parameters._fields})
-    motion = Twin(p, c).run(*(c.mpf(entry[key]) for key in ("tau_end", "x0", "v0")))
+    motion = Oracle(p, c).run(*(c.mpf(entry[key]) for key in ("tau_end", "x0", "v0")))
 
     def same(got: Any, want: str) -> bool:
         return bool(abs(got - c.mpf(want)) < 1e-17 * max(1, abs(got)))
@@ -111,7 +111,7 @@ def test_samples_lie_on_the_motion(name: str) -> None:
     entry = MOTIONS[name]
     p = parameters_of(entry)
     ds = simulate(p, entry, samples_per_period=16)
-    motion = Twin(p).run(float(entry["tau_end"]), float(entry["x0"]), float(entry["v0"]))
+    motion = Oracle(p).run(float(entry["tau_end"]), float(entry["x0"]), float(entry["v0"]))
     impacts = [float(i.tau) for i in motion.impacts]
     for tau, x, v, force in zip(
         *(ds[key].values for key in ("tau", "displacement", "velocity", "force")), strict=True

@@ -9,11 +9,11 @@ import mpmath
 import numpy as np
 import pytest
 from comparisons import parameters_of, reference
-from oracles import Twin
+from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
-from vibropipe.solve.accuracy.row_errors import nudged_rows
+from vibropipe.solve.accuracy.row_errors import perturbed_rows
 from vibropipe.solve.sweep import assemble, solve_shard
 from vibropipe.words.status import Status
 
@@ -26,7 +26,7 @@ def distance_to_orbit(p: Parameters, ds: Any) -> float:
     span = 2 * context.pi / context.mpf(p.nu) * int(ds.period_multiple)
 
     def returned(x: Any, v: Any) -> Any:
-        motion = Twin(p, context).run(span, x, v)
+        motion = Oracle(p, context).run(span, x, v)
         return context.matrix([motion.displacement_end, motion.velocity_end])
 
     start = [context.mpf(float(ds[name])) for name in ("displacement_strobe", "velocity_strobe")]
@@ -92,7 +92,7 @@ def test_a_row_that_misses_the_accuracy_says_so() -> None:
 
 def test_nudges_leave_absent_effects_and_ties_alone() -> None:
     rows = np.array([[1.0, 0.0, 0.0, 0.5, -0.5, 1.0, 0.0]])
-    moved = nudged_rows(rows)
+    moved = perturbed_rows(rows)
     assert moved[0, 0] != 1.0
     assert moved[0, 0] == pytest.approx(1.0, rel=1e-15)
     assert moved[0, [1, 2, 5, 6]].tolist() == [0.0, 0.0, 1.0, 0.0]

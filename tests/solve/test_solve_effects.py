@@ -11,7 +11,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.solve.run import Task, has_closed_form, run_motion
+from vibropipe.solve.run import MotionRequest, closed_form_solver, run_motion
 from vibropipe.solve.sweep import solve_shard
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
@@ -32,8 +32,8 @@ ALL_BUT_1 = [name for name in EFFECT_NAMES if name != "support_1"]
 )
 def test_a_motion_that_strikes_nothing_is_not_marched(parameters: dict[str, float]) -> None:
     """Its closed form, transient included, is the motion that a march finds."""
-    exciter, task = vp.Exciter(**parameters), Task(0.7, 50.0, 0.1, 0.2, 16)
-    assert has_closed_form(exciter, task) is not None
+    exciter, task = vp.Exciter(**parameters), MotionRequest(0.7, 50.0, 0.1, 0.2, 16)
+    assert closed_form_solver(exciter, task) is not None
     closed = run_motion(exciter, task)
     marched = run_motion(exciter, task, exact_grid(ALL_EFFECTS, exciter.parameters()))
     assert not closed.counts.any()
@@ -47,7 +47,7 @@ def test_a_motion_that_strikes_nothing_is_not_marched(parameters: dict[str, floa
 @pytest.mark.parametrize("nu", [1.0, 1.0 + 1e-12])
 def test_a_motion_that_grows_is_marched(nu: float) -> None:
     exciter = vp.Exciter(l=0.5, nu=nu, f=0.1)
-    assert has_closed_form(exciter, Task(0.0, 60.0, 0.0, 0.0)) is None
+    assert closed_form_solver(exciter, MotionRequest(0.0, 60.0, 0.0, 0.0)) is None
     assert vp.simulate(exciter, samples_per_period=0).impact_tau.size > 0
 
 

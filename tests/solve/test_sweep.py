@@ -96,7 +96,7 @@ def test_blocks_are_the_sweep_cut_between_chains(
     follow: Any, accuracy: Any, monkeypatch: Any
 ) -> None:
     monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(sweep_grid, "LEAST_ROWS_PER_CALL", 2)
+    monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
     grid = SweepGrid(OVER, follow)
     count, chain = grid.rows, grid.chain_length
     asked = {"follow": follow, "accuracy": accuracy}
@@ -116,15 +116,15 @@ def test_blocks_are_the_sweep_cut_between_chains(
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     """... and nothing any more once no block is wanted."""
     monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(sweep_grid, "LEAST_ROWS_PER_CALL", 2)
+    monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
     seen = []
 
     def watched(*given: Any) -> Any:
         seen.append(len(given[1]))
         return drive(*given)
 
-    drive = rows.drive
-    monkeypatch.setattr(rows, "drive", watched)
+    drive = rows.solve_piece
+    monkeypatch.setattr(rows, "solve_piece", watched)
     over = {"nu": np.linspace(1, 3, 200)}
     blocks = solve_blocks(EXCITER, over, 0, 200, 8)
     assert next(blocks).sizes["row"] == 8
@@ -150,12 +150,12 @@ def test_pieces_become_shorter_towards_the_end(count: int, chain: int) -> None:
     assert (ends[0], ends[-1]) == (0, count)
     assert 0 < sizes.min() <= sizes.max() <= sweep_grid.ROWS_PER_CALL
     for first, stop in itertools.pairwise(ends):
-        if chain < sweep_grid.LEAST_ROWS_PER_CALL:
+        if chain < sweep_grid.MIN_ROWS_PER_CALL:
             assert stop % chain == 0
-            most = max(sweep_grid.LEAST_ROWS_PER_CALL, (count - first) // sweep_grid.SHARE)
+            most = max(sweep_grid.MIN_ROWS_PER_CALL, (count - first) // sweep_grid.TAIL_FRACTION)
             assert stop - first <= most
-    if chain < sweep_grid.LEAST_ROWS_PER_CALL < count:
-        assert sizes[-1] <= sweep_grid.LEAST_ROWS_PER_CALL
+    if chain < sweep_grid.MIN_ROWS_PER_CALL < count:
+        assert sizes[-1] <= sweep_grid.MIN_ROWS_PER_CALL
 
 
 @pytest.mark.parametrize(

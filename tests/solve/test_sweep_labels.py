@@ -8,9 +8,9 @@ import pytest
 import vibropipe as vp
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import new_log
-from vibropipe.march.state import begin
+from vibropipe.march.state import initial_state
 from vibropipe.orbits.outputs import count_contacts, regime_of
-from vibropipe.orbits.return_map import at_period_zero, clear, periods, section
+from vibropipe.orbits.return_map import at_period_zero, clear_log, march_periods, state_xv
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import ORDER
 from vibropipe.solve.rows import solve_rows
@@ -28,14 +28,14 @@ def patient(nu: float, f: float, patience: int) -> tuple[int, int]:
     p = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=nu, f=f).parameters()
     grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(8192, 512), np.empty(ORDER + 1)
     most = np.int64(10_000_000)
-    state = begin(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
-    state, _ = periods(ALL_EFFECTS, p, grid, state, np.int64(patience), log, c, most)
-    sections, contacts = [section(p, state)], []
+    state = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
+    state, _ = march_periods(ALL_EFFECTS, p, grid, state, np.int64(patience), log, c, most)
+    sections, contacts = [state_xv(p, state)], []
     for _ in range(MULTIPLES):
-        clear(log)
+        clear_log(log)
         start = at_period_zero(state)
-        state, _ = periods(ALL_EFFECTS, p, grid, start, np.int64(1), log, c, most)
-        sections.append(section(p, state))
+        state, _ = march_periods(ALL_EFFECTS, p, grid, start, np.int64(1), log, c, most)
+        sections.append(state_xv(p, state))
         impacts, rests = np.zeros(2), np.zeros(2)
         count_contacts(log, state, impacts, rests, np.zeros(2))
         contacts.append((impacts, rests))

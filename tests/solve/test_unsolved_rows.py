@@ -134,7 +134,7 @@ def test_a_chain_goes_on_from_the_start_of_a_row_that_is_not_solved() -> None:
 
 
 def test_a_sampling_march_that_fails_leaves_no_samples(monkeypatch: Any) -> None:
-    out = rows.new_rows(2, 3, ALL, rows.new_room(2))
+    out = rows.new_rows(2, 3, ALL, rows.new_impact_buffer(2))
     out.period_multiple[:], out.frequency[:], out.residual[:] = 1, 1.0, 0.0
     out.motion[1] = math.nan
     masked = mask_unsolved(rows._compact(out))

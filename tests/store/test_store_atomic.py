@@ -24,8 +24,8 @@ def path(tmp_path):
 
 
 def test_a_whole_file_passes(path):
-    store.check_whole(path)
-    store.check_whole(str(path), every_byte=False)
+    store.check_intact(path)
+    store.check_intact(str(path), every_byte=False)
 
 
 def test_other_tools_read_a_sealed_file(path):
@@ -64,13 +64,13 @@ def test_each_flipped_byte_is_found(path):
 def test_a_truncated_file_is_found(path, missing, every_byte):
     path.write_bytes(path.read_bytes()[:-missing])
     with pytest.raises(StoreError, match=r"a\.nc is truncated.*delete it and run again"):
-        store.check_whole(path, every_byte=every_byte)
+        store.check_intact(path, every_byte=every_byte)
 
 
 def test_an_added_tail_is_found(path):
     path.write_bytes(path.read_bytes() + b"\0")
     with pytest.raises(StoreError, match="changed since it was written"):
-        store.check_whole(path)
+        store.check_intact(path)
 
 
 def test_an_empty_file_is_found(path):
@@ -113,7 +113,7 @@ def test_an_exception_leaves_nothing_but_the_old_file(path, error):
     before = path.read_bytes()
 
     def interrupted():
-        with atomic.whole_file(path) as temporary:
+        with atomic.atomic_file(path) as temporary:
             temporary.write_bytes(b"half")
             raise error
 
@@ -127,7 +127,7 @@ def test_a_failing_write_leaves_nothing(tmp_path, monkeypatch):
     def fail(*_):
         raise RuntimeError("NetCDF: HDF error")
 
-    monkeypatch.setattr("vibropipe.store.files.create", fail)
+    monkeypatch.setattr("vibropipe.store.files.define_variables", fail)
     with pytest.raises(StoreError, match=r"a\.nc was not written: NetCDF: HDF error"):
         store.write(motion(), tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
@@ -137,8 +137,8 @@ def test_a_killed_writer_leaves_a_hidden_file_that_the_next_one_removes(tmp_path
     path = tmp_path / "a.nc"
     code = (
         "import os, signal\n"
-        "from vibropipe.store import whole_file\n"
-        f"with whole_file({str(path)!r}) as temporary:\n"
+        "from vibropipe.store import atomic_file\n"
+        f"with atomic_file({str(path)!r}) as temporary:\n"
         "    temporary.write_bytes(b'half')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -176,7 +176,7 @@ def test_a_folder_that_cannot_be_opened_takes_files(tmp_path, monkeypatch):
     opened = os.open
     monkeypatch.setattr(atomic.os, "open", refuse)
     store.write(motion(), tmp_path / "a.nc")
-    store.check_whole(tmp_path / "a.nc")
+    store.check_intact(tmp_path / "a.nc")
 
 
 def test_what_is_left_of_killed_writers_is_removed_on_request_wherever_they_ran(tmp_path):
@@ -213,7 +213,7 @@ def test_a_full_disk_is_explained_though_hdf5_hides_it(tmp_path, monkeypatch):
     def fail(*_):
         raise RuntimeError("NetCDF: HDF error")
 
-    monkeypatch.setattr("vibropipe.store.files.create", fail)
+    monkeypatch.setattr("vibropipe.store.files.define_variables", fail)
     with pytest.raises(StoreError, match=r"the disk is full \(0\.0 MB free .*Make room"):
         store.write(motion(), tmp_path / "a.nc")
 

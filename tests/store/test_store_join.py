@@ -319,7 +319,7 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch)
     def fail(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("vibropipe.store.ragged.InOrder.finish", fail)
+    monkeypatch.setattr("vibropipe.store.ragged.SequentialWriter.finish", fail)
     with pytest.raises(StoreError, match=r"joined\.nc was not written: the disk is full"):
         store.join(shards, tmp_path / "joined.nc", GRID)
     assert (tmp_path / "joined.nc").read_bytes() == before

@@ -12,12 +12,12 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 
-from vibropipe.bench.measurement import Contestant, Item, Ready, Target
+from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target
 from vibropipe.bench.textbook import textbook
 from vibropipe.lab.simulate_rows import march_rows
 from vibropipe.lab.timing import repeated
-from vibropipe.lab.work_precision import Judge, build, enter
-from vibropipe.lab.work_precision_methods import Motion
+from vibropipe.lab.work_precision import MotionReference, build, build_method
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import sweep
 from vibropipe.words.measurements import Outcome
@@ -40,10 +40,10 @@ def items(*, whole: bool = False) -> list[Item]:
 
 def one_motion() -> Item:
     """A long motion that strikes both supports, its impacts recorded."""
-    judge = Judge(Motion(FORCED, 0.0, 0.0, JUDGED_PERIODS))
+    judge = MotionReference(BenchmarkMotion(FORCED, 0.0, 0.0, JUDGED_PERIODS))
 
-    def entry(name: str, method: str, tolerance: float, periods: int = PERIODS) -> Contestant:
-        return Contestant(name, partial(ready, method, tolerance, periods, judge))
+    def entry(name: str, method: str, tolerance: float, periods: int = PERIODS) -> Candidate:
+        return Candidate(name, partial(ready, method, tolerance, periods, judge))
 
     return Item(
         "one motion, exact",
@@ -58,10 +58,10 @@ def one_motion() -> Item:
     )
 
 
-def ready(method: str, tolerance: float, periods: int, judge: Judge) -> Ready | str:
+def ready(method: str, tolerance: float, periods: int, judge: MotionReference) -> PreparedRun | str:
     """A method on the forced motion, with its error over the first periods; or why it does not enter."""
-    judged = enter(method, tolerance, judge.motion)
-    entered = enter(method, tolerance, Motion(FORCED, 0.0, 0.0, periods))
+    judged = build_method(method, tolerance, judge.motion)
+    entered = build_method(method, tolerance, BenchmarkMotion(FORCED, 0.0, 0.0, periods))
     if isinstance(judged, Outcome) or isinstance(entered, Outcome):
         return "not installed"
     outcome, errors = judge.errors(judged.show())
@@ -69,7 +69,7 @@ def ready(method: str, tolerance: float, periods: int, judge: Judge) -> Ready | 
     worst = max(outcome, shown.outcome)
     if worst != Outcome.OK:
         return Outcome(worst).name.lower().replace("_", " ")
-    return Ready(entered.repeat, shown.impact_tau.size, max(errors))
+    return PreparedRun(entered.repeat, shown.impact_tau.size, max(errors))
 
 
 def newmark() -> Item:
@@ -80,9 +80,9 @@ def newmark() -> Item:
         "step and row",
         [
             # the threads of numba work elsewhere: their time counts
-            Contestant("in lanes", in_lanes, time.process_time),
-            Contestant("one by one", one_by_one),
-            Contestant("textbook loop", by_the_book),
+            Candidate("in lanes", in_lanes, time.process_time),
+            Candidate("one by one", scalar_run),
+            Candidate("textbook loop", textbook_run),
         ],
         [Target("in lanes", "textbook loop", 6 if has_avx512() else 3)],
     )
@@ -102,26 +102,26 @@ def rows_near() -> np.ndarray:
     return near * np.array(FORCED.parameters())
 
 
-def in_lanes() -> Ready:
+def in_lanes() -> PreparedRun:
     """All rows in lanes, impacts recorded, on one thread."""
     parameters, starts = rows_near(), np.zeros((ROWS, 2))
     turns = np.full(ROWS, float(ROW_PERIODS))
     march = partial(march_rows, parameters, starts, turns, STEPS, 10**6)
-    return Ready(threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
+    return PreparedRun(threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
 
 
-def one_by_one() -> Ready:
+def scalar_run() -> PreparedRun:
     """One row by the scalar path that gives the same motion."""
-    entered = build("newmark", STEPS, Motion(FORCED, 0.0, 0.0, ROW_PERIODS))
+    entered = build("newmark", STEPS, BenchmarkMotion(FORCED, 0.0, 0.0, ROW_PERIODS))
     entered.show()
-    return Ready(entered.repeat, ROW_PERIODS * STEPS)
+    return PreparedRun(entered.repeat, ROW_PERIODS * STEPS)
 
 
-def by_the_book() -> Ready:
+def textbook_run() -> PreparedRun:
     """One row by the textbook loop."""
     p = FORCED.parameters()
     march = partial(textbook, (p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
-    return Ready(repeated(march), ROW_PERIODS * STEPS)
+    return PreparedRun(repeated(march), ROW_PERIODS * STEPS)
 
 
 def swept(*, whole: bool) -> Item:
@@ -130,16 +130,16 @@ def swept(*, whole: bool) -> Item:
     nu = np.linspace(0.3, 3.0, SWEEP_POINTS)[every // 2 :: every]
     f = np.linspace(0.05, 2.0, SWEEP_POINTS)[every // 2 :: every]
 
-    def steady() -> Ready:
+    def steady() -> PreparedRun:
         over = {"nu": nu, "f": f}
         solve = partial(sweep, SWEPT, over, harmonics=3, outputs=("harmonics",))
-        return Ready(threads(2)(repeated(solve)), nu.size * f.size)
+        return PreparedRun(threads(2)(repeated(solve)), nu.size * f.size)
 
-    def waits() -> Ready | str:
-        entered = enter("heyoka", 1e-15, Motion(SWEPT, 0.0, 0.0, PEER_PERIODS))
+    def heyoka_run() -> PreparedRun | str:
+        entered = build_method("heyoka", 1e-15, BenchmarkMotion(SWEPT, 0.0, 0.0, PEER_PERIODS))
         if isinstance(entered, Outcome):
             return "not installed"
-        return Ready(lambda often: entered.repeat(often * PEER_MOTIONS), PEER_MOTIONS)
+        return PreparedRun(lambda n_calls: entered.repeat(n_calls * PEER_MOTIONS), PEER_MOTIONS)
 
     return Item(
         "sweep",
@@ -148,8 +148,8 @@ def swept(*, whole: bool) -> Item:
         f"heyoka: {PEER_PERIODS} periods of one motion, nu = 1, f = 1",
         "point",
         [
-            Contestant("steady states", steady, time.perf_counter),
-            Contestant("heyoka, 1e-15", waits, time.perf_counter),
+            Candidate("steady states", steady, time.perf_counter),
+            Candidate("heyoka, 1e-15", heyoka_run, time.perf_counter),
         ],
         [Target("steady states", "heyoka, 1e-15", 40)],
     )

@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from vibropipe.bench.measurement import Contestant, Item, Target
+from vibropipe.bench.measurement import Candidate, Item, Target
 from vibropipe.words.wording import aligned
 
 UNITS = (("ms", 1e6), ("us", 1e3), ("ns", 1.0))
@@ -23,11 +23,11 @@ def item_text(item: Item) -> str:
     """The table of one item."""
     head = ("", f"time per {item.unit}", "quartiles", "error", "first call")
     lines = aligned([head, *(line(one) for one in item.contestants)])
-    told = [target_text(item, target) for target in item.targets]
-    return "\n".join([f"{item.name}: {item.what}", *lines, *told])
+    targets = [target_text(item, target) for target in item.targets]
+    return "\n".join([f"{item.name}: {item.what}", *lines, *targets])
 
 
-def line(one: Contestant) -> tuple[str, ...]:
+def line(one: Candidate) -> tuple[str, ...]:
     """One contestant as a line of the table."""
     if one.why_not is not None:
         return one.name, one.why_not, "", "", ""
@@ -40,13 +40,13 @@ def line(one: Contestant) -> tuple[str, ...]:
 def target_text(item: Item, target: Target) -> str:
     """A ratio, what was asked and whether it is reached."""
     ratio, low, high = item.ratios(target)
-    asked = f"asked {target.times:,g}"
+    target_ratio = f"asked {target.times:,g}"
     if math.isnan(ratio):
-        return f"{target.ours} against {target.peer}: not measured, {asked}"
+        return f"{target.ours} against {target.peer}: not measured, {target_ratio}"
     outcome = "reached" if ratio >= target.times else "not reached"
     return (
         f"{target.ours} against {target.peer}: {times_text(ratio)} times cheaper"
-        f" ({times_text(low)} to {times_text(high)}), {asked}: {outcome}"
+        f" ({times_text(low)} to {times_text(high)}), {target_ratio}: {outcome}"
     )
 
 
@@ -63,10 +63,12 @@ def time_text(nanoseconds: float) -> str:
 
 def as_json(items: Sequence[Item]) -> str:
     """The same with all numbers, times in nanoseconds; null where there is none."""
-    return json.dumps({"cores": os.cpu_count(), "items": [whole(item) for item in items]}, indent=1)
+    return json.dumps(
+        {"cores": os.cpu_count(), "items": [item_as_dict(item) for item in items]}, indent=1
+    )
 
 
-def whole(item: Item) -> dict[str, Any]:
+def item_as_dict(item: Item) -> dict[str, Any]:
     """One item as JSON can hold it."""
     return {
         "name": item.name,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from vibropipe.scenes.sweep.keys import SweepScene
 
-MOST_POINTS = 10**8
+MAX_POINTS = 10**8
 POINTS = (1_000, 10_000, 100_000, 1_000_000)
 THREADS = (1, 2)
 PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
@@ -37,7 +37,7 @@ ROWS_SOLVED, ROUNDS = 300_000, 20
 MB = 1e6
 
 
-class Taken(NamedTuple):
+class Usage(NamedTuple):
     """What a process needed: seconds by the clock and of all its threads, its largest memory in bytes, and the
     seconds by the clock of doing it again with the results stored."""
 
@@ -95,27 +95,27 @@ def measure_growth(
 
     table: dict[str, list[Any]] = {}
     for count in points:
-        place = folder / str(count)
-        solved = _solve_all(place, count, threads)
-        joined, size = _apart(join_shards, place, count)
-        copied = _apart(copy_file, place)
-        jobs = np.array(solved)  # (threads, shards, fields of Taken)
+        directory = folder / str(count)
+        solved = _solve_all(directory, count, threads)
+        joined, size = run_in_subprocess(join_shards, directory, count)
+        copied = run_in_subprocess(copy_file, directory)
+        jobs = np.array(solved)  # (threads, shards, fields of Usage)
         times = 1e3 * jobs.sum(axis=1) / count
-        found = {
+        values = {
             "time_per_point": times[:, 0],
             "work_per_point": times[:, 1],
             "storing_per_point": times[:, 3],
             "solving_memory": jobs[..., 2].max() / MB,
             "joining_memory": joined.memory / MB,
-            "query_memory": _apart(query, place).memory / MB,
+            "query_memory": run_in_subprocess(query, directory).memory / MB,
             "joining_rate": size / joined.seconds / MB,
             "copying_rate": size / copied.seconds / MB,
         }
-        for name, value in found.items():
+        for name, value in values.items():
             table.setdefault(name, []).append(value)
         if say is not None:
-            say(f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in found.items()))
-        shutil.rmtree(place)
+            say(f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in values.items()))
+        shutil.rmtree(directory)
     dims = ("points", "threads")
     return describe(
         xr.Dataset(
@@ -125,19 +125,19 @@ def measure_growth(
     )
 
 
-def _solve_all(place: Path, points: int, threads: Sequence[int]) -> list[list[Taken]]:
+def _solve_all(directory: Path, points: int, threads: Sequence[int]) -> list[list[Usage]]:
     """What each shard took, for each number of threads; all in turn, under the same conditions."""
     from vibropipe.jobs.plan import plan_scene
 
-    taken: list[list[Taken]] = [[] for _ in threads]
+    usages: list[list[Usage]] = [[] for _ in threads]
     shards = plan_scene(sweep_of(points)).shards
     for shard in range(1, shards + 1):
-        for count, jobs in zip(threads, taken, strict=True):
-            jobs.append(_apart(solve_shard, place, points, shard, shards, count))
-    return taken
+        for count, jobs in zip(threads, usages, strict=True):
+            jobs.append(run_in_subprocess(solve_shard, directory, points, shard, shards, count))
+    return usages
 
 
-def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int) -> Taken:
+def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: int) -> Usage:
     """Solve one shard of some, and again into its file; a short one some times, of which the shortest counts.
 
     A study of one shard is stored on its grid by the job that solves it.
@@ -149,7 +149,7 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     from vibropipe.scenes.sweep.solve import solve_in_blocks
 
     numba.set_num_threads(threads)
-    scene, path = sweep_of(points), place / "shards" / f"{shard:04d}.nc"
+    scene, path = sweep_of(points), directory / "shards" / f"{shard:04d}.nc"
     start, stop = row_range(scene, shard, shards)
     # kernels and libraries are loaded before the clock starts
     store(sweep_of(4), path, {}, (1, 1))
@@ -160,7 +160,7 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
             pass
 
     solving = [_timed(solve_all) for _ in rounds]
-    target, cut = (place / "whole.nc", None) if shards == 1 else (path, (shard, shards))
+    target, cut = (directory / "whole.nc", None) if shards == 1 else (path, (shard, shards))
     storing = [_timed(partial(store, scene, target, {}, cut)).seconds for _ in rounds]
     memory = peak_memory()
     if shards == 1:
@@ -168,24 +168,24 @@ def solve_shard(place: Path, points: int, shard: int, shards: int, threads: int)
     return min(solving)._replace(memory=memory, storing=min(storing))
 
 
-def join_shards(place: Path, points: int) -> tuple[Taken, int]:
+def join_shards(directory: Path, points: int) -> tuple[Usage, int]:
     """Join all shards; also returns the bytes of the file."""
     import netCDF4  # noqa: F401 (loaded before the clock starts)
 
     from vibropipe.scenes.sweep.plan import sweep_grid
     from vibropipe.store import join
 
-    target, grid = place / "joined" / f"{SCENE}.nc", sweep_grid(sweep_of(points))
-    took = _timed(lambda: join(sorted((place / "shards").iterdir()), target, grid))
+    target, grid = directory / "joined" / f"{SCENE}.nc", sweep_grid(sweep_of(points))
+    took = _timed(lambda: join(sorted((directory / "shards").iterdir()), target, grid))
     return took, target.stat().st_size
 
 
-def copy_file(place: Path) -> Taken:
+def copy_file(directory: Path) -> Usage:
     """Copy the joined file, to the disk: what writing so many bytes takes at least."""
 
     def copy() -> None:
-        joined = place / "joined" / f"{SCENE}.nc"
-        with joined.open("rb") as source, (place / "copy").open("wb") as target:
+        joined = directory / "joined" / f"{SCENE}.nc"
+        with joined.open("rb") as source, (directory / "copy").open("wb") as target:
             shutil.copyfileobj(source, target, 1 << 20)
             target.flush()
             os.fsync(target.fileno())
@@ -193,12 +193,12 @@ def copy_file(place: Path) -> Taken:
     return _timed(copy)
 
 
-def query(place: Path) -> Taken:
+def query(directory: Path) -> Usage:
     """Ask the joined file for a slice, a largest value and where period doubling begins."""
     from vibropipe.store import open_study
 
     def ask() -> None:
-        with open_study(place / "joined") as tree:
+        with open_study(directory / "joined") as tree:
             rows = tree[SCENE]
             amplitude = rows["displacement_amplitude"].sel(f=1.0, method="nearest")
             amplitude.sel(harmonic=1).max().compute()
@@ -210,11 +210,11 @@ def query(place: Path) -> Taken:
     return _timed(ask)
 
 
-def _timed(call: Callable[[], object]) -> Taken:
+def _timed(call: Callable[[], object]) -> Usage:
     """Call a function; what this process needed for it."""
     begin, worked = time.perf_counter(), time.process_time()
     call()
-    return Taken(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+    return Usage(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
 
 
 def peak_memory() -> float:
@@ -230,7 +230,7 @@ def peak_memory() -> float:
     return 1024.0 * next(int(line.split()[1]) for line in text.splitlines() if "VmHWM" in line)
 
 
-def _apart(function: Callable[..., Any], *arguments: Any) -> Any:
+def run_in_subprocess(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function in a process of its own."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         return pool.apply(function, arguments)
@@ -251,17 +251,17 @@ def main(points: Sequence[int], output: Path) -> None:
         save_as(figure, output / "growth.png")
 
 
-def asked(words: Sequence[str]) -> Sequence[int]:
+def parse_points(words: Sequence[str]) -> Sequence[int]:
     """The numbers of points asked for on the command line, such as 1e4; SystemExit where one is none."""
     try:
         points = [int(float(word)) for word in words]
     except (ValueError, OverflowError):
         points = [0]
-    if not all(1 <= count <= MOST_POINTS for count in points):
+    if not all(1 <= count <= MAX_POINTS for count in points):
         found = " ".join(words)
-        raise SystemExit(f"found {found}, allowed numbers of points from 1 to {MOST_POINTS:.0e}")
+        raise SystemExit(f"found {found}, allowed numbers of points from 1 to {MAX_POINTS:.0e}")
     return points or POINTS
 
 
 if __name__ == "__main__":
-    main(asked(sys.argv[1:]), Path("results/growth"))
+    main(parse_points(sys.argv[1:]), Path("results/growth"))

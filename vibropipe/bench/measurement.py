@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from vibropipe.lab.timing import Repeat, Timer, quartiles, take_turns
+from vibropipe.lab.timing import Repeat, Timer, quartiles, time_in_rounds
 
 
-class Ready(NamedTuple):
+class PreparedRun(NamedTuple):
     """A contestant that can be timed: `repeat` does its work so many times, `units` of it each; `error` is
     that against the twin, nan where none is asked."""
 
@@ -21,13 +21,13 @@ class Ready(NamedTuple):
 
 
 @dataclass
-class Contestant:
+class Candidate:
     """A method of an item. `build` makes it ready, or says in a text why it can not enter; `clock` tells seconds."""
 
     name: str
-    build: Callable[[], Ready | str]
+    build: Callable[[], PreparedRun | str]
     clock: Callable[[], float] = time.thread_time
-    ready: Ready | None = None
+    ready: PreparedRun | None = None
     why_not: str | None = None
     first_seconds: float = math.nan
     times: list[float] = field(default_factory=list)
@@ -57,10 +57,10 @@ class Item:
     name: str
     what: str
     unit: str
-    contestants: list[Contestant]
+    contestants: list[Candidate]
     targets: list[Target]
 
-    def find(self, name: str) -> Contestant:
+    def find(self, name: str) -> Candidate:
         """The contestant of that name."""
         return next(one for one in self.contestants if one.name == name)
 
@@ -85,4 +85,4 @@ def measure(items: Sequence[Item], rounds: int) -> None:
         one.ready, one.first_seconds = ready, time.perf_counter() - begin
         timers.append(Timer(ready.repeat, ready.units, one.clock, math.inf, is_warm=True))
         one.times = timers[-1].times
-    take_turns(timers, rounds)
+    time_in_rounds(timers, rounds)

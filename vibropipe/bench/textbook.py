@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numba
 
 
-def march(p: tuple[float, ...], steps: int, periods: int) -> tuple[float, float, int]:
+def newmark_loop(p: tuple[float, ...], steps: int, periods: int) -> tuple[float, float, int]:
     """(x, v) and the number of impacts after whole forcing periods from rest; p: nu, f, h, l, R of both supports.
 
     Constant average acceleration written as one linear map of x, v and the mean force of a step, and a reset at
@@ -35,4 +35,4 @@ def march(p: tuple[float, ...], steps: int, periods: int) -> tuple[float, float,
     return x, v, struck
 
 
-textbook: Callable[..., tuple[float, float, int]] = numba.njit()(march)
+textbook: Callable[..., tuple[float, float, int]] = numba.njit()(newmark_loop)

@@ -18,7 +18,7 @@ LAZY = ["show"]
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; the only place where an error becomes a message and an exit code."""
     if arguments is None and sys.argv[1:2] != LAZY:
-        _leave_out_dask()
+        _block_dask_import()
     try:
         _run(arguments)
     except SystemExit as stop:
@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(INTERRUPTED)
 
 
-def _leave_out_dask() -> None:
+def _block_dask_import() -> None:
     """Keep xarray from importing dask's arrays to ask of a value whether it is one: 0.3 s of each job."""
     sys.modules.setdefault("dask.array", None)  # type: ignore[arg-type]
 

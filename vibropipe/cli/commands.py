@@ -158,12 +158,12 @@ def solve(
     check_cut(study.scene(scene), part)
 
     # only now, so that a mistake is told at once
-    from vibropipe.jobs.progress import shown
+    from vibropipe.jobs.progress import show_progress
     from vibropipe.jobs.solving import solve_to_file
     from vibropipe.scenes.registry import kind_of
 
     title = scene if shard is None else f"{scene}, shard {shard}"
-    with shown(title, kind_of(study.scene(scene)).unit) as progress:
+    with show_progress(title, kind_of(study.scene(scene)).unit) as progress:
         solve_to_file(study, scene, output, part, use_threads(threads), progress)
 
 
@@ -181,10 +181,10 @@ def join(
     study = load_study(file)
     as_cut(study.scene(scene))
 
-    from vibropipe.jobs.progress import shown
+    from vibropipe.jobs.progress import show_progress
     from vibropipe.jobs.solving import join_to_file
 
-    with shown(f"{scene}, joined", "rows") as progress:
+    with show_progress(f"{scene}, joined", "rows") as progress:
         join_to_file(study, scene, shards, output, progress)
 
 

@@ -68,7 +68,7 @@ def new(
     from importlib.resources import files
 
     from vibropipe.scenes.keys.values import NAME, NameRule
-    from vibropipe.store import whole_file
+    from vibropipe.store import atomic_file
     from vibropipe.study.schema import schema_text
 
     file = name.with_suffix(".yaml")
@@ -80,9 +80,9 @@ def new(
         raise typer.BadParameter(f"{file} is there already: choose another name", param_hint="NAME")
     schema = file.with_name("study.schema.json")
     if not schema.exists():
-        with whole_file(schema) as temporary:
+        with atomic_file(schema) as temporary:
             temporary.write_text(schema_text(), encoding="utf-8")
-    with whole_file(file) as temporary:
+    with atomic_file(file) as temporary:
         text = files("vibropipe.study").joinpath("new_study.yaml").read_text(encoding="utf-8")
         temporary.write_text(text, encoding="utf-8")
     typer.echo(

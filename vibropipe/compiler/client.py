@@ -130,13 +130,13 @@ def _compile_once(dispatcher: Any, signature: Any) -> bool:
             tell(f"{function.__module__.removeprefix('vibropipe.')}.{function.__qualname__}")
         # One without work for a while has ended, at worst just now.
         for _ in range(2):
-            answer = _ask(task)
+            answer = _send_task(task)
             if answer:
                 return answer == DONE
     return False
 
 
-def _ask(task: bytes) -> bytes:
+def _send_task(task: bytes) -> bytes:
     """What a compiler answers to a task; nothing if it is no more."""
     compiler = _compiler()
     assert compiler.stdin is not None
@@ -175,7 +175,7 @@ def _compiler() -> subprocess.Popen[bytes]:
         stdout=subprocess.PIPE,
         **group,  # type: ignore[call-overload]
     )
-    atexit.register(_dismiss, started, os.getpid())
+    atexit.register(_close_compiler, started, os.getpid())
     return started
 
 
@@ -187,7 +187,7 @@ def _kill(compiler: subprocess.Popen[bytes]) -> None:
             compiler.kill()
 
 
-def _dismiss(compiler: subprocess.Popen[bytes], owner: int) -> None:
+def _close_compiler(compiler: subprocess.Popen[bytes], owner: int) -> None:
     """No task will come: it ends."""
     if owner == os.getpid():
         with suppress(OSError, ValueError):

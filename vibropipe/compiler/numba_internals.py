@@ -85,7 +85,7 @@ WHOLE: list[str] = []
 def _piece_library() -> Any:
     from numba.core.codegen import JITCodeLibrary
 
-    class Library(JITCodeLibrary):
+    class PartialLibrary(JITCodeLibrary):
         """The code of a function: of the one asked for as numba makes it; of all others a piece."""
 
         def _is_piece(self) -> bool:
@@ -108,4 +108,4 @@ def _piece_library() -> Any:
                 return tuple(self.serialize_using_bitcode())
             return tuple(super().serialize_using_object_code())
 
-    return Library
+    return PartialLibrary

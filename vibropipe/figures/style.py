@@ -20,7 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from vibropipe.store import whole_file
+from vibropipe.store import atomic_file
 
 PRINT_WIDTH_CM = 16.0
 FONT_SIZE = 9.0
@@ -151,20 +151,20 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
-def write_words(ax: Axes, *lines: str) -> None:
+def write_text(ax: Axes, *lines: str) -> None:
     """Write in the middle of an axis why nothing is drawn there."""
     ax.text(
         0.5, 0.5, "\n".join(lines), transform=ax.transAxes, ha="center", va="center", color=GREY
     )
 
 
-def hold_zero(ax: Axes, size: float, largest: float) -> None:
+def keep_zero_scale(ax: Axes, size: float, largest_value: float) -> None:
     """Keep an axis that shows nothing but rounding from being blown up to it.
 
-    ``size`` is the largest magnitude it shows, ``largest`` that of the axes beside it.
+    ``size`` is the largest magnitude it shows, ``largest_value`` that of the axes beside it.
     """
-    if size <= ROUNDING * largest:
-        ax.set_ylim(-0.05 * largest or -1.0, 0.05 * largest or 1.0)
+    if size <= ROUNDING * largest_value:
+        ax.set_ylim(-0.05 * largest_value or -1.0, 0.05 * largest_value or 1.0)
 
 
 def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
@@ -177,14 +177,14 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
     The bytes depend on the figure alone. Call it inside ``house_style``.
     """
-    settle(figure)
+    freeze_layout(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
     for path in paths:
         save_as(figure, path)
     return paths
 
 
-def settle(figure: Figure) -> None:
+def freeze_layout(figure: Figure) -> None:
     """Lay the figure out once and for all, every place rounded.
 
     The layout's solver leaves the last bits of a place to chance, and names in an SVG file are made
@@ -202,5 +202,5 @@ def settle(figure: Figure) -> None:
 def save_as(figure: Figure, path: Path) -> None:
     """Write one file, in the format its ending names; it appears only when whole."""
     kind = path.suffix.removeprefix(".").lower()
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         figure.savefig(temporary, format=kind, metadata=dict(METADATA.get(kind, {})))

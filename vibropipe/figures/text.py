@@ -67,7 +67,7 @@ def regime_name(code: int) -> str:
     raise KeyError(f"{code} is not a regime (vibropipe/words/vocabulary.py)")
 
 
-def number(value: float, digits: int = 4) -> str:
+def format_number(value: float, digits: int = 4) -> str:
     """Write ``value`` with ``digits`` significant digits, a true minus and powers of ten.
 
     >>> number(-0.035367)
@@ -109,12 +109,14 @@ def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
 
 def plain_parameters(values: dict[str, float]) -> str:
     """Write parameters as plain text, for a sentence of the report."""
-    return ", ".join(f"{PLAIN_SYMBOLS.get(name, name)} = {number(v)}" for name, v in values.items())
+    return ", ".join(
+        f"{PLAIN_SYMBOLS.get(name, name)} = {format_number(v)}" for name, v in values.items()
+    )
 
 
 def mathtext(value: float) -> str:
-    """Write a number for matplotlib: as ``number`` does, powers of ten raised by mathtext."""
-    text = number(value)
+    """Write a number for matplotlib: as ``format_number`` does, powers of ten raised by mathtext."""
+    text = format_number(value)
     if " × 10" not in text:
         return text
     mantissa, exponent = f"{value:.4g}".split("e")
@@ -126,11 +128,11 @@ def sentences(*parts: str) -> str:
     return " ".join(f"{part}." for part in parts if part)
 
 
-def grid_words(values: np.ndarray) -> str:
+def grid_text(values: np.ndarray) -> str:
     """Write a grid: its values, or where there are many its ends and their number."""
     if values.size <= FEW_VALUES:
-        return ", ".join(number(float(value)) for value in values)
-    return f"{number(float(values.min()))} … {number(float(values.max()))} ({values.size} values)"
+        return ", ".join(format_number(float(value)) for value in values)
+    return f"{format_number(float(values.min()))} … {format_number(float(values.max()))} ({values.size} values)"
 
 
 def times(amount: int) -> str:
@@ -145,4 +147,4 @@ def departure(dataset: xr.Dataset) -> float:
 
 def digits(value: float) -> str:
     """Write a number with three digits, whole ones in full up to six."""
-    return f"{value:.0f}" if 100 <= value < 1e6 else number(value, 3)
+    return f"{value:.0f}" if 100 <= value < 1e6 else format_number(value, 3)

@@ -13,7 +13,7 @@ from typing import Any
 from vibropipe.compiler.cache import cache_folder
 from vibropipe.scenes.costs import Estimate, sampling
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import StoreError, whole_file
+from vibropipe.store import StoreError, atomic_file
 from vibropipe.study import Study, fingerprint
 
 KEPT = "expected.json"
@@ -32,12 +32,12 @@ def estimate_study(study: Study) -> dict[str, Estimate]:
     return found
 
 
-def save_estimates(found: dict[str, Estimate]) -> None:
+def save_estimates(estimates: dict[str, Estimate]) -> None:
     """Keep estimates by fingerprint, beside those of other scenes."""
-    known = {**_kept(), **{name: asdict(value) for name, value in found.items()}}
+    cached = {**_kept(), **{name: asdict(value) for name, value in estimates.items()}}
     try:
-        with whole_file(cache_folder() / KEPT) as temporary:
-            temporary.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+        with atomic_file(cache_folder() / KEPT) as temporary:
+            temporary.write_text(json.dumps(cached, indent=1) + "\n", encoding="utf-8")
     except (OSError, StoreError):
         return  # a machine that keeps nothing has no estimates later
 
@@ -53,7 +53,7 @@ def load_estimate(scene_fingerprint: str) -> Estimate | None:
 
 def _kept() -> dict[str, Any]:
     try:
-        known = json.loads((cache_folder() / KEPT).read_text(encoding="utf-8"))
+        cached = json.loads((cache_folder() / KEPT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return known if isinstance(known, dict) else {}
+    return cached if isinstance(cached, dict) else {}

@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext
 from functools import partial
 from typing import TextIO
 
-__all__ = ["Progress", "shown", "words"]
+__all__ = ["Progress", "progress_text", "show_progress"]
 
 Progress = Callable[[int, int], None]
 """Is told (points done, points in all) again and again; 0 in all where that is not known."""
@@ -17,11 +17,13 @@ Progress = Callable[[int, int], None]
 # A drawing of the bar takes about a millisecond: at most one in so many seconds stays far below 1 %.
 BAR_SECONDS = 0.5
 # Lines of a log: the first after so many seconds, the next ones ever later, at most so far apart.
-FIRST_LINE, FURTHEST_LINES = 5.0, 300.0
+FIRST_LINE, MAX_LINE_INTERVAL = 5.0, 300.0
 
 
 @contextmanager
-def shown(title: str, unit: str = "rows", stream: TextIO | None = None) -> Iterator[Progress]:
+def show_progress(
+    title: str, unit: str = "rows", stream: TextIO | None = None
+) -> Iterator[Progress]:
     """Show the progress of the work done inside this, as a bar on a terminal, else in lines.
 
     Parameters
@@ -44,20 +46,20 @@ def shown(title: str, unit: str = "rows", stream: TextIO | None = None) -> Itera
     begin, due = time.perf_counter(), 0.0 if on_terminal else FIRST_LINE
     with _bar(title, stream) if on_terminal else nullcontext() as bar:
 
-        def told(done: int, total: int) -> None:
+        def on_progress(done: int, total: int) -> None:
             nonlocal due
             elapsed = time.perf_counter() - begin
             if elapsed < due and (done < total or not total):
                 return
-            said = words(done, total, elapsed, unit)
+            said = progress_text(done, total, elapsed, unit)
             if bar is None:
-                due = elapsed + min(elapsed, FURTHEST_LINES)
+                due = elapsed + min(elapsed, MAX_LINE_INTERVAL)
                 print(f"{title}: {said}", file=stream, flush=True)
             else:
                 due = elapsed + BAR_SECONDS
                 bar(completed=done, total=total or None, said=said, visible=True, refresh=True)
 
-        yield told
+        yield on_progress
 
 
 @contextmanager
@@ -71,13 +73,13 @@ def _bar(title: str, stream: TextIO) -> Iterator[Callable[..., None]]:
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
-        TextColumn("{task.fields[said]}"),
+        TextColumn("{task.fields[text]}"),
     )
     with Bar(*columns, console=Console(file=stream), auto_refresh=False) as bar:
-        yield partial(bar.update, bar.add_task(title, total=None, said="", visible=False))
+        yield partial(bar.update, bar.add_task(title, total=None, text="", visible=False))
 
 
-def words(done: int, total: int, elapsed: float, unit: str) -> str:
+def progress_text(done: int, total: int, elapsed: float, unit: str) -> str:
     """Return how much is done, how fast, and the time left if the rest goes as fast."""
     rate = done / elapsed
     speed = f"{rate:,.0f} {unit}/s" if rate >= 100 else f"{rate:.3g} {unit}/s"
@@ -93,7 +95,7 @@ def _span(seconds: float) -> str:
     """Return a length of time as people say it."""
     if seconds < 60:
         return f"{seconds:.0f} s" if seconds >= 9.5 else f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, seconds_left = divmod(round(seconds), 60)
     if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
+        return f"{minutes} min {seconds_left:02d} s"
     return f"{minutes // 60} h {minutes % 60:02d} min"

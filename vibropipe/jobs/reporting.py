@@ -15,7 +15,7 @@ from vibropipe.report.data import effects_table, paragraphs, parameter_table, su
 from vibropipe.report.table import Datasets, breakable
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of, kinds
-from vibropipe.store import StoreError, read_scenes, read_sidecar, whole_file
+from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
 from vibropipe.study import Study
 
 
@@ -33,7 +33,7 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
     for path in pictures.values():
         _check_figure(path)
     pdf = typeset(report_data(study, datasets, sidecars), pictures)
-    with whole_file(output) as temporary:
+    with atomic_file(output) as temporary:
         temporary.write_bytes(pdf)
     return output
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from vibropipe.study import Study
 
-MOST_LINES = 60
+MAX_LINES = 60
 
 
 def plan_text(study: Study, found: Mapping[str, Estimate] | None = None) -> str:
@@ -98,7 +98,7 @@ def bytes_text(count: float) -> str:
     return f"{count:.0f} B"
 
 
-def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:
+def motion_text(motion: xr.Dataset, most: int = MAX_LINES) -> str:
     """Return the impacts, grazings and rests of `vp.simulate` in order of time, and the end.
 
     Of more than `most` events the first and the last ones are shown.
@@ -117,12 +117,12 @@ def motion_text(motion: xr.Dataset, most: int = MOST_LINES) -> str:
 
 def _chosen(motion: xr.Dataset) -> list[str]:
     """Return the method that was chosen to reach an accuracy, if one was asked."""
-    told = motion.attrs
-    if "accuracy_asked" not in told:
+    attrs = motion.attrs
+    if "accuracy_asked" not in attrs:
         return []
-    steps = f", {told['steps_per_period']} steps per period" if "steps_per_period" in told else ""
-    reached = f"error {told['accuracy_reached']:.1e}, asked {told['accuracy_asked']:.1e}"
-    return [f"{told['method']}{steps}: {reached}"]
+    steps = f", {attrs['steps_per_period']} steps per period" if "steps_per_period" in attrs else ""
+    reached = f"error {attrs['accuracy_reached']:.1e}, asked {attrs['accuracy_asked']:.1e}"
+    return [f"{attrs['method']}{steps}: {reached}"]
 
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:

@@ -24,7 +24,7 @@ from vibropipe.words.wording import count
 __all__ = ["ROWS", "Verdict", "new_seed", "verify"]
 
 ROWS = 100
-MOST_TOLD = 3
+MAX_REPORTED = 3
 NO_STUDY = "it holds no study, so that nothing tells how it was made"
 A_SHARD = "it is a shard of a sweep: join all of them first"
 
@@ -53,9 +53,9 @@ class Verdict:
         head = f"{self.checked}: same, bit for bit" if self.checked and self.good else self.checked
         parts = [part for part in (head, "" if self.good else found) if part]
         lines = [f"{self.name}: {', '.join(parts) or 'not verified'}"]
-        lines += [f"  {fault}" for fault in self.faults[:MOST_TOLD]]
-        if len(self.faults) > MOST_TOLD:
-            lines.append(f"  and {len(self.faults) - MOST_TOLD} more")
+        lines += [f"  {fault}" for fault in self.faults[:MAX_REPORTED]]
+        if len(self.faults) > MAX_REPORTED:
+            lines.append(f"  and {len(self.faults) - MAX_REPORTED} more")
         lines += [f"  not compared: {self.left_out}"] if self.left_out else []
         if self.reasons:
             word = "can differ here" if self.good else "a difference is expected here"

@@ -7,9 +7,9 @@ is located and nothing rests, so the error falls with the first power of the ste
 from __future__ import annotations
 
 from vibropipe.compiler import jit
-from vibropipe.march.grid import force_part
+from vibropipe.march.grid import force_at_step
 from vibropipe.march.log import STEPS, log_impact
-from vibropipe.orbits.return_map import clear
+from vibropipe.orbits.return_map import clear_log
 from vibropipe.physics.contact import support_position
 
 
@@ -22,15 +22,15 @@ def crude(p, grid, periods, x, v, log, samples):
     """
     upper, lower = support_position(p, 1), support_position(p, 2)
     for period in range(periods):
-        taken = 0 if period == periods - 1 else samples.size
+        done = 0 if period == periods - 1 else samples.size
         for step in range(grid.steps):
-            p_x, p_v = force_part(grid, step)
+            p_x, p_v = force_at_step(grid, step)
             x1 = grid.a11 * x + grid.a12 * v + p_x
             v1 = grid.a21 * x + grid.a22 * v + p_v
-            while taken < samples.size and taken * grid.steps < (step + 1) * samples.size:
-                theta = taken * grid.steps / samples.size - step
-                samples[taken] = x + theta * grid.dt * (v + 0.5 * theta * (v1 - v))
-                taken += 1
+            while done < samples.size and done * grid.steps < (step + 1) * samples.size:
+                theta = done * grid.steps / samples.size - step
+                samples[done] = x + theta * grid.dt * (v + 0.5 * theta * (v1 - v))
+                done += 1
             support = 1 if x1 >= upper else 2 if x1 <= lower else 0
             if support > 0:
                 x1 = upper if support == 1 else lower
@@ -45,10 +45,10 @@ def crude(p, grid, periods, x, v, log, samples):
 
 
 @jit
-def crude_often(p, grid, periods, x, v, log, samples, often):
+def crude_repeatedly(p, grid, periods, x, v, log, samples, n_calls):
     """The same motion so many times over, to be timed."""
     last = x
-    for _ in range(often):
-        clear(log)
+    for _ in range(n_calls):
+        clear_log(log)
         last, _v = crude(p, grid, periods, x, v, log, samples)
     return last

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.lab.effect_work import SAMPLES
-from vibropipe.lab.work_precision_methods import Motion
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.sweep import sweep
 from vibropipe.store.encoding import encode
@@ -20,7 +20,7 @@ WIDTH = 0.01
 
 
 @cache
-def bytes_of(motion: Motion, row: bool, outputs: tuple[str, ...]) -> float:
+def bytes_of(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -> float:
     """Return the bytes, encoded for the disk before compression, of a row about a motion's exciter with some
     outputs, or of a forcing period of the motion."""
     solve, few, many = (rows, 1, MANY_ROWS) if row else (periods, 0, motion.periods)
@@ -31,7 +31,7 @@ def bytes_of(motion: Motion, row: bool, outputs: tuple[str, ...]) -> float:
     return (sizes[1] - sizes[0]) / (many - few)
 
 
-def rows(motion: Motion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
+def rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     """Return so many rows of a sweep about a motion's exciter."""
     name = "f" if motion.exciter.f else "nu"
     middle = getattr(motion.exciter, name)
@@ -39,7 +39,7 @@ def rows(motion: Motion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     return sweep(motion.exciter, over, x0=motion.x0, v0=motion.v0, outputs=outputs)
 
 
-def periods(motion: Motion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
+def periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     """Return the first so many forcing periods of a motion."""
     samples = SAMPLES if "motion" in outputs else 0
     end = count * motion.exciter.period

@@ -15,27 +15,30 @@ import numpy as np
 
 from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab.effect_bytes import bytes_of
-from vibropipe.lab.effect_work import Trial, Work, kernel_calls, works_of
-from vibropipe.lab.timing import Timer, quartiles, take_turns
+from vibropipe.lab.effect_work import TimedWork, TimingCase, kernel_calls, works_by_kernel
+from vibropipe.lab.timing import Timer, quartiles, time_in_rounds
 from vibropipe.lab.work_precision import motion_coordinates
-from vibropipe.lab.work_precision_methods import Motion
-from vibropipe.physics.effects import names_of
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
+from vibropipe.physics.effects import effect_names
 from vibropipe.words.measurements import Passed
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# What stands beside each other (`works_of`).
+# What stands beside each other (`works_by_kernel`).
 KERNELS = ("own", "all", "full")
 NOT_PASSED, PASSED, NOT_ASKED = Passed
 
 Progress = Callable[[int, int], None]
-Size = Callable[[Motion, bool, tuple[str, ...]], float]
+Size = Callable[[BenchmarkMotion, bool, tuple[str, ...]], float]
 
 
 def solve_effects(
-    trials: Mapping[str, Trial], full: Motion, rounds: int, progress: Progress | None = None
+    trials: Mapping[str, TimingCase],
+    full: BenchmarkMotion,
+    rounds: int,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Compile what trials need, then `measure_effects` with the bytes of results on disk."""
     calls = [call for trial in trials.values() for call in kernel_calls(trial)]
@@ -44,8 +47,8 @@ def solve_effects(
 
 
 def measure_effects(
-    trials: Mapping[str, Trial],
-    full: Motion,
+    trials: Mapping[str, TimingCase],
+    full: BenchmarkMotion,
     size: Size,
     rounds: int,
     progress: Progress | None = None,
@@ -54,7 +57,7 @@ def measure_effects(
 
     Parameters
     ----------
-    trials : mapping of str to Trial
+    trials : mapping of str to TimingCase
         What is timed, by name.
     full : Motion
         The motion that has all effects.
@@ -74,18 +77,18 @@ def measure_effects(
     """
     import xarray as xr
 
-    works = {name: works_of(trial, full) for name, trial in trials.items()}
+    timed = {name: works_by_kernel(trial, full) for name, trial in trials.items()}
     timers = {
         name: {kernel: Timer(work.repeat, work.units) for kernel, work in by.items()}
-        for name, by in works.items()
+        for name, by in timed.items()
     }
-    take_turns([timer for by in timers.values() for timer in by.values()], rounds, progress)
+    time_in_rounds([timer for by in timers.values() for timer in by.values()], rounds, progress)
     found = []
     for name, trial in trials.items():
         mine = timers[name]
         against = timers[trial.against]["own"] if trial.against else mine["all"]
         sizes = [size(at, trial.row, trial.outputs) for at in (trial.motion, trial.motion, full)]
-        found.append(described(trial, works[name], mine, against, sizes))
+        found.append(described(trial, timed[name], mine, against, sizes))
     variables = {}
     for name in found[0]:
         array = np.array([one[name] for one in found])
@@ -101,8 +104,8 @@ def measure_effects(
 
 
 def described(
-    trial: Trial,
-    works: Mapping[str, Work],
+    trial: TimingCase,
+    works: Mapping[str, TimedWork],
     timers: Mapping[str, Timer],
     against: Timer,
     sizes: list[float],
@@ -121,7 +124,7 @@ def described(
         "periods_timed": [one.units * one.periods for one in listed],
         "impacts_per_period": [one.impacts for one in listed],
         "rests_per_period": [one.rests for one in listed],
-        "effects_present": ", ".join(names_of(trial.effects)),
+        "effects_present": ", ".join(effect_names(trial.effects)),
         "outputs_asked": ", ".join([*(["steady state"] if trial.row else []), *trial.outputs]),
     }  # fmt: skip
 

@@ -14,12 +14,18 @@ from typing import Any
 import numpy as np
 
 from vibropipe.lab.timing import repeated
-from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown, failed
+from vibropipe.lab.work_precision_methods import (
+    SAMPLES,
+    BenchmarkMotion,
+    Candidate,
+    MethodResult,
+    failed,
+)
 from vibropipe.words.measurements import SCIPY, Outcome
 
 # Work in a forcing period after which a peer is stopped: evaluations of the equation, or steps of heyoka. Counted
 # and not timed, so that the same peers are stopped on every machine.
-MOST_WORK = 10_000
+MAX_WORK = 10_000
 # A new start after an impact costs a peer about as much as so many evaluations.
 RESTART = 100
 # A mass so far beyond a support, in half distances of the supports, has fallen through it.
@@ -36,7 +42,7 @@ def is_installed(method: str) -> bool:
     return importlib.util.find_spec("scipy" if method in SCIPY else method) is not None
 
 
-def last_period(motion: Motion) -> np.ndarray:
+def last_period(motion: BenchmarkMotion) -> np.ndarray:
     """Times of the samples (SAMPLES,) and the end."""
     period = motion.exciter.period
     return (motion.periods - 1 + np.arange(SAMPLES + 1) / SAMPLES) * period
@@ -45,11 +51,11 @@ def last_period(motion: Motion) -> np.ndarray:
 class Recorder:
     """Collects impacts, and tells when a peer has done all the work it may (unless not `bounded`)."""
 
-    def __init__(self, motion: Motion, *, bounded: bool = True) -> None:
+    def __init__(self, motion: BenchmarkMotion, *, bounded: bool = True) -> None:
         self.restitution = {1: motion.exciter.R1, 2: motion.exciter.R2}
         self.bound = {1: motion.exciter.upper, 2: motion.exciter.lower}
         self.l, self.impacts = motion.exciter.l, list[tuple[float, int, float]]()
-        self.left = MOST_WORK * motion.periods if bounded else math.inf
+        self.left = MAX_WORK * motion.periods if bounded else math.inf
 
     def may_go_on(self, work: int = 1) -> bool:
         """Whether there is work left after so much of it."""
@@ -62,7 +68,7 @@ class Recorder:
         self.left -= RESTART
         return -self.restitution[support] * velocity
 
-    def shown(self, samples: Any, end: Any, work: tuple[float, float, float]) -> Shown:
+    def shown(self, samples: Any, end: Any, work: tuple[float, float, float]) -> MethodResult:
         """What was found, with a fall through a support told."""
         tau, support, velocity = np.array(self.impacts or np.empty((0, 3))).T
         x = np.append(samples, end[0])
@@ -70,24 +76,26 @@ class Recorder:
             return failed(Outcome.DID_NOT_END)
         depth = max(x.max() - self.bound[1], self.bound[2] - x.min())
         outcome = Outcome.FELL_THROUGH if depth > DEPTH * self.l else Outcome.OK
-        return Shown(outcome, (float(end[0]), float(end[1])), tau, support, velocity, samples, work)
+        return MethodResult(
+            outcome, (float(end[0]), float(end[1])), tau, support, velocity, samples, work
+        )
 
 
-def scipy_peer(motion: Motion, method: str, tolerance: float) -> Contestant:
+def scipy_peer(motion: BenchmarkMotion, method: str, tolerance: float) -> Candidate:
     """solve_ivp with terminal events at both supports, started again after each impact."""
 
-    def show() -> Shown:
+    def show() -> MethodResult:
         try:
             return solve_by_scipy(motion, method, tolerance)
         except WorkError:
             return failed(Outcome.DID_NOT_END)
 
-    return Contestant(
-        show, repeated(partial(solve_by_scipy, motion, method, tolerance, timed=True))
-    )
+    return Candidate(show, repeated(partial(solve_by_scipy, motion, method, tolerance, timed=True)))
 
 
-def solve_by_scipy(motion: Motion, method: str, tolerance: float, *, timed: bool = False) -> Shown:
+def solve_by_scipy(
+    motion: BenchmarkMotion, method: str, tolerance: float, *, timed: bool = False
+) -> MethodResult:
     """One motion; `timed` leaves out what is looked at only, and the bound on work."""
     from scipy.integrate import solve_ivp
 
@@ -139,7 +147,7 @@ def heyoka_equation() -> tuple[Any, Any, Any]:
     return x, v, f * heyoka.sin(nu * heyoka.time) - h * v - x
 
 
-def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
+def heyoka_peer(motion: BenchmarkMotion, tolerance: float) -> Candidate:
     """heyoka's Taylor integrator with an event at each support that resets the velocity."""
     import heyoka
 
@@ -178,7 +186,7 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
     def ahead(_integrator: Any) -> bool:
         return recorder.may_go_on()
 
-    def show() -> Shown:
+    def show() -> MethodResult:
         begin()
         ended, steps = heyoka.taylor_outcome.time_limit, 0
         if times[0] > 0:
@@ -196,4 +204,4 @@ def heyoka_peer(motion: Motion, tolerance: float) -> Contestant:
         begin(bounded=False)
         integrator.propagate_until(times[-1])
 
-    return Contestant(show, repeated(once))
+    return Candidate(show, repeated(once))

@@ -21,7 +21,7 @@ ZERO, ONE, TWO = Decimal(0), Decimal(1), Decimal(2)
 # A gap is closed when this share of the shortest time scale is left of the way to it.
 CLOSE = Decimal("1e-36")
 # Hops of a chatter are followed down to this height, in half distances of the supports, then summed up.
-LEAST_HOP = Decimal("1e-32")
+MIN_HOP = Decimal("1e-32")
 MAX_EVENTS = 200_000
 # The way out through each support.
 SIDE = {1: 1, 2: -1}
@@ -32,7 +32,7 @@ Series = list[Decimal]
 
 
 @dataclass
-class Truth:
+class ReferenceMotion:
     """A motion to 20 digits and more: impacts (tau, support, before, after), rests (start, end or None,
     support), states (x, v) at the times asked for, and the last of them."""
 
@@ -60,7 +60,7 @@ def slope(series: Series) -> Series:
     return [n * coefficient for n, coefficient in enumerate(series)][1:]
 
 
-class Twin:
+class ReferenceSolver:
     """One exciter, marched from tau = 0 by `run`."""
 
     def __init__(self, exciter: Exciter) -> None:
@@ -68,14 +68,14 @@ class Twin:
         # The supports lie where doubles put them.
         self.bound = {1: Decimal(exciter.upper), 2: Decimal(exciter.lower)}
         self.restitution = {1: Decimal(exciter.R1), 2: Decimal(exciter.R2)}
-        self.room = Decimal(exciter.l)
+        self.half_distance = Decimal(exciter.l)
         self.reach = ONE / max(self.nu, self.h, ONE)
 
-    def run(self, x0: float, v0: float, times: Sequence[Decimal]) -> Truth:
+    def run(self, x0: float, v0: float, times: Sequence[Decimal]) -> ReferenceMotion:
         """The motion from (x0, v0) at tau = 0 to the last of the ascending `times`; an impact at a time comes
         before its state. RuntimeError beyond MAX_EVENTS contacts."""
         with localcontext(Context(prec=DIGITS)):
-            self.truth, self.ahead = Truth(), deque(times)
+            self.truth, self.ahead = ReferenceMotion(), deque(times)
             self.tau, self.x, self.v = ZERO, Decimal(x0), Decimal(v0)
             self.force = (ZERO, self.f * self.nu)
             self.met: dict[int, tuple[Decimal, Decimal, int]] = {}
@@ -92,14 +92,14 @@ class Twin:
     def repeat(self, on: int) -> None:
         """Without force and loss a motion that meets a support as it did before goes on as it did then:
         whole rounds up to the next time asked for are written down without being marched."""
-        known, count = self.met.get(on), len(self.truth.impacts)
+        earlier, count = self.met.get(on), len(self.truth.impacts)
         self.met[on] = (self.tau, self.v, count)
         lossless = self.f == self.h == 0 and self.restitution[1] == self.restitution[2] == 1
-        if known is None or not lossless or abs(known[1] - self.v) > SAME * abs(self.v):
+        if earlier is None or not lossless or abs(earlier[1] - self.v) > SAME * abs(self.v):
             return
-        round_trip = self.tau - known[0]
+        round_trip = self.tau - earlier[0]
         rounds = int((self.ahead[0] - self.tau) / round_trip) - 1
-        made = self.truth.impacts[known[2] :]
+        made = self.truth.impacts[earlier[2] :]
         for k in range(1, rounds + 1):
             self.truth.impacts += [
                 (tau + k * round_trip, side, before, after) for tau, side, before, after in made
@@ -107,7 +107,7 @@ class Twin:
         self.tau += max(0, rounds) * round_trip
         self.met.clear()
 
-    def push(self, on: int) -> Decimal:
+    def pressing_force(self, on: int) -> Decimal:
         """Force that presses the mass into the support it is on."""
         return SIDE[on] * (self.force[0] - self.bound[on] - self.h * self.v)
 
@@ -117,14 +117,14 @@ class Twin:
             before, self.v = self.v, -self.restitution[on] * self.v
             self.truth.impacts.append((self.tau, on, before, self.v))
             self.repeat(on)
-        push = self.push(on)
-        if self.v == 0 or push <= 0 or self.restitution[on] == 1:
-            return self.v == 0 and push >= 0
-        left = TWO * abs(self.v) / (push * (ONE - self.restitution[on]))
-        if self.v * self.v > TWO * push * LEAST_HOP * self.room:
+        pressing_force = self.pressing_force(on)
+        if self.v == 0 or pressing_force <= 0 or self.restitution[on] == 1:
+            return self.v == 0 and pressing_force >= 0
+        left = TWO * abs(self.v) / (pressing_force * (ONE - self.restitution[on]))
+        if self.v * self.v > TWO * pressing_force * MIN_HOP * self.half_distance:
             return False
         # The force may turn so soon that the hops are not a geometric series.
-        if left * (abs(self.f) * self.nu + self.h * push) > push / 1000:
+        if left * (abs(self.f) * self.nu + self.h * pressing_force) > pressing_force / 1000:
             return False
         self.v = ZERO
         self.pass_time(left, [self.x])
@@ -139,7 +139,7 @@ class Twin:
             x.append((force[n] - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
             force.append(-square * force[n] / scale)
             least = (abs(x[-1]) + abs(x[-2])) * power + (abs(force[-1]) + abs(force[-2])) * power
-            if n > 8 and least <= self.room.scaleb(-DIGITS):
+            if n > 8 and least <= self.half_distance.scaleb(-DIGITS):
                 return x, force
             power *= self.reach
             n += 1
@@ -165,8 +165,8 @@ class Twin:
                 self.pass_time(self.ahead[-1] - self.tau + ONE, [self.bound[on]])
                 break
             _x, force = self.series()
-            push = [side * (force[0] - self.bound[on]), *(side * c for c in force[1:])]
-            found = self.first_zero(push, self.reach)
+            pressing_force = [side * (force[0] - self.bound[on]), *(side * c for c in force[1:])]
+            found = self.first_zero(pressing_force, self.reach)
             self.pass_time(self.reach if found is None else found, [self.bound[on]], force)
             if found is not None:
                 self.truth.rests.append((start, self.tau, on))

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.march.loop import march
-from vibropipe.march.state import begin
-from vibropipe.orbits.return_map import clear
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.return_map import clear_log
 
 
 @jit
-def march_often(e, p, grid, x, v, end, log, c, max_events, often):
+def march_repeatedly(e, p, grid, x, v, end, log, c, max_events, n_calls):
     """March from (x, v) at tau = 0 to the end so many times; returns the last status.
 
     The log must have room for all contacts of the motion.
     """
     worst = 0
-    for _ in range(often):
-        clear(log)
-        state = begin(e, p, grid, 0.0, x, v)
+    for _ in range(n_calls):
+        clear_log(log)
+        state = initial_state(e, p, grid, 0.0, x, v)
         _state, status = march(e, p, grid, state, end, log, None, c, max_events)
         worst = max(worst, status)
     return worst

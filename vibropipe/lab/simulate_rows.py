@@ -10,8 +10,8 @@ import numpy as np
 from numba import prange
 
 from vibropipe.compiler import jit_parallel
-from vibropipe.lab.lanes import STATE, Left, Room, Tasks, march_block
-from vibropipe.march.grid import locate
+from vibropipe.lab.lanes import STATE, LaneInput, LaneResult, LaneWork, march_block
+from vibropipe.march.grid import grid_time
 from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
 from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
 from vibropipe.march.state import REST
@@ -19,7 +19,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load import sincos_tables
 from vibropipe.solve.motion import check_steps
-from vibropipe.solve.run import turns_of
+from vibropipe.solve.run import span_in_turns
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 # Room for contacts of a row at first, that for each forcing period, and by how much it grows for rows that it is
 # too small for.
-FIRST_ROOM, ROOM_PER_PERIOD, GROWTH = 64, 6, 4
+FIRST_CAPACITY, CAPACITY_PER_PERIOD, CAPACITY_GROWTH = 64, 6, 4
 # Contacts that the logs of one call have room for, all rows together.
-MOST_ROOM = 2_000_000
+MAX_CAPACITY = 2_000_000
 # Columns of a log, and where it counts their entries.
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),
@@ -93,7 +93,7 @@ def simulate_rows(
         for name, value in (("tau_end", tau_end), ("x0", x0), ("v0", v0))
     )
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
-    turns = np.array([turns_of(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
+    turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
     found = march_rows(parameters, starts, turns, steps, max_impacts)
     variables = {name: (_dim_of(name), values) for name, values in found.items()}
@@ -126,64 +126,75 @@ def march_rows(
     """The motions of parameters (rows, 7) from starts (rows, 2) over turns (rows,) forcing periods of so many
     Newmark steps, by the names of `simulate_rows`; rows whose logs were too small are marched again with
     larger ones."""
-    ends = np.array([locate(turn, steps) for turn in turns], float)
+    ends = np.array([grid_time(turn, steps) for turn in turns], float)
     sines, cosines = sincos_tables(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
     done: list[dict[str, np.ndarray]] = []
     waiting = np.argsort(turns, kind="stable")
-    room = int(FIRST_ROOM + ROOM_PER_PERIOD * min(turns.max(), max_impacts))
+    capacity = int(FIRST_CAPACITY + CAPACITY_PER_PERIOD * min(turns.max(), max_impacts))
     while waiting.size:
-        again = []
-        per_call = max(1, MOST_ROOM // room // WIDTH) * WIDTH
+        unfinished = []
+        per_call = max(1, MAX_CAPACITY // capacity // WIDTH) * WIDTH
         for first in range(0, waiting.size, per_call):
-            part = waiting[first : first + per_call]
-            left, logs = _room_for(len(part), room)
-            _drive(effects, Tasks(parameters[part], starts[part], ends[part], *shared), left, logs)
+            rows_of_call = waiting[first : first + per_call]
+            left, logs = _empty_results(len(rows_of_call), capacity)
+            _drive(
+                effects,
+                LaneInput(
+                    parameters[rows_of_call], starts[rows_of_call], ends[rows_of_call], *shared
+                ),
+                left,
+                logs,
+            )
             is_full = left.status == Status.LOG_FULL
-            again.append(part[is_full])
-            done.append(_compact(part, left, logs, ~is_full))
-        waiting, room = np.concatenate(again), room * GROWTH
+            unfinished.append(rows_of_call[is_full])
+            done.append(_compact(rows_of_call, left, logs, ~is_full))
+        waiting, capacity = np.concatenate(unfinished), capacity * CAPACITY_GROWTH
     whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
     return _in_order(whole, 2 * math.pi / parameters[:, 0])
 
 
-def _room_for(rows: int, room: int) -> tuple[Left, Log]:
+def _empty_results(rows: int, capacity: int) -> tuple[LaneResult, Log]:
     def zeros(kind: type = float, share: int = 1) -> np.ndarray:
-        return np.zeros((rows, room // share), kind)
+        return np.zeros((rows, capacity // share), kind)
 
     logs = Log(
         zeros(), zeros(), zeros(), zeros(np.int8), zeros(share=4), zeros(share=4),
         zeros(np.int8, 4), zeros(share=4), zeros(np.int8, 4), np.zeros((rows, COUNTS), np.int64),
     )  # fmt: skip
-    return Left(np.zeros((rows, 2)), np.zeros((rows, STATE)), np.zeros(rows, np.int64)), logs
+    return LaneResult(np.zeros((rows, 2)), np.zeros((rows, STATE)), np.zeros(rows, np.int64)), logs
 
 
 @jit_parallel
-def _drive(e: Effects, tasks: Tasks, left: Left, logs: Log) -> None:
+def _drive(e: Effects, tasks: LaneInput, left: LaneResult, logs: Log) -> None:
     """March all rows of `tasks`, a block on a thread."""
     rows = tasks.parameters.shape[0]
-    for number in prange((rows + WIDTH - 1) // WIDTH):
-        room = Room(np.empty(SIZE), np.empty(2 * STRIDE), np.empty(3))
-        march_block(e, tasks, left, logs, room, number * WIDTH)
+    for index in prange((rows + WIDTH - 1) // WIDTH):
+        scratch = LaneWork(np.empty(SIZE), np.empty(2 * STRIDE), np.empty(3))
+        march_block(e, tasks, left, logs, scratch, index * WIDTH)
 
 
-def _compact(rows: np.ndarray, left: Left, logs: Log, keep: np.ndarray) -> dict[str, np.ndarray]:
+def _compact(
+    rows: np.ndarray, left: LaneResult, logs: Log, keep: np.ndarray
+) -> dict[str, np.ndarray]:
     """State, status, counts and flat logs of the rows to keep, as columns; "row" and "row_of_<count>" number them."""
     counts = logs.counts[keep]
-    found = {name: getattr(left, name)[keep] for name in Left._fields}
-    found |= {"row": rows[keep], "counts": counts}
-    for place, names in COLUMNS.items():
-        found[f"row_of_{place}"] = np.repeat(found["row"], counts[:, place])
+    columns = {name: getattr(left, name)[keep] for name in LaneResult._fields}
+    columns |= {"row": rows[keep], "counts": counts}
+    for counted, names in COLUMNS.items():
+        columns[f"row_of_{counted}"] = np.repeat(columns["row"], counts[:, counted])
         for name in names:
             column = getattr(logs, name)[keep]
-            found[name] = column[np.arange(column.shape[1]) < counts[:, place, None]]
-    return found
+            columns[name] = column[np.arange(column.shape[1]) < counts[:, counted, None]]
+    return columns
 
 
 def _in_order(whole: dict[str, np.ndarray], period: np.ndarray) -> dict[str, np.ndarray]:
     """All motions in the order of rows, by the names of a dataset, rests that go on at the end among them."""
-    order = np.argsort(whole["row"])
-    state, counts, status, end = (whole[n][order] for n in ("state", "counts", "status", "end"))
+    permutation = np.argsort(whole["row"])
+    state, counts, status, end = (
+        whole[n][permutation] for n in ("state", "counts", "status", "end")
+    )
     short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
     end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
     status[short] = Status.SHORT_FLIGHTS
@@ -191,9 +202,9 @@ def _in_order(whole: dict[str, np.ndarray], period: np.ndarray) -> dict[str, np.
     going_on = (state[resting, 7], np.full(resting.size, math.inf), state[resting, 3], resting)
     for name, values in zip((*COLUMNS[RESTS], f"row_of_{RESTS}"), going_on, strict=True):
         whole[name] = np.append(whole[name], values.astype(whole[name].dtype))
-    for place, names in COLUMNS.items():
-        by_row = np.argsort(whole[f"row_of_{place}"], kind="stable")
-        whole |= {name: whole[name][by_row] for name in (*names, f"row_of_{place}")}
+    for counted, names in COLUMNS.items():
+        by_row = np.argsort(whole[f"row_of_{counted}"], kind="stable")
+        whole |= {name: whole[name][by_row] for name in (*names, f"row_of_{counted}")}
     # Tails of chatters stand in the log beside the impacts.
     struck, of_rest = whole["support"] > 0, whole[f"row_of_{RESTS}"]
     of_impact, before = whole[f"row_of_{IMPACTS}"][struck], whole["velocity"][struck]

@@ -11,7 +11,7 @@ import numpy as np
 
 # Seconds that timing one thing may take; a time shorter than this is taken of several runs in one go.
 SECONDS = 0.25
-SHORTEST = 2e-3
+MIN_SECONDS = 2e-3
 
 Repeat = Callable[[int], object]
 
@@ -21,32 +21,32 @@ class Timer:
     """Times of one thing, a round at a time, in nanoseconds per unit.
 
     repeat: does it so many times in one go; units: how many (forcing periods, rows) there are in one run;
-    `clock` tells seconds, of which no round begins once `most` are spent; is_warm: whether it has been run
+    `clock` tells seconds, of which no round begins once `budget` are spent; is_warm: whether it has been run
     already, so that its first time counts.
     """
 
     repeat: Repeat
     units: float
     clock: Callable[[], float] = time.thread_time
-    most: float = SECONDS
+    budget: float = SECONDS
     is_warm: bool = False
     times: list[float] = field(default_factory=list)
-    often: int = 1
+    n_calls: int = 1
     spent: float = 0.0
 
     def round(self) -> None:
         """Take one more time, unless all that may be spent has been."""
-        if self.spent > self.most:
+        if self.spent > self.budget:
             return
         while True:
             begin = self.clock()
-            self.repeat(self.often)
-            taken = self.clock() - begin
-            self.spent += taken
-            if taken >= SHORTEST:
+            self.repeat(self.n_calls)
+            elapsed = self.clock() - begin
+            self.spent += elapsed
+            if elapsed >= MIN_SECONDS:
                 break
-            self.often *= 2 if taken > SHORTEST / 4 else 8
-        self.times.append(taken / self.often / self.units * 1e9)
+            self.n_calls *= 2 if elapsed > MIN_SECONDS / 4 else 8
+        self.times.append(elapsed / self.n_calls / self.units * 1e9)
 
     def quartiles(self) -> list[float]:
         """Return median, lower and upper quartile of the times."""
@@ -60,8 +60,8 @@ class Timer:
 def repeated(call: Callable[[], object]) -> Callable[[int], None]:
     """Return what makes a call so many times in a row."""
 
-    def repeat(often: int) -> None:
-        for _ in range(often):
+    def repeat(n_calls: int) -> None:
+        for _ in range(n_calls):
             call()
 
     return repeat
@@ -74,7 +74,7 @@ def quartiles(values: Collection[float]) -> list[float]:
     return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
 
 
-def take_turns(
+def time_in_rounds(
     timers: Collection[Timer], rounds: int, progress: Callable[[int, int], None] | None = None
 ) -> None:
     """So many rounds of all timers, after a run of each not warm yet that compiles and warms and is not counted.
@@ -82,17 +82,17 @@ def take_turns(
     for timer in timers:
         if not timer.is_warm:
             timer.repeat(1)
-    taken = 0
+    done = 0
     for _ in range(rounds):
         for timer in timers:
             timer.round()
-            taken += 1
+            done += 1
             if progress is not None:
-                progress(taken, rounds * len(timers))
+                progress(done, rounds * len(timers))
 
 
-def spent_on(seconds: float, rounds: int) -> float:
+def expected_timing(seconds: float, rounds: int) -> float:
     """Seconds that a timer will spend on something that takes so many, about."""
     # Runs in one go are doubled until they take long enough: half as long again, and as much before.
-    each = max(seconds, 1.5 * SHORTEST)
-    return min(2 * SHORTEST + rounds * each, SECONDS + each)
+    each = max(seconds, 1.5 * MIN_SECONDS)
+    return min(2 * MIN_SECONDS + rounds * each, SECONDS + each)

@@ -17,11 +17,11 @@ import numpy as np
 from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab import peers
 from vibropipe.lab import work_precision_methods as contestant
-from vibropipe.lab.reference_solver import Twin, period_of
-from vibropipe.lab.timing import Timer, take_turns
-from vibropipe.lab.work_precision_methods import SAMPLES, Contestant, Motion, Shown
-from vibropipe.solve.accuracy.motion_errors import partners
-from vibropipe.words.measurements import COMPARED_METHODS, OWN, Outcome
+from vibropipe.lab.reference_solver import ReferenceSolver, period_of
+from vibropipe.lab.timing import Timer, time_in_rounds
+from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, Candidate, MethodResult
+from vibropipe.solve.accuracy.motion_errors import match_contacts
+from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import describe
 
@@ -32,7 +32,7 @@ HARMONICS = 4
 # Impacts slower than this share of the fastest belong to a chatter, in which methods need not agree.
 SLOW = 0.05
 # Own methods of more steps than this are left out.
-MOST_STEPS = 20_000_000
+MAX_STEPS = 20_000_000
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
 WORK = ("work_steps", "work_evaluations", "work_iterations")
 TIMES = ("time_per_period", "time_per_period_low", "time_per_period_high")
@@ -46,14 +46,14 @@ class Entry(NamedTuple):
     value: float
 
 
-class Judge:
+class MotionReference:
     """The truth of one motion, and the errors of others by it."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: BenchmarkMotion) -> None:
         self.motion, period = motion, period_of(motion.exciter.nu)
         begin = period * (motion.periods - 1)
         times = [begin + period * k / SAMPLES for k in range(SAMPLES + 1)]
-        truth = Twin(motion.exciter).run(motion.x0, motion.v0, times)
+        truth = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
         states = np.array(truth.states, dtype=float)
         self.samples, self.end = states[:-1, 0], states[-1]
         impacts = np.array(truth.impacts, dtype=float).reshape(-1, 4)[:, :3]
@@ -62,24 +62,26 @@ class Judge:
         fast = np.abs(impacts[:, 2]) > SLOW * self.speed
         self.tau, self.support, self.velocity = impacts[fast].T
 
-    def errors(self, shown: Shown) -> tuple[Outcome, list[float]]:
+    def errors(self, shown: MethodResult) -> tuple[Outcome, list[float]]:
         """Errors (ERRORS) of a method, relative to the largest displacement and velocity of the last period
         and impacts, and to the forcing period; and its outcome, impacts missed among it."""
         if shown.outcome == Outcome.DID_NOT_END:
             return shown.outcome, [math.nan] * len(ERRORS)
-        apart = np.abs(np.array(shown.end) - self.end) / (self.size, self.speed)
+        end_error = np.abs(np.array(shown.end) - self.end) / (self.size, self.speed)
         waves = np.abs(np.fft.rfft(shown.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
         outcome, late, off = shown.outcome, math.nan, math.nan
         if self.tau.size:
             fast = np.abs(shown.impact_velocity) > 0.5 * SLOW * self.speed
             tau, support = shown.impact_tau[fast], shown.impact_support[fast]
-            place = partners(self.tau, self.support, tau, support)
+            partner = match_contacts(self.tau, self.support, tau, support)
             if any((support == side).sum() < (self.support == side).sum() for side in (1, 2)):
                 outcome = max(outcome, Outcome.MISSED_IMPACT)
-            if (place >= 0).all():
-                late = np.abs(tau[place] - self.tau).max() / self.motion.exciter.period
-                off = np.abs(shown.impact_velocity[fast][place] - self.velocity).max() / self.speed
-        return outcome, [float(apart.max()), late, off, float(waves.max() / self.size)]
+            if (partner >= 0).all():
+                late = np.abs(tau[partner] - self.tau).max() / self.motion.exciter.period
+                off = (
+                    np.abs(shown.impact_velocity[fast][partner] - self.velocity).max() / self.speed
+                )
+        return outcome, [float(end_error.max()), late, off, float(waves.max() / self.size)]
 
 
 def entries(
@@ -94,20 +96,20 @@ def entries(
     ]
 
 
-def enter(method: str, value: float, motion: Motion) -> Contestant | Outcome:
+def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidate | Outcome:
     """A method at a setting on a motion, or why it does not enter."""
-    if method in OWN and value * motion.periods > MOST_STEPS:
+    if method in OWN_METHODS and value * motion.periods > MAX_STEPS:
         return Outcome.NOT_TRIED
-    if method not in OWN and not peers.is_installed(method):
+    if method not in OWN_METHODS and not peers.is_installed(method):
         return Outcome.NOT_INSTALLED
     return build(method, value, motion)
 
 
-def build(method: str, value: float, motion: Motion) -> Contestant:
+def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
     """A method that is there, at a setting on a motion."""
     if method == "exact":
         return contestant.exact(motion)
-    if method in OWN:
+    if method in OWN_METHODS:
         own = contestant.newmark if method == "newmark" else contestant.newmark_crude
         return own(motion, int(value))
     if method == "heyoka":
@@ -115,30 +117,32 @@ def build(method: str, value: float, motion: Motion) -> Contestant:
     return peers.scipy_peer(motion, method, value)
 
 
-def race(motion: Motion, listed: Sequence[Entry], repeats: int) -> dict[Entry, dict[str, float]]:
+def run_methods(
+    motion: BenchmarkMotion, listed: Sequence[Entry], repeats: int
+) -> dict[Entry, dict[str, float]]:
     """Outcome, errors, work and times of each method on one motion, by the names of the dataset."""
-    judge, found, timers = Judge(motion), {}, {}
+    judge, results, timers = MotionReference(motion), {}, {}
     for entry in listed:
-        entered = enter(entry.method, entry.value, motion)
+        entered = build_method(entry.method, entry.value, motion)
         if isinstance(entered, Outcome):
-            found[entry] = {"outcome": float(entered)}
+            results[entry] = {"outcome": float(entered)}
             continue
         shown = entered.show()
         outcome, errors = judge.errors(shown)
-        work = [count / motion.periods for count in shown.work]
+        work = [count / motion.periods for count in shown.effort]
         names = ("outcome", *ERRORS, *WORK)
-        found[entry] = dict(zip(names, (outcome, *errors, *work), strict=True))
+        results[entry] = dict(zip(names, (outcome, *errors, *work), strict=True))
         if outcome != Outcome.DID_NOT_END:
             # Peers show and repeat by the same code, a second of it where they are slow.
-            is_warm = entry.method not in OWN
+            is_warm = entry.method not in OWN_METHODS
             timers[entry] = Timer(entered.repeat, motion.periods, is_warm=is_warm)
-    take_turns(timers.values(), repeats)
+    time_in_rounds(timers.values(), repeats)
     for entry, timer in timers.items():
-        found[entry] |= zip(TIMES, timer.quartiles(), strict=True)
-    return found
+        results[entry] |= zip(TIMES, timer.quartiles(), strict=True)
+    return results
 
 
-def compile_methods(methods: Sequence[str], motion: Motion) -> None:
+def compile_methods(methods: Sequence[str], motion: BenchmarkMotion) -> None:
     """Have the kernels of our own methods compiled, by as many processes as this one may use threads."""
     short = motion._replace(periods=1)
 
@@ -148,13 +152,13 @@ def compile_methods(methods: Sequence[str], motion: Motion) -> None:
     def repeat(method: str) -> None:
         build(method, 8.0, short).repeat(1)
 
-    own = [method for method in methods if method in OWN]
+    own = [method for method in methods if method in OWN_METHODS]
     calls = [partial(call, method) for method in own for call in (show, repeat)]
     compile_side_by_side(calls, numba.get_num_threads())
 
 
 def solve_accuracy(
-    motions: Mapping[str, Motion],
+    motions: Mapping[str, BenchmarkMotion],
     methods: Sequence[str] = COMPARED_METHODS,
     steps: Sequence[int] = (16, 64, 256, 1024, 4096, 16384),
     tolerances: Sequence[float] = (1e-4, 1e-7, 1e-10),
@@ -166,7 +170,7 @@ def solve_accuracy(
 
     Parameters
     ----------
-    motions : mapping of str to Motion
+    motions : mapping of str to BenchmarkMotion
         What is solved, by name.
     methods : sequence of str
         Any of METHODS, each once.
@@ -200,12 +204,12 @@ def solve_accuracy(
     for i, motion in enumerate(motions.values()):
         short = motion._replace(periods=min(motion.periods, peer_periods))
         for chosen, own in ((motion, True), (short, False)):
-            part = [entry for entry in listed if (entry.method in OWN) == own]
-            for entry, found in race(chosen, part, repeats).items():
-                place = (i, methods.index(entry.method), entry.setting)
-                values[place[1:]], periods[place[:2]] = entry.value, chosen.periods
+            part = [entry for entry in listed if (entry.method in OWN_METHODS) == own]
+            for entry, found in run_methods(chosen, part, repeats).items():
+                index = (i, methods.index(entry.method), entry.setting)
+                values[index[1:]], periods[index[:2]] = entry.value, chosen.periods
                 for name, value in found.items():
-                    columns[name][place] = value
+                    columns[name][index] = value
             run += len(part)
             if progress is not None:
                 progress(run, len(motions) * len(listed))
@@ -219,7 +223,7 @@ def solve_accuracy(
     return describe(xr.Dataset(variables, coords, {"comment": comment}))
 
 
-def motion_coordinates(motions: Mapping[str, Motion]) -> dict[str, Any]:
+def motion_coordinates(motions: Mapping[str, BenchmarkMotion]) -> dict[str, Any]:
     """Names, exciters and starts of motions, over `motion`."""
     listed = motions.values()
     columns = {name: [getattr(m.exciter, name) for m in listed] for name in PARAMETERS} | {

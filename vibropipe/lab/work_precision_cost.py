@@ -6,14 +6,14 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 
-from vibropipe.lab.peers import MOST_WORK, RESTART
-from vibropipe.lab.timing import spent_on
-from vibropipe.lab.work_precision import MOST_STEPS, Entry, enter, entries
-from vibropipe.lab.work_precision_methods import Motion
+from vibropipe.lab.peers import MAX_WORK, RESTART
+from vibropipe.lab.timing import expected_timing
+from vibropipe.lab.work_precision import MAX_STEPS, Entry, build_method, entries
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.march.log import STEPS
 from vibropipe.solve.accuracy.method_choice import least_cost
-from vibropipe.solve.run import Run, run_motion
-from vibropipe.words.measurements import OWN, Outcome
+from vibropipe.solve.run import MotionResult, run_motion
+from vibropipe.words.measurements import OWN_METHODS, Outcome
 
 # Seconds of the twin that judges: for a motion, for each of its impacts.
 JUDGED, JUDGED_IMPACT = 5e-3, 7e-4
@@ -24,7 +24,7 @@ Sampled = tuple[float, float] | None
 
 
 def race_seconds(
-    motions: Mapping[str, Motion],
+    motions: Mapping[str, BenchmarkMotion],
     methods: Sequence[str],
     steps: Sequence[int],
     tolerances: Sequence[float],
@@ -40,11 +40,11 @@ def race_seconds(
     up all the work that they may do.
     """
     listed = entries(methods, steps, tolerances)
-    own = [entry for entry in listed if entry.method in OWN]
+    own = [entry for entry in listed if entry.method in OWN_METHODS]
     runs = [run_motion(motion.exciter, motion.task()) for motion in motions.values()]
     rests = [run.contacts["rest_start"].size > 0 for run in runs]
     plain = list(motions.values())[rests.index(min(rests))]
-    sampled = [sample(plain, entry) for entry in listed if entry.method not in OWN]
+    sampled = [sample(plain, entry) for entry in listed if entry.method not in OWN_METHODS]
     seconds = 0.0
     for motion, run, is_chatter in zip(motions.values(), runs, rests, strict=True):
         periods = min(motion.periods, peer_periods)
@@ -55,26 +55,26 @@ def race_seconds(
     return seconds
 
 
-def judge_seconds(run: Run, share: float) -> float:
+def judge_seconds(run: MotionResult, share: float) -> float:
     """Seconds of the twin on a share of a motion; a closed form costs it next to nothing for each impact."""
     impacts = share * run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
     return JUDGED + JUDGED_IMPACT * impacts
 
 
-def own_seconds(run: Run, periods: int, listed: Sequence[Entry], repeats: int) -> float:
+def own_seconds(run: MotionResult, periods: int, listed: Sequence[Entry], repeats: int) -> float:
     """Seconds of own methods on a motion of so many periods."""
     spent = 0.0
     for entry in listed:
         steps = 1 if entry.method == "exact" else int(entry.value)
-        if steps * periods <= MOST_STEPS:
+        if steps * periods <= MAX_STEPS:
             each = least_cost(steps, periods, run) * 1e-9
-            spent += RUNS * each + spent_on(each, repeats)
+            spent += RUNS * each + expected_timing(each, repeats)
     return spent
 
 
-def sample(motion: Motion, entry: Entry) -> Sampled:
+def sample(motion: BenchmarkMotion, entry: Entry) -> Sampled:
     """Seconds and work of a peer on one period of a motion."""
-    entered = enter(entry.method, entry.value, motion._replace(periods=1))
+    entered = build_method(entry.method, entry.value, motion._replace(periods=1))
     if isinstance(entered, Outcome):
         return None
     entered.show()  # loads and compiles
@@ -82,8 +82,8 @@ def sample(motion: Motion, entry: Entry) -> Sampled:
     shown = entered.show()
     seconds = time.thread_time() - begin
     if shown.outcome == Outcome.DID_NOT_END:
-        return seconds, MOST_WORK
-    steps, evaluations, _ = shown.work
+        return seconds, MAX_WORK
+    steps, evaluations, _ = shown.effort
     work = steps if math.isnan(evaluations) else evaluations
     return seconds, work + RESTART * shown.impact_tau.size
 
@@ -93,6 +93,6 @@ def peer_seconds(sampled: Sampled, periods: int, rests: bool, repeats: int) -> f
     if sampled is None:
         return 0.0
     seconds, work = sampled
-    if rests or work >= MOST_WORK:
-        return seconds / work * MOST_WORK * periods  # stopped, and not timed
-    return seconds * periods + spent_on(seconds * periods, repeats)
+    if rests or work >= MAX_WORK:
+        return seconds / work * MAX_WORK * periods  # stopped, and not timed
+    return seconds * periods + expected_timing(seconds * periods, repeats)

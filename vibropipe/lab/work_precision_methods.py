@@ -9,24 +9,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.lab.crude import crude, crude_often
-from vibropipe.lab.repeat import march_often
+from vibropipe.lab.crude import crude, crude_repeatedly
+from vibropipe.lab.repeat import march_repeatedly
 from vibropipe.lab.timing import Repeat, repeated
-from vibropipe.march.grid import Grid, exact_grid, locate, newmark_grid
+from vibropipe.march.grid import StepGrid, exact_grid, grid_time, newmark_grid
 from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_log
-from vibropipe.physics.conservative import is_free
+from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import ORDER
-from vibropipe.solve.run import MARCH_LOG_CAPACITY, Task, run_motion
+from vibropipe.solve.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
 
 SAMPLES = 64
-MOST_CONTACTS = 2_000_000
+MAX_CONTACTS = 2_000_000
 
 
-class Motion(NamedTuple):
+class BenchmarkMotion(NamedTuple):
     """A motion to be measured: whole forcing periods from (x0, v0) at tau = 0."""
 
     exciter: Exciter
@@ -39,14 +39,14 @@ class Motion(NamedTuple):
         """End of the motion."""
         return self.periods * self.exciter.period
 
-    def task(self, samples_per_period: int = 0) -> Task:
+    def task(self, samples_per_period: int = 0) -> MotionRequest:
         """Return the motion as a solver takes it."""
-        return Task(0.0, self.tau_end, self.x0, self.v0, samples_per_period, MOST_CONTACTS)
+        return MotionRequest(0.0, self.tau_end, self.x0, self.v0, samples_per_period, MAX_CONTACTS)
 
 
-class Shown(NamedTuple):
+class MethodResult(NamedTuple):
     """What a method shows of a motion: end state, impacts in order of time, displacement at SAMPLES equal
-    fractions of the last period, and its work: steps, evaluations of a solution or of the equation,
+    fractions of the last period, and its effort: steps, evaluations of a solution or of the equation,
     iterations for impacts (nan if it does not tell)."""
 
     outcome: Outcome
@@ -55,70 +55,72 @@ class Shown(NamedTuple):
     impact_support: np.ndarray
     impact_velocity: np.ndarray
     samples: np.ndarray
-    work: tuple[float, float, float]
+    effort: tuple[float, float, float]
 
 
-class Contestant(NamedTuple):
+class Candidate(NamedTuple):
     """A method with its setting on one motion: `show` solves it once, `repeat` so many times in a row."""
 
-    show: Callable[[], Shown]
+    show: Callable[[], MethodResult]
     repeat: Repeat
 
 
-def failed(outcome: Outcome) -> Shown:
+def failed(outcome: Outcome) -> MethodResult:
     """What is left of a method that did not get through."""
     none = np.empty(0)
-    return Shown(outcome, (math.nan,) * 2, none, none, none, none, (math.nan,) * 3)
+    return MethodResult(outcome, (math.nan,) * 2, none, none, none, none, (math.nan,) * 3)
 
 
-def exact(motion: Motion) -> Contestant:
+def exact(motion: BenchmarkMotion) -> Candidate:
     """The exact method; a conservative motion in its closed form."""
     p = motion.exciter.parameters()
-    if is_free(p, motion.x0, motion.v0):
+    if is_conservative(p, motion.x0, motion.v0):
         solve = partial(run_motion, motion.exciter, motion.task())
-        return Contestant(partial(shown, motion, None), repeated(solve))
+        return Candidate(partial(shown, motion, None), repeated(solve))
     return marched(motion, exact_grid(ALL_EFFECTS, p))
 
 
-def newmark(motion: Motion, steps: int) -> Contestant:
+def newmark(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Newmark's method with impacts located inside the step."""
     return marched(motion, newmark_grid(ALL_EFFECTS, motion.exciter.parameters(), steps))
 
 
-def marched(motion: Motion, grid: Grid) -> Contestant:
+def marched(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
     """The marching loop on a grid; its tables are built before the time is taken."""
-    return Contestant(partial(shown, motion, grid), March(motion, grid).repeat)
+    return Candidate(partial(shown, motion, grid), March(motion, grid).repeat)
 
 
 class March:
     """A march of a motion with a kernel of some effects, done so many times in one call; `log` holds the
     contacts of the last one."""
 
-    def __init__(self, motion: Motion, grid: Grid, effects: Effects = ALL_EFFECTS) -> None:
-        self.work = np.empty(3 if grid.exact is None else ORDER + 1)
+    def __init__(
+        self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects = ALL_EFFECTS
+    ) -> None:
+        self.scratch = np.empty(3 if grid.exact is None else ORDER + 1)
         self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
-        end = locate(float(motion.periods), grid.steps)
+        end = grid_time(float(motion.periods), grid.steps)
         start = motion.exciter.parameters(), grid, motion.x0, motion.v0
-        self.march = partial(march_often, effects, *start, end)
+        self.march = partial(march_repeatedly, effects, *start, end)
 
-    def repeat(self, often: int) -> None:
+    def repeat(self, n_calls: int) -> None:
         """March so many times; the log grows until all contacts of the motion have room."""
         while True:
-            status = self.march(self.log, self.work, MOST_CONTACTS, often)
-            room = 4 * self.log.position.size
-            if status != Status.LOG_FULL or room > 2 * MOST_CONTACTS:
+            status = self.march(self.log, self.scratch, MAX_CONTACTS, n_calls)
+            capacity = 4 * self.log.position.size
+            if status != Status.LOG_FULL or capacity > 2 * MAX_CONTACTS:
                 return
-            self.log = new_log(room, room)
+            self.log = new_log(capacity, capacity)
 
 
-def shown(motion: Motion, grid: Grid | None) -> Shown:
+def shown(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:
     """One march with samples of its last period."""
     run = run_motion(motion.exciter, motion.task(), grid)
     if run.status not in (Status.OK, Status.SHORT_FLIGHTS):
         return failed(Outcome.DID_NOT_END)
     sampled = run_motion(motion.exciter, motion.task(SAMPLES), grid)
     struck, counts = run.contacts, run.counts
-    return Shown(
+    return MethodResult(
         Outcome.OK,
         run.end,
         struck["impact_tau"],
@@ -129,23 +131,23 @@ def shown(motion: Motion, grid: Grid | None) -> Shown:
     )
 
 
-def newmark_crude(motion: Motion, steps: int) -> Contestant:
+def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Newmark's method with impacts taken at the end of the step."""
     p = motion.exciter.parameters()
     what = (p, newmark_grid(ALL_EFFECTS, p, steps), motion.periods, motion.x0, motion.v0)
-    room = MARCH_LOG_CAPACITY
+    capacity = MARCH_LOG_CAPACITY
 
-    def show() -> Shown:
-        nonlocal room
+    def show() -> MethodResult:
+        nonlocal capacity
         samples = np.empty(SAMPLES)
         while True:
-            log = new_log(room, 1)
+            log = new_log(capacity, 1)
             end = crude(*what, log, samples)
             n = int(log.counts[IMPACTS])
-            if n <= room:
+            if n <= capacity:
                 break
-            room = n
-        return Shown(
+            capacity = n
+        return MethodResult(
             Outcome.OK if all(map(math.isfinite, end)) else Outcome.DID_NOT_END,
             end,
             log.position[:n] * motion.exciter.period,
@@ -155,7 +157,7 @@ def newmark_crude(motion: Motion, steps: int) -> Contestant:
             (float(log.counts[STEPS]), 0.0, 0.0),
         )
 
-    def repeat(often: int) -> None:
-        crude_often(*what, new_log(room, 1), np.empty(0), often)
+    def repeat(n_calls: int) -> None:
+        crude_repeatedly(*what, new_log(capacity, 1), np.empty(0), n_calls)
 
-    return Contestant(show, repeat)
+    return Candidate(show, repeat)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.contacts import contact, settle
+from vibropipe.march.contacts import apply_contact, resolve_departure
 from vibropipe.march.grid import evaluate, phase_at, stays_between
 from vibropipe.march.log import POLYNOMIALS, SHORT_FLIGHTS, STEPS, record
-from vibropipe.march.roots import BOUND, CROSSING, NONE, first_root, hop_root, only_root
+from vibropipe.march.roots import CROSSING, NONE, STRIDE_LIMIT, first_root, hop_end, unique_root
 from vibropipe.march.state import (
     FLIGHT,
-    WITH_CURVATURE,
-    WITH_PULL,
-    WITH_SPEED,
+    LEAVES_BY_ACCELERATION,
+    LEAVES_BY_SNAP,
+    LEAVES_BY_VELOCITY,
     State,
-    departure,
+    departure_mode,
     restitution_of,
 )
 from vibropipe.physics.contact import frame_at
@@ -34,7 +34,7 @@ SHORTEST_FLIGHT = 1e-4
 
 
 @jit_inline
-def fill(e, p, grid, frame, state, limit, c):
+def fill_polynomial(e, p, grid, frame, state, limit, c):
     """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
     sigma, load, force = frame.sigma, frame.load, Force(0.0, 0.0)
     if e.forcing is not None:
@@ -51,47 +51,47 @@ def fill(e, p, grid, frame, state, limit, c):
             quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
         else:
             quadratic(c, state.y, state.w, s + load, end + load, None, span, grid.dt)
-    if e.rest is not None and grid.exact is not None and state.order >= WITH_PULL:
-        # As `departure` has it: to the last bit, or zero but for rounding.
-        c[2] = 0.5 * grid.dt * grid.dt * (s + load) if state.order == WITH_PULL else 0.0
-        c[3] = 0.0 if state.order == WITH_CURVATURE else c[3]
+    if e.rest is not None and grid.exact is not None and state.mode >= LEAVES_BY_ACCELERATION:
+        # As `departure_mode` has it: to the last bit, or zero but for rounding.
+        c[2] = 0.5 * grid.dt * grid.dt * (s + load) if state.mode == LEAVES_BY_ACCELERATION else 0.0
+        c[3] = 0.0 if state.mode == LEAVES_BY_SNAP else c[3]
 
 
 @jit_inline
 def first_contact(grid, frame, state, c, y, span, counts):
     """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
     load, near, far = frame.load, frame.near, frame.far
-    if state.order == FLIGHT:
+    if state.mode == FLIGHT:
         if frame.to_near:
-            theta = only_root(grid, c, 1.0, -near, state.y - near, y - near, span, far - near)
+            theta = unique_root(grid, c, 1.0, -near, state.y - near, y - near, span, far - near)
             if theta >= 0.0:
                 return theta, CROSSING, True
         if frame.to_far:
-            theta = only_root(grid, c, -1.0, far, far - state.y, far - y, span, far - near)
+            theta = unique_root(grid, c, -1.0, far, far - state.y, far - y, span, far - near)
             if theta >= 0.0:
                 return theta, CROSSING, False
-    elif grid.exact is not None and state.order == WITH_SPEED:
+    elif grid.exact is not None and state.mode == LEAVES_BY_VELOCITY:
         if frame.to_near:
-            theta = hop_root(grid, c, far, y, span)
+            theta = hop_end(grid, c, far, y, span)
             if theta >= 0.0:
                 return theta, CROSSING, True
         if frame.to_far:
             # A gap to the far support that falls all the way is a near one that only opens.
-            theta = only_root(grid, c, -1.0, far, far, far - y, span, math.inf)
+            theta = unique_root(grid, c, -1.0, far, far, far - y, span, math.inf)
             if theta >= 0.0:
                 return theta, CROSSING, False
-    p = 0
-    if state.order > FLIGHT:
-        p = state.order if grid.exact is not None else min(state.order, 2)
-    offset = -near if p == 0 else 0.0
+    power = 0
+    if state.mode > FLIGHT:
+        power = state.mode if grid.exact is not None else min(state.mode, 2)
+    offset = -near if power == 0 else 0.0
     theta, kind = span, NONE
     if frame.to_near:
-        theta, kind = first_root(c, p, 1.0, offset, load, span, counts)
+        theta, kind = first_root(c, power, 1.0, offset, load, span, counts)
     if not frame.to_far:
         return theta, kind, True
     # Both over the same span: the way to a root goes by it, and mirrored motions shall agree to the last bit.
     # numba compiles a literal zero to code of its own: the order of flight is the same number.
-    other, other_kind = first_root(c, p - p, -1.0, far, load, span, counts)
+    other, other_kind = first_root(c, power - power, -1.0, far, load, span, counts)
     if other_kind != NONE and (kind == NONE or other < theta):
         return other, other_kind, False
     return theta, kind, True
@@ -111,7 +111,7 @@ def step_by(e, p, grid, frame, state, theta):
 
 
 @jit
-def step_to_contact(e, p, grid, frame, state, target, at_near, theta, room):
+def step_to_contact(e, p, grid, frame, state, target, at_near, theta, remaining):
     """theta of the support by a Newmark step that ends on it, from the quadratic's theta; -1 if none does.
 
     The velocity of a quadratic over the whole step errs by the square of the step, differently at every
@@ -122,46 +122,46 @@ def step_to_contact(e, p, grid, frame, state, target, at_near, theta, room):
     """
     # What rounding leaves of a distance made of these terms.
     least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
-    outside, y_outside = room, step_by(e, p, grid, frame, state, room)[0] - target
+    outside, y_outside = remaining, step_by(e, p, grid, frame, state, remaining)[0] - target
     side = -1.0 if at_near else 1.0
     if not y_outside * side > 0.0:
         return -1.0
-    inside, found = 0.0, theta
+    inside, theta_contact = 0.0, theta
     before, y_before = outside, y_outside
     for secant in range(MAX_SECANTS):
-        y = step_by(e, p, grid, frame, state, found)[0] - target
+        y = step_by(e, p, grid, frame, state, theta_contact)[0] - target
         if abs(y) <= least:
-            return found
+            return theta_contact
         if y * side > 0.0:
-            outside = found
+            outside = theta_contact
         else:
-            inside = found
-        change = y * (found - before) / (y - y_before) if y != y_before else 0.0
-        before, y_before = found, y
-        found -= change
-        if not inside < found < outside or (secant > FREE_SECANTS and secant % 2 == 1):
-            found = math.sqrt(inside * outside) if inside > 0.0 else 0.5 * outside
-        if abs(found - before) <= 2.0**-51 * found:
-            return found
-    return found
+            inside = theta_contact
+        change = y * (theta_contact - before) / (y - y_before) if y != y_before else 0.0
+        before, y_before = theta_contact, y
+        theta_contact -= change
+        if not inside < theta_contact < outside or (secant > FREE_SECANTS and secant % 2 == 1):
+            theta_contact = math.sqrt(inside * outside) if inside > 0.0 else 0.5 * outside
+        if abs(theta_contact - before) <= 2.0**-51 * theta_contact:
+            return theta_contact
+    return theta_contact
 
 
 @jit
-def end_on_support(e, p, grid, frame, state, limit, at_near, theta, c):
+def refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c):
     """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
     would arrive moving away, or pass the other support, both stay those of the quadratic."""
     target = frame.near if at_near else frame.far
-    room = limit - state.theta
-    found = step_to_contact(e, p, grid, frame, state, target, at_near, theta, room)
-    if found < 0.0:
+    remaining = limit - state.theta
+    theta_contact = step_to_contact(e, p, grid, frame, state, target, at_near, theta, remaining)
+    if theta_contact < 0.0:
         return theta
-    fill(e, p, grid, frame, state, state.theta + found, c)
-    _y, rate = evaluate(grid, c, found)
-    turn = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
-    extreme = evaluate(grid, c, min(max(turn, 0.0), found))[0]
+    fill_polynomial(e, p, grid, frame, state, state.theta + theta_contact, c)
+    _y, rate = evaluate(grid, c, theta_contact)
+    theta_vertex = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
+    extreme = evaluate(grid, c, min(max(theta_vertex, 0.0), theta_contact))[0]
     if (rate < 0.0 and extreme <= frame.far) if at_near else (rate > 0.0 and extreme >= frame.near):
-        return found
-    fill(e, p, grid, frame, state, limit, c)
+        return theta_contact
+    fill_polynomial(e, p, grid, frame, state, limit, c)
     return theta
 
 
@@ -171,47 +171,65 @@ def fly(e, p, grid, state, end, log, samples, c):
     frame = frame_at(e, p, state.home)
     last = state.period == end.period and state.step == end.step
     limit = end.theta if last else 1.0
-    fill(e, p, grid, frame, state, limit, c)
+    fill_polynomial(e, p, grid, frame, state, limit, c)
     log.counts[POLYNOMIALS] += 1
     at_step = state.period * grid.steps + state.step
-    order = state.order
-    stuck = False
+    mode = state.mode
+    held_on_support = False
     if e.rest is not None:
-        stuck = order >= WITH_PULL and not c[order if grid.exact is not None else 2] > 0.0
+        held_on_support = (
+            mode >= LEAVES_BY_ACCELERATION and not c[mode if grid.exact is not None else 2] > 0.0
+        )
     kind, at_near, theta = NONE, True, limit - state.theta
     y, w = evaluate(grid, c, theta)
-    if not stuck and not (
-        order <= WITH_SPEED and stays_between(grid, frame, order, state.y, state.w, y, w, theta)
+    if not held_on_support and not (
+        mode <= LEAVES_BY_VELOCITY
+        and stays_between(grid, frame, mode, state.y, state.w, y, w, theta)
     ):
         theta, kind, at_near = first_contact(grid, frame, state, c, y, theta, log.counts)
-    if kind == BOUND:
+    if kind == STRIDE_LIMIT:
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
-        theta = end_on_support(e, p, grid, frame, state, limit, at_near, theta, c)
+        theta = refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c)
     until = limit if kind == NONE else state.theta + theta
     record(
-        samples, log.counts, p, grid, state.home, None if stuck else c, at_step, state.theta, until
+        samples,
+        log.counts,
+        p,
+        grid,
+        state.home,
+        None if held_on_support else c,
+        at_step,
+        state.theta,
+        until,
     )
     if kind != NONE:
-        after = contact(e, p, grid, state, kind, at_near, c, theta, log)
-        hops = grid.exact is None and at_near and order != FLIGHT and theta <= SHORTEST_FLIGHT
+        after = apply_contact(e, p, grid, state, kind, at_near, c, theta, log)
+        hops = grid.exact is None and at_near and mode != FLIGHT and theta <= SHORTEST_FLIGHT
         if hops and restitution_of(e, p, after.home) >= 1.0:
             return State(
-                state.period, state.step, after.theta, after.home, 0.0, 0.0, WITH_PULL, 0.0
+                state.period,
+                state.step,
+                after.theta,
+                after.home,
+                0.0,
+                0.0,
+                LEAVES_BY_ACCELERATION,
+                0.0,
             ), OK
-        return settle(e, p, grid, after, end, log), OK
+        return resolve_departure(e, p, grid, after, end, log), OK
     log.counts[STEPS] += 1
     period, step, at = state.period, state.step, limit
     if not last:
         step, at = (state.step + 1, 0.0)
         if step == grid.steps:
             period, step = period + 1, 0
-    if stuck:
+    if held_on_support:
         # The method's own motion can not leave within this step: the mass stays until the next one.
         log.counts[SHORT_FLIGHTS] += 1
         turn = (step + at) / grid.steps
-        order, _wait = departure(e, p, grid, state.home, 0.0, turn)
-        return State(period, step, at, state.home, 0.0, 0.0, order, period + turn), OK
+        mode, _wait = departure_mode(e, p, grid, state.home, 0.0, turn)
+        return State(period, step, at, state.home, 0.0, 0.0, mode, period + turn), OK
     # An impact at the very end of a step leaves nothing of it to fly in: the mass departs in the next one.
-    left = FLIGHT if theta > 0.0 else order
+    left = FLIGHT if theta > 0.0 else mode
     return State(period, step, at, state.home, y, w, left, 0.0), OK

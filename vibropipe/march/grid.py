@@ -34,7 +34,7 @@ class Instant(NamedTuple):
     theta: float
 
 
-class Grid(NamedTuple):
+class StepGrid(NamedTuple):
     """One method on one row: `exact` is 1 or None (Newmark), a type, so each compiles to its own code.
 
     Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
@@ -79,7 +79,7 @@ def _margins(p, dt):
 
 
 @jit_allocating
-def exact_grid_of(e, p, steps):
+def exact_grid_with_steps(e, p, steps):
     """Grid of the exact method with so many steps per forcing period, no fewer than `steps_for_exact`: the
     same motion, rounded elsewhere."""
     dt = forcing_period(p) / steps
@@ -90,18 +90,20 @@ def exact_grid_of(e, p, steps):
     for j in range(ps.size):
         ps[j], qs[j] = force_contribution(force, ps[j], qs[j])
     margin0, margin1 = _margins(p, dt)
-    return Grid(1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis)
+    return StepGrid(
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis
+    )
 
 
 @jit_allocating
 def exact_grid(e, p):
     """Grid of the exact method."""
-    return exact_grid_of(e, p, steps_for_exact(p.nu, p.h))
+    return exact_grid_with_steps(e, p, steps_for_exact(p.nu, p.h))
 
 
 @jit
-def newmark_numbers(p, steps):
-    """The numbers of Newmark's method on a grid, in the order of `Grid`: from dt to the factors of the force."""
+def newmark_coefficients(p, steps):
+    """The numbers of Newmark's method on a grid, in the order of `StepGrid`: from dt to the factors of the force."""
     dt = forcing_period(p) / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
     return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, mean_factors(p, b1, b2, dt)
@@ -111,15 +113,15 @@ def newmark_numbers(p, steps):
 def newmark_grid(e, p, steps):
     """Grid of Newmark's method with `steps` steps per forcing period."""
     sines, cosines = sincos_tables(e, steps)
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_numbers(p, steps)
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
     basis = np.zeros((0, 0))
-    return Grid(
+    return StepGrid(
         None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines, basis
     )
 
 
 @jit
-def force_part(grid, step):
+def force_at_step(grid, step):
     """(p, q): the force's part of a step of the one-step map, for sigma = 1."""
     if grid.exact is not None and grid.table_1.size > 0:
         return grid.table_1[step], grid.table_2[step]
@@ -182,7 +184,7 @@ def turns_at(grid, at):
 
 
 @jit
-def locate(turns, steps):
+def grid_time(turns, steps):
     """The `Instant` of a time given in forcing periods, on a grid of so many steps in each."""
     period = math.floor(turns)
     at = (turns - period) * steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit_inline
-from vibropipe.march.contacts import meet_at_end, rest, strike_first
+from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_start
 from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
 from vibropipe.march.log import is_full
@@ -46,7 +46,7 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
         Of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
         SUPPORT_REACHED where the mass meets a support that is watched; NOT_FINITE; ROOT_BOUND.
     """
-    state, events = strike_first(e, p, grid, state, end, log)
+    state, events = impact_at_start(e, p, grid, state, end, log)
     while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
             return state, NOT_FINITE
@@ -54,27 +54,27 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
             return state, LOG_FULL
         if is_watched(state.home, e.watched):
             return state, SUPPORT_REACHED
-        if e.rest is not None and state.order == REST:
-            state = rest(e, p, grid, state, end, log, samples)
+        if e.rest is not None and state.mode == REST:
+            state = advance_rest(e, p, grid, state, end, log, samples)
             events += 1
         else:
             if samples is None:
                 if grid.exact is None:
-                    if state.order == FLIGHT and state.theta == 0.0:
+                    if state.mode == FLIGHT and state.theta == 0.0:
                         state = coast_newmark(e, p, grid, state, end, log.counts)
                 elif may_coast(e, state):
-                    room = max_events - events
-                    state, struck = coast(e, p, grid, state, end, log, c, room)
+                    events_left = max_events - events
+                    state, struck = coast(e, p, grid, state, end, log, c, events_left)
                     events += struck
                 if not is_before(state, end):
                     break
             state, status = fly(e, p, grid, state, end, log, samples, c)
             if status != OK:
                 return state, status
-            events += state.order != FLIGHT
+            events += state.mode != FLIGHT
         if events > max_events:
             return state, MAX_IMPACTS
-    state = meet_at_end(e, p, grid, state, end, log)
+    state = impact_at_end(e, p, grid, state, end, log)
     if is_watched(state.home, e.watched):
         return state, SUPPORT_REACHED
     return state, OK

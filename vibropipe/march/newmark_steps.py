@@ -21,13 +21,13 @@ WIDTH = 64
 STRIDE = 8
 # Fields of a block, by the place of their first number: the motion, its one-step map, sin and cos in the force's
 # part of a step, the load's part; half a step; where a support may be near; until which step it goes by itself.
-Y, W, A11, A12, A21, A22, P_S, P_C, P_L, Q_S, Q_C, Q_L, HALF, LOW, HIGH, UNTIL, STRUCK = (
+Y, W, A11, A12, A21, A22, P_S, P_C, P_L, Q_S, Q_C, Q_L, HALF, LOW, HIGH, UNTIL, PENDING = (
     WIDTH * field for field in range(17)
 )
 SIZE = 17 * WIDTH
 # Rounding in the place of a motion, of the lengths that it is made of: in a block a support is looked for this
 # much earlier.
-EARLIER = 2.0**-46
+SUPPORT_MARGIN = 2.0**-46
 
 
 @jit
@@ -57,7 +57,7 @@ def coast_newmark(e, p, grid, state, end, counts):
 
 
 @jit
-def enter(e, p, grid, home, y, w, until, block, i) -> None:
+def load_lane(e, p, grid, home, y, w, until, block, i) -> None:
     """Put a motion in flight from `home` into place i of a block, to go by itself until a step."""
     frame = frame_at(e, p, home)
     sigma, near, far = frame.sigma, frame.near, frame.far
@@ -70,13 +70,13 @@ def enter(e, p, grid, home, y, w, until, block, i) -> None:
     length = abs(near) + abs(far) + abs(block[P_L + i]) + grid.dt * abs(block[Q_L + i])
     length += abs(block[P_S + i]) + abs(block[P_C + i])
     length += grid.dt * (abs(block[Q_S + i]) + abs(block[Q_C + i]))
-    block[LOW + i] = near + EARLIER * length if frame.to_near else -math.inf
-    block[HIGH + i] = far - EARLIER * length if frame.to_far else math.inf
+    block[LOW + i] = near + SUPPORT_MARGIN * length if frame.to_near else -math.inf
+    block[HIGH + i] = far - SUPPORT_MARGIN * length if frame.to_far else math.inf
     block[UNTIL + i] = until
 
 
 @jit
-def leave(until, block, i) -> None:
+def park_lane(until, block, i) -> None:
     """Let place i of a block lie still until a step."""
     for field in (Y, W, P_S, P_C, P_L, Q_S, Q_C, Q_L):
         block[field + i] = 0.0
@@ -93,7 +93,7 @@ def set_map(grid, block, i) -> None:
 
 
 @jit
-def gather(sines, cosines, steps, at_step, sin_cos) -> None:
+def load_sincos(sines, cosines, steps, at_step, sin_cos) -> None:
     """sin and cos at the starts of STRIDE steps from `at_step`, counted from tau = 0."""
     step = at_step % steps
     for k in range(STRIDE):
@@ -102,16 +102,16 @@ def gather(sines, cosines, steps, at_step, sin_cos) -> None:
 
 
 @jit
-def stride(block, sin_cos, end) -> int:
+def advance_block(block, sin_cos, end) -> int:
     """Take STRIDE steps, up to step `end`, with all motions of a block that may; returns how many may not.
 
-    Those stay where they are, with STRUCK set: a support may be met (its certificate is the hull of the Bezier
+    Those stay where they are, with PENDING set: a support may be met (its certificate is the hull of the Bezier
     points of every step), or the motion is to end or to be taken up on the way.
     """
     refused = 0
     for i in range(WIDTH):
         y, w = block[Y + i], block[W + i]
-        least = most = y
+        lowest = highest = y
         for k in range(STRIDE):
             s, c = sin_cos[2 * k], sin_cos[2 * k + 1]
             part_y = load_contribution(block[P_S + i], block[P_C + i], block[P_L + i], s, c)
@@ -120,12 +120,12 @@ def stride(block, sin_cos, end) -> int:
             y, w = whole_step(
                 block[A11 + i], block[A12 + i], block[A21 + i], block[A22 + i], y, w, part_y, part_w
             )
-            least, most = min(least, min(between, y)), max(most, max(between, y))
+            lowest, highest = min(lowest, min(between, y)), max(highest, max(between, y))
         # The last y again: a number that is none stays one, but minimum and maximum may pass it by.
-        inside = (least > block[LOW + i]) & (most < block[HIGH + i]) & (abs(y) < math.inf)
+        inside = (lowest > block[LOW + i]) & (highest < block[HIGH + i]) & (abs(y) < math.inf)
         goes = inside & (end <= block[UNTIL + i])
         block[Y + i] = y if goes else block[Y + i]
         block[W + i] = w if goes else block[W + i]
-        block[STRUCK + i] = 0.0 if goes else 1.0
+        block[PENDING + i] = 0.0 if goes else 1.0
         refused += 0 if goes else 1
     return refused

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import Instant, locate, phase_at
+from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
 from vibropipe.physics.load import (
     NEVER,
@@ -18,25 +18,34 @@ from vibropipe.physics.load import (
 )
 
 # How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate, with the
-# rate's rate; or not, and one that starts on a support moving in strikes it first. Up to WITH_CURVATURE the number
+# rate's rate; or not, and one that starts on a support moving in strikes it first. Up to LEAVES_BY_SNAP the number
 # is the power of time with which the distance begins to grow.
-FLIGHT, WITH_SPEED, WITH_PULL, WITH_RATE, WITH_CURVATURE, STRIKES, REST = 0, 1, 2, 3, 4, 8, 9
+(
+    FLIGHT,
+    LEAVES_BY_VELOCITY,
+    LEAVES_BY_ACCELERATION,
+    LEAVES_BY_JERK,
+    LEAVES_BY_SNAP,
+    IMPACTS_AT_START,
+    REST,
+) = 0, 1, 2, 3, 4, 8, 9
 # Rounding of a phase in turns: a contact this soon after the release belongs to it.
-SAME_INSTANT = 1e-13
+TIME_TOLERANCE = 1e-13
 # Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
 # the rounding of x (this share of l, twice), the mass rests.
-LOWEST_HOP = 2.0**-52
+MIN_HOP_HEIGHT = 2.0**-52
 # Rounding of a push, as a share of the largest there can be.
-PUSH_NOISE = 2.0**-51
+ACCELERATION_ROUNDING = 2.0**-51
 # Departures faster than this share of the largest push there can be are part of no complete chatter: by the
 # velocity alone, 4 (w/push)^3, the push changes by more than `chatter_duration` allows. Nearly all are.
-FASTEST_CHATTER = 2e-5
+MAX_CHATTER_SPEED = 2e-5
 
 
 class State(NamedTuple):
     """Where a motion is: time as period, step, theta; place as distance y from `home` and its rate w.
 
-    order: how it departs (FLIGHT ... REST; w < 0 where it STRIKES); rest_start: in forcing periods, while it rests.
+    mode: how it departs (FLIGHT ... REST; w < 0 where it IMPACTS_AT_START); rest_start: in forcing periods, while it
+    rests.
     """
 
     period: int
@@ -45,7 +54,7 @@ class State(NamedTuple):
     home: int
     y: float
     w: float
-    order: int
+    mode: int
     rest_start: float
 
 
@@ -60,12 +69,12 @@ def is_before(at, end) -> bool:
 
 
 @jit
-def place(grid, at, wait):
+def advance_time(grid, at, wait):
     """The `Instant` a time of `wait` turns after an `Instant` or a state."""
     later = at.theta + wait * grid.steps
     whole = math.floor(later)
     later -= whole
-    if later > 1.0 - SAME_INSTANT:
+    if later > 1.0 - TIME_TOLERANCE:
         # A departure within rounding of the next step's start is its start: the sliver between them would
         # leave the mass at a distance below rounding.
         whole, later = whole + 1.0, 0.0
@@ -103,77 +112,82 @@ def release_wait(e, p, home, turn):
         return NEVER
     wait = release - turn
     wait -= math.floor(wait)
-    return 0.0 if wait > 1.0 - SAME_INSTANT else wait
+    return 0.0 if wait > 1.0 - TIME_TOLERANCE else wait
 
 
 @jit
-def release_order(push_rate):
+def release_mode(gap_jerk):
     """How a mass leaves at its release. Where the force is as large as the pull of the support the push only
     touches zero, from above: neither it nor its rate acts at that instant."""
-    return WITH_RATE if push_rate > 0.0 else WITH_CURVATURE
+    return LEAVES_BY_JERK if gap_jerk > 0.0 else LEAVES_BY_SNAP
 
 
 @jit_inline
-def departure(e, p, grid, home, w, turn):
+def departure_mode(e, p, grid, home, w, turn):
     """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
     (the rest of a chatter, completed; 0 when it is at rest already)."""
     if e.rest is None:
         # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
-        return (WITH_SPEED if w > 0.0 else WITH_PULL), 0.0
-    most = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
-    if w > FASTEST_CHATTER * most and w * w > LOWEST_HOP * p.l * most:
-        return WITH_SPEED, 0.0
+        return (LEAVES_BY_VELOCITY if w > 0.0 else LEAVES_BY_ACCELERATION), 0.0
+    max_acceleration = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
+    if w > MAX_CHATTER_SPEED * max_acceleration and w * w > MIN_HOP_HEIGHT * p.l * max_acceleration:
+        return LEAVES_BY_VELOCITY, 0.0
     # Not the grid itself: to hand it over takes longer than to tell the plain departure above.
-    return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, most)
+    return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, max_acceleration)
 
 
 @jit
-def _slow_departure(e, p, period, home, w, turn, most):
-    """`departure` with a speed that may be part of a chatter, or none; most: the largest push there can be."""
+def _slow_departure(e, p, period, home, w, turn, max_acceleration):
+    """`departure_mode` with a speed that may be part of a chatter, or none; max_acceleration: the largest push there
+    can be."""
     frame = frame_at(e, p, home)
     force = Force(0.0, 0.0)
     if e.forcing is not None:
         force = force_at(p, frame.sigma, turn)
-    push, rate, h = force.sine + frame.load, force_rate(p, force), 0.0
+    gap_acceleration, gap_jerk, h = force.sine + frame.load, force_rate(p, force), 0.0
     if e.damping is not None:
         h = p.h
-        push -= h * w
-        rate -= h * push
+        gap_acceleration -= h * w
+        gap_jerk -= h * gap_acceleration
     if w > 0.0:
-        if push < 0.0:
+        if gap_acceleration < 0.0:
             restitution = restitution_of(e, p, home)
             # The rates side by side: where they cancel for an instant, the next order counts.
-            wait = chatter_duration(w, push, abs(rate) + w, restitution, h, p.nu)
+            wait = chatter_duration(w, gap_acceleration, abs(gap_jerk) + w, restitution, h, p.nu)
             if wait < NEVER:
                 return REST, wait / period
-            if restitution >= 1.0 and h > 0.0 and w * w <= LOWEST_HOP * p.l * -push:
+            if restitution >= 1.0 and h > 0.0 and w * w <= MIN_HOP_HEIGHT * p.l * -gap_acceleration:
                 return REST, 0.0
-        return WITH_SPEED, 0.0
-    if push > 0.0:
-        return WITH_PULL, 0.0
+        return LEAVES_BY_VELOCITY, 0.0
+    if gap_acceleration > 0.0:
+        return LEAVES_BY_ACCELERATION, 0.0
     release = release_wait(e, p, home, turn)
     # Within the rounding of a push its rate tells whether the release is just over: were it taken for one to
     # come, the mass would rest for a whole period.
-    if release == 0.0 or (release < NEVER and rate > 0.0 and push >= -PUSH_NOISE * most):
-        return release_order(rate), 0.0
+    if release == 0.0 or (
+        release < NEVER
+        and gap_jerk > 0.0
+        and gap_acceleration >= -ACCELERATION_ROUNDING * max_acceleration
+    ):
+        return release_mode(gap_jerk), 0.0
     return REST, 0.0
 
 
 @jit
-def begin(e, p, grid, turns, x, v):
+def initial_state(e, p, grid, turns, x, v):
     """State of a motion that starts at `turns` forcing periods from (x, v); on a support with its home there."""
-    at = locate(turns, grid.steps)
+    at = grid_time(turns, grid.steps)
     upper, lower = support_position(p, 1), support_position(p, 2)
-    home, y, w, order, rest_start = 0, x, v, FLIGHT, 0.0
+    home, y, w, mode, rest_start = 0, x, v, FLIGHT, 0.0
     if not (x < upper and x > lower):
         home = 1 if x >= upper else 2
         y, w = 0.0, -v if home == 1 else v
         if w < 0.0:
-            order = STRIKES
+            mode = IMPACTS_AT_START
         elif w > 0.0:
             # However slow: where it ends in a chatter, that is one after an impact, which is logged.
-            order = WITH_SPEED
+            mode = LEAVES_BY_VELOCITY
         else:
-            order, _wait = departure(e, p, grid, home, w, phase_at(grid, at))
+            mode, _wait = departure_mode(e, p, grid, home, w, phase_at(grid, at))
             rest_start = turns
-    return State(at.period, at.step, at.theta, home, y, w, order, rest_start)
+    return State(at.period, at.step, at.theta, home, y, w, mode, rest_start)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
-from vibropipe.physics.conservative import arc, arc_harmonic, on_arc, speed_at, top_support
+from vibropipe.physics.conservative import arc, arc_harmonic, arc_state, speed_at, top_support
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.linear import linear_amplitude, linear_multipliers
 from vibropipe.physics.load import phase_factor, work_of_force
@@ -58,34 +58,34 @@ def solve_linear(p, out, row):
         write_multipliers(first, second, out.multipliers, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
-    if out.largest.size > 0:
-        out.largest[row, 0], out.largest[row, 1] = math.nan, math.nan
+    if out.impact_velocity_max.size > 0:
+        out.impact_velocity_max[row, 0], out.impact_velocity_max[row, 1] = math.nan, math.nan
     return 2.0 * x.real, -2.0 * p.nu * x.imag
 
 
 @jit
-def _free_amplitudes(a, amplitudes, row) -> None:
+def _conservative_amplitudes(a, amplitudes, row) -> None:
     if amplitudes.size > 0:
         for k in range(amplitudes.shape[1]):
             amplitudes[row, k] = arc_harmonic(a, k)
 
 
 @jit
-def _free_motion(a, motion, row) -> None:
+def _conservative_motion(a, motion, row) -> None:
     if motion.size > 0:
         for i in range(motion.shape[2]):
-            motion[row, 0, i], motion[row, 1, i] = on_arc(a, 2.0 * a.half * i / motion.shape[2])
+            motion[row, 0, i], motion[row, 1, i] = arc_state(a, 2.0 * a.half * i / motion.shape[2])
 
 
 @jit
-def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
+def _conservative_impacts(a, speeds, count, position, velocity, support, row) -> None:
     """Impacts of a conservative orbit; positions as fractions of its own period."""
     if count.size > 0:
         n = 0
         for side in range(2):
             at_top = top_support(a) == side + 1
             if (a.meets_top if at_top else a.meets_bottom) == 1:
-                at = ((0.0 if at_top else a.half) - a.since) / (2.0 * a.half)
+                at = ((0.0 if at_top else a.half) - a.time_from_top) / (2.0 * a.half)
                 position[n, row] = at - math.floor(at)
                 velocity[n, row] = speeds[side] if side == 0 else -speeds[side]
                 support[n, row] = side + 1
@@ -98,7 +98,7 @@ def _free_impacts(a, speeds, count, position, velocity, support, row) -> None:
 
 
 @jit_allocating
-def solve_free(p, x, v, out, row):
+def solve_conservative(p, x, v, out, row):
     """A conservative row in closed form: its period is its own, its multipliers are 1; returns (x, v)."""
     a = arc(p, x, v)
     speeds, one = np.zeros(2), complex(1.0, 0.0)
@@ -107,9 +107,9 @@ def solve_free(p, x, v, out, row):
             out.impacts[row, side] = 1.0
             speeds[side] = speed_at(x, v, support_position(p, side + 1))
     _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
-    _free_amplitudes(a, out.amplitudes, row)
+    _conservative_amplitudes(a, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)
-    _free_impacts(
+    _conservative_impacts(
         a,
         speeds,
         out.impact_count,
@@ -118,7 +118,7 @@ def solve_free(p, x, v, out, row):
         out.impact_support,
         row,
     )
-    write_largest(speeds, out.impacts[row], out.largest, row)
-    _free_motion(a, out.motion, row)
+    write_largest(speeds, out.impacts[row], out.impact_velocity_max, row)
+    _conservative_motion(a, out.motion, row)
     out.frequency[row] = math.pi / a.half
     return x, v

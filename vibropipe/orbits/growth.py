@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit_inline
-from vibropipe.orbits.harmonics import ONE
-from vibropipe.orbits.return_map import derivative
+from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.return_map import return_map_jacobian
 
 # A small difference that grows by this exponent over so many periods, the last of its patience, is that of a
 # chaotic motion, or of one that will settle late: of 20,000 random rows 7 did after 300 periods.
-FOLLOWED, CHAOTIC = 50, 6.0
+LYAPUNOV_PERIODS, LYAPUNOV_THRESHOLD = 50, 6.0
 
 
 @jit_inline
@@ -40,7 +40,7 @@ def perturbation_growth(e, p, log, is_whole, start, end, a, b):
     """
     if not is_whole:
         return a, b, -math.inf
-    j11, j12, j21, j22 = derivative(e, p, log, start, end, ONE)
+    j11, j12, j21, j22 = return_map_jacobian(e, p, log, start, end, ONE_PERIOD)
     a, b = j11 * a + j12 * b, j21 * a + j22 * b
     size = math.hypot(a, b)
     if not (size > 0.0 and size < math.inf):

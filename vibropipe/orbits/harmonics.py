@@ -24,7 +24,7 @@ from vibropipe.physics.quotient import divide
 # Below this modulus of 1 - w^2 + i h w the closed form loses more than three digits: quadrature takes over.
 RESONANT = 1e-3
 # One period, as a numpy integer: numba compiles a plain constant to code of its own, march and all.
-ONE = np.int64(1)
+ONE_PERIOD = np.int64(1)
 
 
 @jit
@@ -35,7 +35,7 @@ def rest_force(p, support, k, m, start, end):
 
 
 @jit_inline
-def add_contacts(p, log, resting, rest_start, m, until, out) -> None:
+def add_support_forces(p, log, resting, rest_start, m, until, out) -> None:
     """Add to out[k] the support forces of a log, k = 0 .. len(out) - 1 multiples of nu/m.
 
     In units of impulse times nu/(2 pi); times in the log count from 0 to `until` periods; a rest that began
@@ -64,7 +64,7 @@ def dynamic_stiffness(p, k, m):
 
 
 @jit
-def close(p, m, length, out) -> bool:
+def divide_by_stiffness(p, m, length, out) -> bool:
     """Turn the support forces summed over `length` periods into amplitudes X(k nu/m), in place.
 
     False if some harmonic is too near resonance for the closed form; those are left as they are.

@@ -10,9 +10,9 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
-from vibropipe.orbits.harmonics import add_contacts, close
-from vibropipe.orbits.quadrature import add_energy, mend_resonance
-from vibropipe.orbits.return_map import section
+from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
+from vibropipe.orbits.quadrature import add_energy, replace_resonant_harmonics
+from vibropipe.orbits.return_map import state_xv
 from vibropipe.words.regimes import Regime
 
 NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
@@ -23,7 +23,7 @@ NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
 TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
 
 
-class Rows(NamedTuple):
+class RowResults(NamedTuple):
     """Arrays of results, first dimension the row (of impacts the second); an output that nobody asked for has no
     size."""
 
@@ -32,7 +32,7 @@ class Rows(NamedTuple):
     status: np.ndarray
     period_multiple: np.ndarray
     settled_after: np.ndarray
-    window: np.ndarray
+    window_periods: np.ndarray
     residual: np.ndarray
     section: np.ndarray
     impacts: np.ndarray
@@ -43,7 +43,7 @@ class Rows(NamedTuple):
     impact_position: np.ndarray
     impact_velocity: np.ndarray
     impact_support: np.ndarray
-    largest: np.ndarray
+    impact_velocity_max: np.ndarray
     energy: np.ndarray
     motion: np.ndarray
 
@@ -58,7 +58,7 @@ def count_contacts(log, end, impacts, rests, largest) -> None:
             largest[side] = max(largest[side], abs(log.velocity[i]))
     for i in range(min(log.counts[RESTS], log.rest_start.size)):
         rests[log.rest_support[i] - 1] += 1.0
-    if end.order == REST and end.rest_start <= 0.0:
+    if end.mode == REST and end.rest_start <= 0.0:
         # A rest over the whole orbit has no end in the log.
         rests[end.home - 1] += 1.0
 
@@ -83,11 +83,11 @@ def write_harmonics(e, p, settled, log, c, amplitudes, row) -> None:
     """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
     if amplitudes.size > 0:
         m, end = settled.m, settled.end
-        resting = end.home if end.order == REST else 0
-        add_contacts(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
-        if not close(p, m, float(m), amplitudes[row]):
-            x, v = section(p, settled.state)
-            mend_resonance(e, p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
+        resting = end.home if end.mode == REST else 0
+        add_support_forces(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
+        if not divide_by_stiffness(p, m, float(m), amplitudes[row]):
+            x, v = state_xv(p, settled.state)
+            replace_resonant_harmonics(e, p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
 
 
 @jit
@@ -102,7 +102,7 @@ def write_multipliers(first, second, multipliers, row) -> None:
 def write_energy(e, p, settled, log, c, energy, row) -> None:
     """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
     if energy.size > 0:
-        x, v = section(p, settled.state)
+        x, v = state_xv(p, settled.state)
         stop = float(settled.m)
         add_energy(e, p, x, v, 0.0, stop, settled.end, log, energy[row], c)
 

@@ -9,7 +9,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
-from vibropipe.orbits.harmonics import ONE, RESONANT, dynamic_stiffness
+from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import ORDER, REACH, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.load import Force, force_at, force_times, forcing_period, phase_factor
@@ -58,7 +58,7 @@ def _add_rest(x, start, end, m, out) -> None:
 
 
 @jit
-def along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
+def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
     """Integrals over a logged motion from (x, v) at `start` to the state `end` at `stop`, in forcing periods.
 
     out[k] += integral of x exp(-i k nu tau/m), in forcing periods; energy[0] += work of the force,
@@ -69,29 +69,29 @@ def along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
     now, i, r = start, 0, 0
     chattered = False
     while now < stop:
-        impact = log.position[i] if i < impacts else math.inf
-        rest, until, side = math.inf, stop, end.home
+        impact_at = log.position[i] if i < impacts else math.inf
+        rest_at, until, side = math.inf, stop, end.home
         if r < rests:
-            rest, until, side = (
+            rest_at, until, side = (
                 max(start, log.rest_start[r]),
                 log.rest_end[r],
                 int(log.rest_support[r]),
             )
-        elif end.order == REST and r == rests:
-            rest = max(start, end.rest_start)
-        upto = min(min(impact, rest), stop)
-        tail = impact <= rest and impact < stop and log.support[i] < 0
+        elif end.mode == REST and r == rests:
+            rest_at = max(start, end.rest_start)
+        upto = min(min(impact_at, rest_at), stop)
+        tail = impact_at <= rest_at and impact_at < stop and log.support[i] < 0
         if tail or chattered:
             # The flights of a completed chatter are no higher than rounding; one over all its time would be.
             _add_rest(x, now, upto, m, out)
         else:
             x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
         now, chattered = upto, tail
-        if impact <= rest and impact < stop:
+        if impact_at <= rest_at and impact_at < stop:
             x = support_position(p, abs(log.support[i]))
             v = log.velocity[i] + log.impulse[i] if log.support[i] > 0 else 0.0
             i += 1
-        elif rest < stop:
+        elif rest_at < stop:
             x, v = support_position(p, side), 0.0
             _add_rest(x, now, until, m, out)
             now, r = until, r + 1
@@ -124,15 +124,17 @@ def add_losses(p, log, losses) -> None:
 @jit_allocating
 def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
     """energy (4,) += work of the force, loss by damping, loss at support 1 and at support 2."""
-    along(e, p, x, v, start, stop, end, log, ONE, np.zeros(0, np.complex128), energy, c)
+    integrate_along(
+        e, p, x, v, start, stop, end, log, ONE_PERIOD, np.zeros(0, np.complex128), energy, c
+    )
     add_losses(p, log, energy[2:])
 
 
 @jit_allocating
-def mend_resonance(e, p, x, v, end, log, m, out, energy, c) -> None:
-    """Replace the harmonics that `harmonics.close` could not divide out by their quadrature."""
+def replace_resonant_harmonics(e, p, x, v, end, log, m, out, energy, c) -> None:
+    """Replace the harmonics that `harmonics.divide_by_stiffness` could not divide out by their quadrature."""
     direct = np.zeros(out.size, np.complex128)
-    along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
+    integrate_along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
     for k in range(out.size):
         if abs(dynamic_stiffness(p, k, m)) < RESONANT:
             out[k] = divide(direct[k], complex(m, 0.0))

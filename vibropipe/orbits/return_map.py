@@ -19,7 +19,7 @@ LOG_FULL = int(Status.LOG_FULL)
 
 
 @jit_inline
-def clear(log) -> None:
+def clear_log(log) -> None:
     """Empty a log; the counts of work go on."""
     log.counts[IMPACTS] = 0
     log.counts[RESTS] = 0
@@ -37,13 +37,13 @@ def at_period_zero(state):
         state.home,
         state.y,
         state.w,
-        state.order,
+        state.mode,
         state.rest_start - state.period,
     )
 
 
 @jit_inline
-def periods(e, p, grid, state, m, log, c, max_events):
+def march_periods(e, p, grid, state, m, log, c, max_events):
     """(state, status) after m forcing periods; status LOG_FULL when the log had no room for all contacts.
 
     The march goes on with an emptied log, so counts and list are then those of the last part only; max_events
@@ -59,29 +59,29 @@ def periods(e, p, grid, state, m, log, c, max_events):
             break
         overflow = True
         max_events -= log.counts[IMPACTS] + log.counts[RESTS] + log.counts[GRAZINGS]
-        clear(log)
+        clear_log(log)
     return state, LOG_FULL if overflow and status == OK else status
 
 
 @jit
-def section(p, state):
+def state_xv(p, state):
     """(x, v) of a state."""
     return to_displacement(p, state.home, state.y), to_velocity(state.home, state.w)
 
 
 @jit
-def difference(e, p, after, before):
+def gap_difference(e, p, after, before):
     """(dy, dw) between two states in the frame of `before`, exact near its support."""
     if after.home == before.home:
         return after.y - before.y, after.w - before.w
     frame = frame_at(e, p, before.home)
-    x, v = section(p, after)
+    x, v = state_xv(p, after)
     # y = sigma (x - x_ref) and load = -sigma x_ref.
     return (frame.sigma * x + frame.load) - before.y, frame.sigma * v - before.w
 
 
 @jit
-def flow(e, p, t):
+def flow_jacobian(e, p, t):
     """Derivative of the flow between impacts over a time t."""
     if e.damping is None:
         return math.cos(t), math.sin(t), -math.sin(t), math.cos(t)
@@ -89,19 +89,19 @@ def flow(e, p, t):
 
 
 @jit_inline
-def derivative(e, p, log, start, end, m):
+def return_map_jacobian(e, p, log, start, end, m):
     """Derivative (j11, j12, j21, j22) of the return map over m periods along a marched orbit.
 
     The product of free flows and saltation matrices over the logged impacts; zero after a rest, which
     forgets where the mass came from.
     """
-    if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.order == REST or end.order == REST:
+    if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.mode == REST or end.mode == REST:
         return 0.0, 0.0, 0.0, 0.0
     period = forcing_period(p)
     j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0
     position = 0.0
     for i in range(min(log.counts[IMPACTS], log.position.size)):
-        e11, e12, e21, e22 = flow(e, p, (log.position[i] - position) * period)
+        e11, e12, e21, e22 = flow_jacobian(e, p, (log.position[i] - position) * period)
         j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
         x = support_position(p, log.support[i])
         before = log.velocity[i]
@@ -117,12 +117,12 @@ def derivative(e, p, log, start, end, m):
         )
         j11, j12, j21, j22 = product(s11, s12, s21, s22, j11, j12, j21, j22)
         position = log.position[i]
-    e11, e12, e21, e22 = flow(e, p, (m - position) * period)
+    e11, e12, e21, e22 = flow_jacobian(e, p, (m - position) * period)
     return product(e11, e12, e21, e22, j11, j12, j21, j22)
 
 
 @jit
-def multipliers(j11, j12, j21, j22):
+def floquet_multipliers(j11, j12, j21, j22):
     """Floquet multipliers: eigenvalues of the derivative, the larger modulus first, as complex numbers."""
     half = 0.5 * (j11 + j22)
     determinant = j11 * j22 - j12 * j21
@@ -144,7 +144,7 @@ def newton_step(e, p, state, after, j11, j12, j21, j22):
     """The next guess for a fixed point of the return map, and whether it lies between the supports."""
     if j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0:
         return at_period_zero(after), True
-    dy, dw = difference(e, p, after, state)
+    dy, dw = gap_difference(e, p, after, state)
     a11, a22 = 1.0 - j11, 1.0 - j22
     determinant = a11 * a22 - j12 * j21
     if determinant == 0.0:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.march.grid import exact_grid, locate
+from vibropipe.march.grid import exact_grid, grid_time
 from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
-from vibropipe.march.state import begin
-from vibropipe.orbits.closed_form import solve_free, solve_linear
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.closed_form import solve_conservative, solve_linear
 from vibropipe.orbits.outputs import (
     count_contacts,
     regime_of,
@@ -19,10 +19,10 @@ from vibropipe.orbits.outputs import (
     write_largest,
     write_multipliers,
 )
-from vibropipe.orbits.return_map import clear, section
-from vibropipe.orbits.settling import DRIFTING, PERIODIC, UNBOUNDED, settle_motion
+from vibropipe.orbits.return_map import clear_log, state_xv
+from vibropipe.orbits.settling import DRIFTING, PERIODIC, UNBOUNDED, find_steady_state
 from vibropipe.orbits.window import clear_window, new_window
-from vibropipe.physics.conservative import is_free
+from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
@@ -34,11 +34,11 @@ from vibropipe.words.status import Status
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
 # Steps of a forcing period beyond which a row is not marched: half a second, and some minutes for the row.
-MOST_STEPS, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
+MAX_STEPS_PER_PERIOD, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
 
 
 @jit
-def label_of(kind):
+def aperiodic_regime(kind):
     """The code of `regime` of a motion that found no orbit within its bound on periods."""
     if kind == UNBOUNDED:
         return UNBOUNDED_REGIME
@@ -52,19 +52,19 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     Where it is not solved its regime is unresolved, its status says why, and (x, v) are those it began with.
     """
     out.section[row, 0], out.section[row, 1] = x, v
-    if not forcing_period(p) * fastest_rate(p.nu, p.h) / REACH < MOST_STEPS:
+    if not forcing_period(p) * fastest_rate(p.nu, p.h) / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = exact_grid(e, p)
-    state = begin(e, p, grid, 0.0, x, v)
+    state = initial_state(e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
     window = new_window(p, out.amplitudes, row, impacts, rests)
-    settled = settle_motion(e, p, grid, state, log, c, max_periods, patience, window)
+    settled = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
     status, largest = settled.status, window.largest
     if status != MAX_PERIODS:
         clear_window(window)
     out.status[row] = status
-    out.settled_after[row] = settled.settled_after
+    out.settled_after[row] = settled.periods_marched
     if status != OK and status != MAX_PERIODS:
         out.regime[row] = UNRESOLVED
         return x, v
@@ -85,12 +85,12 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
             row,
         )
     else:
-        out.regime[row] = label_of(settled.kind)
-        out.window[row] = int(window.begun[2])
+        out.regime[row] = aperiodic_regime(settled.kind)
+        out.window_periods[row] = int(window.start[2])
     out.residual[row] = settled.residual
     write_multipliers(settled.first, settled.second, out.multipliers, row)
-    write_largest(largest, impacts, out.largest, row)
-    x, v = section(p, settled.state)
+    write_largest(largest, impacts, out.impact_velocity_max, row)
+    x, v = state_xv(p, settled.state)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
 
@@ -110,7 +110,7 @@ def row_parameters(parameters, row):
 
 
 @jit_allocating
-def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
+def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
     """Solve rows from `row` on in closed form, up to the first that has to be marched: (that row, its start).
 
     A function of its own: amid a march a row in closed form takes four times as long. x, v: the section of the
@@ -123,8 +123,8 @@ def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
         x = min(max(x, support_position(p, 2)), support_position(p, 1))
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
-        elif e.watched is None and is_free(p, x, v):
-            x, v = solve_free(p, x, v, out, row)
+        elif e.watched is None and is_conservative(p, x, v):
+            x, v = solve_conservative(p, x, v, out, row)
         else:
             break
         out.section[row, 0], out.section[row, 1] = x, v
@@ -133,15 +133,17 @@ def solve_closed(e, parameters, starts, chain_length, row, x, v, out):
 
 
 @jit_allocating
-def solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out) -> None:
+def solve_row_chains(
+    e, parameters, starts, chain_length, max_periods, patience, log, c, out
+) -> None:
     """Solve rows (rows, 7) into `out` in chains of chain_length, each row of a chain seeded by the one before it
     and the first by starts (rows, 2).
 
-    max_periods, patience: as for `settle_motion`.
+    max_periods, patience: as for `find_steady_state`.
     """
     row, x, v = 0, 0.0, 0.0
     while True:
-        row, x, v = solve_closed(e, parameters, starts, chain_length, row, x, v, out)
+        row, x, v = solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out)
         if row == parameters.shape[0]:
             break
         p = row_parameters(parameters, row)
@@ -155,11 +157,11 @@ def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     motion[row] (2, samples); nan where that march comes to no end."""
     grid = exact_grid(e, p)
     samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
-    clear(log)
+    clear_log(log)
     log.counts[SAMPLES] = 0
-    state = begin(e, p, grid, 0.0, x, v)
+    state = initial_state(e, p, grid, 0.0, x, v)
     _end, status = march(
-        e, p, grid, state, locate(float(m), grid.steps), log, samples, c, 10_000_000
+        e, p, grid, state, grid_time(float(m), grid.steps), log, samples, c, 10_000_000
     )
     if status != OK:
         motion[row] = math.nan

@@ -17,42 +17,49 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import State
-from vibropipe.orbits.growth import CHAOTIC, FOLLOWED, perturbation_growth
-from vibropipe.orbits.harmonics import ONE
-from vibropipe.orbits.recurrence import MAX_MULTIPLE, ZERO, may_repeat, nearly_repeats
+from vibropipe.orbits.growth import LYAPUNOV_PERIODS, LYAPUNOV_THRESHOLD, perturbation_growth
+from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.recurrence import HISTORY_OFFSET, MAX_MULTIPLE, may_repeat, nearly_repeats
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    clear,
-    multipliers,
-    periods,
-    section,
+    clear_log,
+    floquet_multipliers,
+    march_periods,
+    state_xv,
 )
-from vibropipe.orbits.shooting import CLOSED, EVENTS_PER_PERIOD, Orbit, Shooting, shoot, size_of
+from vibropipe.orbits.shooting import (
+    CLOSURE_TOLERANCE,
+    EVENTS_PER_PERIOD,
+    Orbit,
+    Shooting,
+    motion_norm,
+    shoot,
+)
 from vibropipe.orbits.window import WINDOW, add_period, close_window, open_window
 from vibropipe.words.status import Status
 
 # Share within which a closed orbit must repeat to be that of a divisor of its multiple.
-SAME = 1e-9
+DIVISOR_TOLERANCE = 1e-9
 # An orbit further away than this many times the last change, stretched by 1/(1 - |multiplier|), is some other one.
 # Non-normal derivatives make changes larger than multipliers tell.
-REACH = 20.0
+NEWTON_REACH = 20.0
 # Periods marched for one spent on orbits that could not be closed.
-PATIENT_TRIES = 4
+MARCH_TO_TRIAL_RATIO = 4
 # Where the section nearly repeats about a stable orbit, no multiplier is beyond this. Chaotic motions pass by
 # unstable orbits all the time.
-UNSTABLE = 2.0
+MAX_TRIAL_MULTIPLIER = 2.0
 # Forcing periods of more contacts than are kept, after which a row is left: no orbit of such periods can be told, and
 # each of them takes as long as 100 others. A transient of so many impacts is over by then.
 MAX_CROWDED = 32
 # Growth of the section's amplitude from the second to the last quarter that counts as unbounded, where that
 # from quarter to quarter lasts: a slow approach to an orbit grows too, but by less and less.
-GROWTH, LASTING = 1.5, 0.9
+GROWTH_FACTOR, GROWTH_PERSISTENCE = 1.5, 0.9
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
 
 
-class Settled(NamedTuple):
+class SteadyState(NamedTuple):
     """The steady state of a motion.
 
     Attributes
@@ -79,7 +86,7 @@ class Settled(NamedTuple):
     state: State
     end: State
     residual: float
-    settled_after: int
+    periods_marched: int
     first: complex
     second: complex
 
@@ -96,36 +103,40 @@ def settles_on(orbit) -> bool:
     if orbit.iterations == 0:
         return True
     j11, j12, j21, j22 = orbit.derivative
-    radius = abs(multipliers(j11, j12, j21, j22)[0])
-    reach = REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
-    return radius < 1.0 and orbit.distance <= reach + CLOSED * orbit.size
+    radius = abs(floquet_multipliers(j11, j12, j21, j22)[0])
+    reach = NEWTON_REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
+    return radius < 1.0 and orbit.distance <= reach + CLOSURE_TOLERANCE * orbit.size
 
 
 @jit
 def reach_orbit(e, p, grid, state, m, within, closed, log, c):
     """(whether it settles on it, Orbit) of the motion at `state` and the orbit of m periods beside it. The return
     map must bring the state back to within the share `within` of the motion's size; `closed`: as of `Shooting`."""
-    orbit = shoot(e, p, grid, state, m, Shooting(within, UNSTABLE, closed), log, c)
+    orbit = shoot(e, p, grid, state, m, Shooting(within, MAX_TRIAL_MULTIPLIER, closed), log, c)
     return settles_on(orbit), orbit
 
 
 @jit
-def with_least_multiple(e, p, grid, orbit, log, c):
+def reduce_multiple(e, p, grid, orbit, log, c):
     """(reached, Orbit): the same orbit closed over its least multiple, since a motion that spirals in can nearly
     repeat after m periods before it does after one. The log is left with the contacts of the orbit returned."""
     for m in range(1, orbit.m // 2 + 1):
         if orbit.m % m == 0:
-            reached, least = reach_orbit(e, p, grid, orbit.state, m, SAME, CLOSED, log, c)
+            reached, least = reach_orbit(
+                e, p, grid, orbit.state, m, DIVISOR_TOLERANCE, CLOSURE_TOLERANCE, log, c
+            )
             if reached:
                 return True, least
     if orbit.m == 1:
         return True, orbit
-    reached, again = reach_orbit(e, p, grid, orbit.state, orbit.m, SAME, CLOSED, log, c)
+    reached, again = reach_orbit(
+        e, p, grid, orbit.state, orbit.m, DIVISOR_TOLERANCE, CLOSURE_TOLERANCE, log, c
+    )
     if reached:
         return True, again
-    # An orbit closed as far as rounding lets it, not to CLOSED: Newton's method may lose it again within that
-    # rounding. It stands as it was found; one march more, of the same bits, brings its log back.
-    return reach_orbit(e, p, grid, orbit.state, orbit.m, SAME, orbit.residual, log, c)
+    # An orbit closed as far as rounding lets it, not to CLOSURE_TOLERANCE: Newton's method may lose it again within
+    # that rounding. It stands as it was found; one march more, of the same bits, brings its log back.
+    return reach_orbit(e, p, grid, orbit.state, orbit.m, DIVISOR_TOLERANCE, orbit.residual, log, c)
 
 
 @jit
@@ -140,16 +151,16 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, size, log, c):
         if not nearly_repeats(xs, vs, k, m, size):
             continue
         tried += m
-        reached, orbit = reach_orbit(e, p, grid, state, m, math.inf, CLOSED, log, c)
+        reached, orbit = reach_orbit(e, p, grid, state, m, math.inf, CLOSURE_TOLERANCE, log, c)
         if reached:
-            reached, orbit = with_least_multiple(e, p, grid, orbit, log, c)
+            reached, orbit = reduce_multiple(e, p, grid, orbit, log, c)
             if reached:
                 return tried, True, orbit
     return tried, False, orbit
 
 
 @jit
-def loses_speed(p, log) -> bool:
+def has_lossy_impact(p, log) -> bool:
     """Whether any impact of a log does."""
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         if (p.R1 if abs(log.support[i]) == 1 else p.R2) < 1.0:
@@ -158,7 +169,7 @@ def loses_speed(p, log) -> bool:
 
 
 @jit
-def kind_of(p, log, xs, vs, k):
+def classify_aperiodic(p, log, xs, vs, k):
     """Kind of a motion without an orbit from its section at the periods 1 to k and its last contacts.
 
     By quarters: unbounded, or (damping bounds every motion, and so do impacts that lose speed) drifting, is what
@@ -166,17 +177,17 @@ def kind_of(p, log, xs, vs, k):
     """
     early, middle, late = 0.0, 0.0, 0.0
     for i in range(1, k + 1):
-        size = abs(xs[ZERO + i]) + abs(vs[ZERO + i])
+        size = abs(xs[HISTORY_OFFSET + i]) + abs(vs[HISTORY_OFFSET + i])
         if 4 * i > k and 2 * i <= k:
             early = max(early, size)
         if 2 * i > k and 4 * i <= 3 * k:
             middle = max(middle, size)
         if 4 * i > 3 * k:
             late = max(late, size)
-    if late > GROWTH * early:
-        if p.h > 0.0 or loses_speed(p, log):
+    if late > GROWTH_FACTOR * early:
+        if p.h > 0.0 or has_lossy_impact(p, log):
             return DRIFTING
-        if late - middle > LASTING * (middle - early):
+        if late - middle > GROWTH_PERSISTENCE * (middle - early):
             return UNBOUNDED
     return APERIODIC
 
@@ -185,14 +196,14 @@ def kind_of(p, log, xs, vs, k):
 def settled_on(orbit, settled_after):
     """The steady state of a motion that has settled on an orbit."""
     j11, j12, j21, j22 = orbit.derivative
-    first, second = multipliers(j11, j12, j21, j22)
-    return Settled(
+    first, second = floquet_multipliers(j11, j12, j21, j22)
+    return SteadyState(
         PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, settled_after, first, second
     )  # fmt: skip
 
 
 @jit_allocating
-def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
+def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     """March from `state` until an orbit is reached.
 
     Parameters
@@ -212,25 +223,25 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
     -------
     Settled
     """
-    xs, vs = np.empty(ZERO + max_periods + 1), np.empty(ZERO + max_periods + 1)
-    xs[:ZERO] = vs[:ZERO] = math.inf
+    xs, vs = np.empty(HISTORY_OFFSET + max_periods + 1), np.empty(HISTORY_OFFSET + max_periods + 1)
+    xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = math.inf
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
-    xs[ZERO], vs[ZERO] = section(p, state)
-    largest = abs(xs[ZERO]) + abs(vs[ZERO])
-    spent, crowded, is_whole = 0, 0, True
+    xs[HISTORY_OFFSET], vs[HISTORY_OFFSET] = state_xv(p, state)
+    largest = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
+    trial_periods, crowded, is_whole = 0, 0, True
     a, b, growth = 1.0, 0.0, 0.0
-    kind, ending = APERIODIC, min(patience, max_periods)
-    shown_after = max(0, ending - WINDOW)
+    kind, limit = APERIODIC, min(patience, max_periods)
+    shown_after = max(0, limit - WINDOW)
     for k in range(1, max_periods + 1):
-        clear(log)
+        clear_log(log)
         start = at_period_zero(state)
-        state, status = periods(e, p, grid, start, ONE, log, c, EVENTS_PER_PERIOD)
+        state, status = march_periods(e, p, grid, start, ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
         crowded += status == LOG_FULL
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
-            return Settled(APERIODIC, status, 0, state, state, math.inf, k, none, none)
-        xs[ZERO + k], vs[ZERO + k] = section(p, state)
-        largest = max(largest, size_of(p, state, log))
+            return SteadyState(APERIODIC, status, 0, state, state, math.inf, k, none, none)
+        xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
+        largest = max(largest, motion_norm(p, state, log))
         if window is not None and k > shown_after:
             if k == shown_after + 1:
                 open_window(p, window, start)
@@ -238,22 +249,24 @@ def settle_motion(e, p, grid, state, log, c, max_periods, patience, window):
             # A log that was emptied on the way has only the last contacts of the period.
             is_whole = is_whole and status == OK
             add_period(e, p, window, start, state, log, c)
-        if k > patience - FOLLOWED and k <= patience:
+        if k > patience - LYAPUNOV_PERIODS and k <= patience:
             a, b, grown = perturbation_growth(e, p, log, status == OK, start, state, a, b)
             growth += grown
-        if k > PATIENT_TRIES * spent and may_repeat(xs, vs, k, largest):
+        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, largest):
             tried, reached, orbit = close_first_candidate(
                 e, p, grid, state, xs, vs, k, largest, log, c
             )
             if reached:
                 return settled_on(orbit, k)
-            spent += tried
-        if k == ending:
-            kind = kind_of(p, log, xs, vs, k)
-            if k == max_periods or (growth > CHAOTIC and kind == APERIODIC and p.h > 0.0):
+            trial_periods += tried
+        if k == limit:
+            kind = classify_aperiodic(p, log, xs, vs, k)
+            if k == max_periods or (
+                growth > LYAPUNOV_THRESHOLD and kind == APERIODIC and p.h > 0.0
+            ):
                 break
-            ending, shown_after = max_periods, max(k, max_periods - WINDOW)
+            limit, shown_after = max_periods, max(k, max_periods - WINDOW)
     if window is not None:
         close_window(p, window, state)
     status = MAX_PERIODS_STATUS if is_whole else LOG_FULL
-    return Settled(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)
+    return SteadyState(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)

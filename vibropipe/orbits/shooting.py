@@ -18,18 +18,18 @@ from vibropipe.march.state import REST, State
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    clear,
-    derivative,
-    difference,
-    multipliers,
+    clear_log,
+    floquet_multipliers,
+    gap_difference,
+    march_periods,
     newton_step,
-    periods,
-    section,
+    return_map_jacobian,
+    state_xv,
 )
 
 MAX_NEWTON = 12
 # Residual, as a share of the motion's size, that rounding lets a march reach.
-CLOSED = 1e-13
+CLOSURE_TOLERANCE = 1e-13
 # A numpy integer: numba compiles a plain constant to code of its own, march and all.
 EVENTS_PER_PERIOD = np.int64(100_000)
 
@@ -51,7 +51,7 @@ class Shooting(NamedTuple):
 
     within: float = math.inf
     max_multiplier: float = math.inf
-    closed: float = CLOSED
+    closed: float = CLOSURE_TOLERANCE
 
 
 class Orbit(NamedTuple):
@@ -62,7 +62,7 @@ class Orbit(NamedTuple):
     is_closed : bool
         Whether the return map brings `state` back to itself as nearly as was asked.
     status : int
-        `Status` of the last march. LOG_FULL: the log has only the last contacts, and `derivative` is of these.
+        `Status` of the last march. LOG_FULL: the log has only the last contacts, and `return_map_jacobian` is of these.
     m : int
         Period multiple.
     state, end : State
@@ -78,7 +78,7 @@ class Orbit(NamedTuple):
     distance : float
         Distance from the start to `state`.
     size : float
-        Size of the motion (`size_of`).
+        Size of the motion (`motion_norm`).
 
     Distances are |dx| + |dx'|. The log is left with the contacts from `state` to `end`.
     """
@@ -97,9 +97,9 @@ class Orbit(NamedTuple):
 
 
 @jit_inline
-def size_of(p, state, log):
+def motion_norm(p, state, log):
     """Size of a marched motion: largest of |x| + |x'| at its section and |x'| at its impacts."""
-    x, v = section(p, state)
+    x, v = state_xv(p, state)
     size = abs(x) + abs(v)
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         size = max(size, abs(log.velocity[i]))
@@ -143,29 +143,32 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             if not is_inside:
                 break
             iterations = iteration
-        clear(log)
-        end, status = periods(e, p, grid, state, m, log, c, EVENTS_PER_PERIOD * m)
+        clear_log(log)
+        end, status = march_periods(e, p, grid, state, m, log, c, EVENTS_PER_PERIOD * m)
         if status != OK and status != LOG_FULL:
             break
-        dy, dw = difference(e, p, end, state)
+        dy, dw = gap_difference(e, p, end, state)
         change = abs(dy) + abs(dw)
-        size = size_of(p, state, log)
+        size = motion_norm(p, state, log)
         residual = change / size if size > 0.0 else 0.0
         if iteration == 0:
             first_change = change
             if residual > shooting.within:
                 break
-        j11, j12, j21, j22 = derivative(e, p, log, state, end, m)
-        stalls = residual >= best and residual <= 1e3 * CLOSED
-        if (residual <= shooting.closed or stalls) and (state.order == REST) == (end.order == REST):
+        j11, j12, j21, j22 = return_map_jacobian(e, p, log, state, end, m)
+        stalls = residual >= best and residual <= 1e3 * CLOSURE_TOLERANCE
+        if (residual <= shooting.closed or stalls) and (state.mode == REST) == (end.mode == REST):
             is_closed = True
             break
-        if iteration == 0 and abs(multipliers(j11, j12, j21, j22)[0]) > shooting.max_multiplier:
+        if (
+            iteration == 0
+            and abs(floquet_multipliers(j11, j12, j21, j22)[0]) > shooting.max_multiplier
+        ):
             break
         if iteration > 2 and residual > 0.5 * best:
             # Newton's method near an orbit gains digits at every step; a chance return does not.
             break
-    dy, dw = difference(e, p, state, start)
+    dy, dw = gap_difference(e, p, state, start)
     return Orbit(
         is_closed,
         status,

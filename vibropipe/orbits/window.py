@@ -8,10 +8,16 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.state import REST
-from vibropipe.orbits.harmonics import ONE, RESONANT, add_contacts, close, dynamic_stiffness
+from vibropipe.orbits.harmonics import (
+    ONE_PERIOD,
+    RESONANT,
+    add_support_forces,
+    divide_by_stiffness,
+    dynamic_stiffness,
+)
 from vibropipe.orbits.outputs import count_contacts
-from vibropipe.orbits.quadrature import along
-from vibropipe.orbits.return_map import section
+from vibropipe.orbits.quadrature import integrate_along
+from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.limits import PATIENCE
 from vibropipe.physics.load import TWO_PI
 from vibropipe.physics.quotient import divide
@@ -32,7 +38,7 @@ class Window(NamedTuple):
     direct: np.ndarray
     energy: np.ndarray
     resonant: bool
-    begun: np.ndarray
+    start: np.ndarray
 
 
 @jit
@@ -41,7 +47,7 @@ def _is_resonant(p, amplitudes) -> bool:
         return False
     nearest = 1.0
     for k in range(amplitudes.shape[1]):
-        nearest = min(nearest, abs(dynamic_stiffness(p, k, ONE)))
+        nearest = min(nearest, abs(dynamic_stiffness(p, k, ONE_PERIOD)))
     return nearest < RESONANT
 
 
@@ -58,7 +64,7 @@ def new_window(p, amplitudes, row, impacts, rests):
 @jit
 def clear_window(window) -> None:
     """Nothing summed yet."""
-    window.begun[2] = 0.0
+    window.start[2] = 0.0
     for side in range(2):
         window.impacts[side] = 0.0
         window.rests[side] = 0.0
@@ -74,39 +80,43 @@ def clear_window(window) -> None:
 def open_window(p, window, state) -> None:
     """Begin the window at a state."""
     clear_window(window)
-    window.begun[0], window.begun[1] = section(p, state)
+    window.start[0], window.start[1] = state_xv(p, state)
 
 
 @jit_inline
 def add_period(e, p, window, start, end, log, c) -> None:
     """Add a marched forcing period, its contacts in the log."""
-    window.begun[2] += 1.0
+    window.start[2] += 1.0
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
-        resting = end.home if end.order == REST else 0
-        add_contacts(p, log, resting, end.rest_start, ONE, 1.0, window.amplitudes[window.row])
+        resting = end.home if end.mode == REST else 0
+        add_support_forces(
+            p, log, resting, end.rest_start, ONE_PERIOD, 1.0, window.amplitudes[window.row]
+        )
         if window.resonant:
-            x, v = section(p, start)
-            along(e, p, x, v, 0.0, 1.0, end, log, ONE, window.direct, window.energy, c)
+            x, v = state_xv(p, start)
+            integrate_along(
+                e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, window.energy, c
+            )
 
 
 @jit
 def close_window(p, window, end) -> None:
     """Means per forcing period, and amplitudes at multiples of nu; where the closed form would divide by nothing,
     those by quadrature."""
-    periods = window.begun[2]
+    periods = window.start[2]
     for side in range(2):
         window.impacts[side] /= periods
         window.rests[side] /= periods
     if window.amplitudes.size > 0:
         amplitudes = window.amplitudes[window.row]
-        x, v = section(p, end)
-        dx, dv = x - window.begun[0], v - window.begun[1]
+        x, v = state_xv(p, end)
+        dx, dv = x - window.start[0], v - window.start[1]
         for k in range(amplitudes.size):
             # The ends of the window do not meet: the boundary terms of the partial integration stay.
             boundary = (dv + complex(p.h, k * p.nu) * dx) * p.nu
             amplitudes[k] -= divide(boundary, complex(TWO_PI, 0.0))
-        close(p, ONE, periods, amplitudes)
+        divide_by_stiffness(p, ONE_PERIOD, periods, amplitudes)
         for k in range(amplitudes.size):
-            if abs(dynamic_stiffness(p, k, ONE)) < RESONANT:
+            if abs(dynamic_stiffness(p, k, ONE_PERIOD)) < RESONANT:
                 amplitudes[k] = divide(window.direct[k], complex(periods, 0.0))

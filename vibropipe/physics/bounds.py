@@ -20,7 +20,7 @@ def largest_force(p: Mapping[str, np.ndarray]) -> float:
     return float(np.abs(p["f"]).max())
 
 
-def largest_size(
+def state_norm_bound(
     p: Mapping[str, np.ndarray], x: float, v: float, span: float, followed: bool
 ) -> float:
     """A proven bound of sqrt(x^2 + x'^2), and so of |x|, over all motions of the grid; inf if there is none.
@@ -37,17 +37,17 @@ def largest_size(
     sizes = [start + force * span]
     nearest, damping = float(p["l"].min() - np.abs(p["delta"]).max()), p["h"]
     if nearest >= 0.0 and damping.min() > 0.0:
-        sizes.append(float(ultimate_size(damping, force, start).max()))
-    linear = float(linear_size(p["nu"], damping.min(), force, start).max())
+        sizes.append(float(ultimate_bound(damping, force, start).max()))
+    linear = float(linear_bound(p["nu"], damping.min(), force, start).max())
     if linear * (1 + ROUNDING) < nearest:
         sizes.append(linear)
     return min(sizes)
 
 
-def linear_size(nu: Any, h: float, f: float, start: float) -> np.ndarray:
+def linear_bound(nu: Any, h: float, f: float, start: float) -> np.ndarray:
     """Bound of sqrt(x^2 + x'^2) of motions that strike nothing, for each nu, from a start of that size.
 
-    The bound of `keeps_off`, with the start of the free part bounded by start + 2 |X| max(1, nu);
+    The bound of `stays_off_supports`, with the start of the free part bounded by start + 2 |X| max(1, nu);
     h >= 0 and f the least damping and the largest force of the grid. inf at resonance.
     """
     nu = np.asarray(nu, float)
@@ -57,7 +57,7 @@ def linear_size(nu: Any, h: float, f: float, start: float) -> np.ndarray:
     return size
 
 
-def ultimate_size(h: Any, f: float, start: float) -> np.ndarray:
+def ultimate_bound(h: Any, f: float, start: float) -> np.ndarray:
     """Bound of sqrt(x^2 + x'^2) for all times, impacts and rests included, for each damping h > 0, from a
     start of size `start`, where the equilibrium lies between the supports.
 
@@ -68,10 +68,10 @@ def ultimate_size(h: Any, f: float, start: float) -> np.ndarray:
     """
     h = np.asarray(h, float)
     e = 2.0 * h / (4.0 + h * h)
-    rest = h * (2.0 + h * h) / (4.0 + h * h)
+    remainder = h * (2.0 + h * h) / (4.0 + h * h)
     off = 0.5 * e * h
     # The product of both eigenvalues over the larger one.
-    least = (e * rest - off * off) / (0.5 * (h + np.hypot(rest - e, 2.0 * off)))
+    least = (e * remainder - off * off) / (0.5 * (h + np.hypot(remainder - e, 2.0 * off)))
     settled = np.abs(f) * np.hypot(1.0, e) / least
     size: np.ndarray = np.sqrt((1.0 + e) / (1.0 - e)) * np.maximum(start, settled)
     return size

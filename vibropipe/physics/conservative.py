@@ -18,7 +18,7 @@ from vibropipe.physics.load import largest_force
 
 Array = NDArray[np.float64]
 # A motion whose highest point is within this share of a support grazes it (as in the search for impacts).
-TOUCH = 2.0**-44
+GRAZING_TOLERANCE = 2.0**-44
 # Motions that leave a support they are pressed to by less than this share of their size are marched instead:
 # their arc is a small difference of angles.
 SHALLOW = 1e-4
@@ -39,7 +39,7 @@ class Arc(NamedTuple):
     """A free motion, seen from the side on which it or the equilibrium lies, so that mirrored exciters give
     mirrored results to the last bit.
 
-    sign: 1, or -1 if x is mirrored; amplitude A; angle `top` of the upper end; half its period; time `since`
+    sign: 1, or -1 if x is mirrored; amplitude A; angle `top` of the upper end; half its period; time `time_from_top`
     the upper end at the start (0 <= since < 2 half); how each end meets its support: 0 not, 1 by impact, 2 by
     grazing. The upper end belongs to support 1, or to support 2 where x is mirrored.
     """
@@ -48,20 +48,20 @@ class Arc(NamedTuple):
     amplitude: float
     top: float
     half: float
-    since: float
+    time_from_top: float
     meets_top: int
     meets_bottom: int
 
 
 @jit
-def _meets(reach, amplitude) -> int:
-    if abs(amplitude - reach) <= TOUCH * amplitude:
+def _contact_kind(reach, amplitude) -> int:
+    if abs(amplitude - reach) <= GRAZING_TOLERANCE * amplitude:
         return 2
     return 1 if amplitude > reach else 0
 
 
 @jit
-def is_free(p, x, v) -> bool:
+def is_conservative(p, x, v) -> bool:
     """Whether a motion from (x, v) is conservative and wide enough for its closed form."""
     if p.h != 0.0 or largest_force(p) != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
         return False
@@ -83,7 +83,7 @@ def arc(p, x, v) -> Arc:
     if _is_mirrored(p, x, v):
         upper, lower, sign, x, v = -lower, -upper, -1.0, -x, -v
     amplitude = math.hypot(x, v)
-    meets_top, meets_bottom = _meets(upper, amplitude), _meets(-lower, amplitude)
+    meets_top, meets_bottom = _contact_kind(upper, amplitude), _contact_kind(-lower, amplitude)
     top, bottom = 0.0, math.pi
     # The angle of an end by the speed there, which keeps its digits where the arc cosine is blind.
     if meets_top == 1:
@@ -96,8 +96,8 @@ def arc(p, x, v) -> Arc:
         down = 0.0
     elif x <= lower and meets_bottom == 1:
         down = half
-    since = down if v <= 0.0 or down == 0.0 else 2.0 * half - down
-    return Arc(sign, amplitude, top, half, since, meets_top, meets_bottom)
+    time_from_top = down if v <= 0.0 or down == 0.0 else 2.0 * half - down
+    return Arc(sign, amplitude, top, half, time_from_top, meets_top, meets_bottom)
 
 
 @jit
@@ -113,9 +113,9 @@ def top_support(a: Arc) -> int:
 
 
 @jit
-def on_arc(a: Arc, tau):
+def arc_state(a: Arc, tau):
     """(x, v) of the motion a time tau after its start."""
-    s = (tau + a.since) % (2.0 * a.half)
+    s = (tau + a.time_from_top) % (2.0 * a.half)
     down = s if s < a.half else 2.0 * a.half - s
     angle = a.top + down
     v = a.sign * a.amplitude * math.sin(angle)
@@ -135,5 +135,5 @@ def arc_harmonic(a: Arc, k: int) -> complex:
         phase = 0.5 * (1.0 + sign * rate) * a.half
         sinc = math.sin(phase) / phase if abs(phase) > 1e-8 else 1.0
         total += 0.5 * a.sign * a.amplitude * sinc * math.cos(phase + a.top)
-    angle = rate * a.since
+    angle = rate * a.time_from_top
     return complex(total * math.cos(angle), total * math.sin(angle))

@@ -76,7 +76,7 @@ def reset(restitution: float, approach: float) -> float:
 
 
 @jit
-def chatter_duration(w, push, push_rate, restitution, h, nu) -> float:
+def chatter_duration(w, gap_acceleration, push_rate, restitution, h, nu) -> float:
     """Time from an impact with departure speed w to the accumulation of all further ones, or NEVER while
     the geometric series would still err.
 
@@ -91,11 +91,11 @@ def chatter_duration(w, push, push_rate, restitution, h, nu) -> float:
     Royal Society A 347 (1994) 365-389.
     """
     unit = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
-    flight = 2.0 * w / -push
+    flight = 2.0 * w / -gap_acceleration
     if flight <= unit:
         return flight
     if restitution >= 1.0:
         return NEVER
     duration = flight / (1.0 - restitution)
-    change = duration * (abs(push_rate / push) + h)
+    change = duration * (abs(push_rate / gap_acceleration) + h)
     return duration if duration * change <= unit else NEVER

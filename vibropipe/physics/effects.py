@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.bounds import ROUNDING, largest_force, largest_size
+from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -40,7 +40,7 @@ class Effects(NamedTuple):
 ALL_EFFECTS = Effects()
 
 
-def names_of(effects: Effects) -> tuple[str, ...]:
+def effect_names(effects: Effects) -> tuple[str, ...]:
     """Return the names of the effects that are present, in the order of EFFECT_NAMES; watched supports are not."""
     watched = effects.watched or 0
     return tuple(
@@ -50,7 +50,7 @@ def names_of(effects: Effects) -> tuple[str, ...]:
     )
 
 
-def of_names(names: Iterable[str]) -> Effects:
+def effects_from_names(names: Iterable[str]) -> Effects:
     """Return effects by name, or raise a ParameterError for a name that is none of EFFECT_NAMES."""
     chosen = set(names)
     for name in chosen - set(EFFECT_NAMES):
@@ -74,12 +74,12 @@ def effects_of(
     Newmark's, whose supports all count as reached); followed: rows start where their neighbours settled;
     left_out: supports that a user leaves out: they are watched where nothing keeps the motion from them.
 
-    The union over all rows: damping where h > 0, forcing where f != 0, a support unless `largest_size`
+    The union over all rows: damping where h > 0, forcing where f != 0, a support unless `state_norm_bound`
     keeps every motion from it, restitution where R < 1 on a support reached, rest where the force can
     press the mass on a support reached, |f| >= its pull towards the equilibrium.
     """
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
-    size = largest_size(p, x, v, span, followed) if exact else math.inf
+    size = state_norm_bound(p, x, v, span, followed) if exact else math.inf
     force = largest_force(p)
     # Where the supports stand from the equilibrium, each at its nearest over the grid.
     places = {
@@ -97,7 +97,7 @@ def effects_of(
     return effects._replace(watched=watched or None)
 
 
-def asked_effects(
+def resolve_effects(
     names: Sequence[str] | None, values: Mapping[str, Any], *at: Any, **how: Any
 ) -> Effects:
     """The effects to compute with where a user states `names` of a grid of `values` (and what else
@@ -108,8 +108,8 @@ def asked_effects(
     """
     if names is None:
         return ALL_EFFECTS
-    stated = of_names(names)
-    missing = contradiction(names, values, *at, **how)
+    stated = effects_from_names(names)
+    missing = missing_effect(names, values, *at, **how)
     if missing is not None:
         raise ParameterError(f"effects = {', '.join(names)}: {missing[0]}; allowed is {missing[1]}")
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
@@ -122,7 +122,7 @@ def absent_supports(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in WATCHED if name not in names)
 
 
-def contradiction(
+def missing_effect(
     names: Sequence[str], values: Mapping[str, Any], *at: Any, **how: Any
 ) -> tuple[str, str] | None:
     """(what was found, what is allowed) where `names` leave out an effect that the parameters call for."""

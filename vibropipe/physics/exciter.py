@@ -26,7 +26,7 @@ class Parameters(NamedTuple):
     R2: float
 
 
-def number(name: str, value: Any, allowed: str) -> float:
+def as_float(name: str, value: Any, allowed: str) -> float:
     """Return `value` as a float, or raise a ParameterError naming it; text and booleans are not numbers."""
     try:
         if isinstance(value, (str, bytes, bool)):
@@ -38,7 +38,7 @@ def number(name: str, value: Any, allowed: str) -> float:
 
 def number_within(name: str, value: Any, within: Range) -> float:
     """Return `value` as a float that lies in a range, or raise a ParameterError naming it."""
-    found = number(name, value, within.text)
+    found = as_float(name, value, within.text)
     if not within.contains(found):
         raise ParameterError(f"{name} = {found!r}: allowed is {within.text}")
     return found
@@ -159,7 +159,7 @@ class Exciter:
             allowed = (
                 f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
             )
-            x = number("x0", x0, allowed)
+            x = as_float("x0", x0, allowed)
             least, most = start_room(self.l, self.delta)
             if not least <= x <= most:
                 raise ParameterError(f"x0 = {x!r}: allowed is {allowed}")

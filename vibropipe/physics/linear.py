@@ -10,16 +10,16 @@ from vibropipe.physics.load import force_amplitude, forcing_period, largest_forc
 from vibropipe.physics.quotient import divide
 
 # Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.
-LEAST_SQUARE, MOST_SQUARE = 1e-280, 1e280
+MIN_SQUARE, MAX_SQUARE = 1e-280, 1e280
 # Turns that `sincos_turns` takes.
-MOST_TURNS = 2.0**30
+MAX_TURNS = 2.0**30
 
 
 @jit
 def _length(x, y):
     """sqrt(x^2 + y^2)."""
     square = x * x + y * y
-    if LEAST_SQUARE < square < MOST_SQUARE:
+    if MIN_SQUARE < square < MAX_SQUARE:
         return math.sqrt(square)
     return math.hypot(x, y)
 
@@ -32,7 +32,7 @@ def linear_amplitude(p) -> complex:
         return complex(0.0, 0.0)
     d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
     square = d.real * d.real + d.imag * d.imag
-    if LEAST_SQUARE < square < MOST_SQUARE:
+    if MIN_SQUARE < square < MAX_SQUARE:
         share = force_amplitude(p).imag / square
         return complex(share * d.imag, share * d.real)
     if d == 0.0:
@@ -43,11 +43,11 @@ def linear_amplitude(p) -> complex:
 @jit
 def steady_at(p, turn):
     """(x, x') of the steady motion at the phase `turn`, in turns."""
-    return turned_by(p, linear_amplitude(p), turn)
+    return state_at_phase(p, linear_amplitude(p), turn)
 
 
 @jit
-def turned_by(p, amplitude, turn):
+def state_at_phase(p, amplitude, turn):
     """(x, x') of the steady motion of a complex amplitude at the phase `turn`."""
     s, c = sincos_turns(turn)
     at = 2.0 * amplitude * complex(c, s)
@@ -55,14 +55,14 @@ def turned_by(p, amplitude, turn):
 
 
 @jit
-def keeps_off(p, x, v, turn) -> bool:
+def stays_off_supports(p, x, v, turn) -> bool:
     """Certificate that the motion from (x, v) at the phase `turn` reaches no support, ever.
 
     The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0:
     |x| never exceeds 2 |X| + sqrt(z0^2 + z0'^2).
     """
     amplitude = linear_amplitude(p)
-    steady_x, steady_v = turned_by(p, amplitude, turn)
+    steady_x, steady_v = state_at_phase(p, amplitude, turn)
     bound = (
         2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)
     ) * (1.0 + 1e-12)
@@ -76,7 +76,7 @@ def linear_multipliers(p):
     square = (1.0 - b) * (1.0 + b)
     if square > 0.0:
         turns = math.sqrt(square) / p.nu
-        if not turns < MOST_TURNS:
+        if not turns < MAX_TURNS:
             turns = turns % 1.0
         s, c = sincos_turns(turns)
         decay = math.exp(-b * period)
@@ -90,4 +90,4 @@ def linear_multipliers(p):
 @jit
 def settles_without_impact(p, x, v) -> bool:
     """Whether the motion from (x, v) at tau = 0 surely settles and reaches no support; False wherever h = 0."""
-    return p.h > 0.0 and keeps_off(p, x, v, 0.0)
+    return p.h > 0.0 and stays_off_supports(p, x, v, 0.0)

@@ -14,14 +14,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-__all__ = ["laid_out", "typeset"]
+__all__ = ["template_folder", "typeset"]
 
 TEMPLATE = Path(__file__).parent
 TEMPLATE_FILES = ("template.typ", "exciter.typ")
 
 
 @contextmanager
-def laid_out(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Path]:
+def template_folder(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Path]:
     """Yield a folder with all the typesetter sees: template, ``data``, ``pictures`` by name."""
     with TemporaryDirectory(prefix="vibropipe-report-") as made:
         folder = Path(made)
@@ -43,7 +43,7 @@ def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
     """
     import typst
 
-    with laid_out(data, pictures) as folder:
+    with template_folder(data, pictures) as folder:
         template = folder / "template.typ"
         pdf: bytes = typst.compile(template, root=folder, ignore_system_fonts=True, format="pdf")
     return pdf

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import departure, number
+from vibropipe.figures.text import departure, format_number
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.wording import series
 
@@ -38,9 +38,9 @@ def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
                 str(dataset.attrs.get("method", DASH)),
                 attribute(dataset, "accuracy_asked"),
                 reached(dataset),
-                number(departure(dataset), 2) if "displacement_exact" in dataset else DASH,
-                number(largest_residual(dataset), 2),
-                seconds_words(sidecars.get(name, {})),
+                format_number(departure(dataset), 2) if "displacement_exact" in dataset else DASH,
+                format_number(largest_residual(dataset), 2),
+                seconds_text(sidecars.get(name, {})),
             ]
         )
     caption = (
@@ -53,7 +53,7 @@ def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
 def attribute(dataset: xr.Dataset, name: str) -> str:
     """Write a number kept as an attribute; a dash where there is none."""
     value = dataset.attrs.get(name, "none")
-    return DASH if isinstance(value, str) else number(float(value), 2)
+    return DASH if isinstance(value, str) else format_number(float(value), 2)
 
 
 def reached(dataset: xr.Dataset) -> str:
@@ -61,14 +61,14 @@ def reached(dataset: xr.Dataset) -> str:
     if "error" not in dataset:
         return attribute(dataset, "accuracy_reached")
     error = dataset["error"].values[dataset["period_multiple"].values > 0]
-    return number(float(error.max()), 2) if error.size else DASH
+    return format_number(float(error.max()), 2) if error.size else DASH
 
 
-def seconds_words(sidecar: Mapping[str, Any]) -> str:
+def seconds_text(sidecar: Mapping[str, Any]) -> str:
     """Write the time a scene took, before it the time that was expected where that is known."""
-    taken, expected = sidecar.get("seconds"), sidecar.get("expected_seconds")
-    text = DASH if taken is None else number(float(taken), 2)
-    return text if expected is None else f"{number(float(expected), 2)} / {text}"
+    elapsed, estimate = sidecar.get("seconds"), sidecar.get("expected_seconds")
+    text = DASH if elapsed is None else format_number(float(elapsed), 2)
+    return text if estimate is None else f"{format_number(float(estimate), 2)} / {text}"
 
 
 def largest_residual(dataset: xr.Dataset) -> float:
@@ -88,7 +88,7 @@ def accuracy_text(datasets: Datasets, notes: Iterable[str] = ()) -> str:
         worst = max(residuals, key=lambda name: residuals[name])
         said.append(
             "An orbit is refined until it returns to its own start; the largest distance left is "
-            f"{number(residuals[worst], 2)}, in {breakable(worst)}."
+            f"{format_number(residuals[worst], 2)}, in {breakable(worst)}."
         )
     said += notes
     said.append(

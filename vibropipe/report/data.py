@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import grid_words, number
+from vibropipe.figures.text import format_number, grid_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
@@ -34,7 +34,7 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
     rows = []
     for name, dataset in one_by_one(kinds, datasets):
         cells = [
-            grid_words(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
+            grid_text(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
             for key in PARAMETERS
         ]
         rows.append([name, *cells])
@@ -49,7 +49,7 @@ def one_by_one(kinds: Mapping[str, str], datasets: Datasets) -> Iterator[tuple[s
             for raced in dataset["motion"].values:
                 yield f"{breakable(name)}: {breakable(str(raced))}", dataset.sel(motion=raced)
         else:
-            yield f"{breakable(name)}: {kind_words(kinds[name], dataset)}", dataset
+            yield f"{breakable(name)}: {kind_text(kinds[name], dataset)}", dataset
 
 
 def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:
@@ -65,13 +65,13 @@ def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:
     return Table(["scene", "effects", "outputs"], rows, caption, ("auto", "1fr", "auto"), left=3)
 
 
-def kind_words(kind: str, dataset: xr.Dataset) -> str:
+def kind_text(kind: str, dataset: xr.Dataset) -> str:
     """Write the kind of scene and what it runs over beside parameters."""
     if dataset.sizes.get("tau"):
         begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
-        return f"{kind}, τ = {number(begin)} … {number(end)}"
+        return f"{kind}, τ = {format_number(begin)} … {format_number(end)}"
     grids = [
-        f"{PLAIN_SYMBOLS[key]} = {grid_words(dataset[key].values)}"
+        f"{PLAIN_SYMBOLS[key]} = {grid_text(dataset[key].values)}"
         for key in OTHER_GRIDS
         if key in dataset.coords and dataset[key].ndim
     ]

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHARDS_PER_THREAD = 8
-MOST_ROWS = 8192
+MAX_ROWS = 8192
 INSTALL = "pip install 'vibropipe[dask]'"
 
 # Not every threading layer of numba bears two parallel regions at once: tasks of a worker take turns,
 # each on all of its threads.
-_turn = threading.Lock()
+_solve_lock = threading.Lock()
 
 
-def solve_on(
+def solve_on_cluster(
     client: Any, solve: Callable[[int, int], xr.Dataset], grid: SweepGrid
 ) -> list[xr.Dataset]:
     """Shards of a sweep, each `solve(row_start, row_stop)` on some worker of the dask cluster behind client.
@@ -54,7 +54,7 @@ def solve_on(
         client.cancel(futures)
 
 
-def gathered(client: Any, over: Mapping[str, Any]) -> dict[str, Any]:
+def computed_values(client: Any, over: Mapping[str, Any]) -> dict[str, Any]:
     """The swept values, those that are dask collections computed on the cluster that may hold them."""
     check_client(client)
     from dask.base import is_dask_collection
@@ -81,7 +81,7 @@ def check_client(client: Any) -> None:
 
 def _cuts(grid: SweepGrid, threads: int) -> list[int]:
     """Ends of shards: some for each thread, so that a slow or lost worker holds up little."""
-    most = max(1, MOST_ROWS // grid.chain_length)
+    most = max(1, MAX_ROWS // grid.chain_length)
     return grid.cuts(
         min(grid.chains, max(SHARDS_PER_THREAD * max(1, threads), -(-grid.chains // most)))
     )
@@ -100,7 +100,7 @@ def _solve(
             f"worker {worker.address} has other kernels ({kernel_hash()}) than the client ({expected}): "
             "install the same version of vibropipe on both"
         )
-    with _turn:
+    with _solve_lock:
         there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
         numba.set_num_threads(int(np.clip(worker.state.nthreads, 1, there_are)))
         return solve(row_start, row_stop)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.physics.conservative import Arc, on_arc, speed_at, top_support
+from vibropipe.physics.conservative import Arc, arc_state, speed_at, top_support
 from vibropipe.solve.contacts import Contacts
 
 # Times, supports and velocities before impact of the contacts at one support.
@@ -18,7 +18,7 @@ NONE: Met = np.empty(0), np.empty(0, np.int8), np.empty(0)
 @jit
 def _sample(a: Arc, tau: np.ndarray, x: np.ndarray, v: np.ndarray) -> None:
     for i in range(tau.size):
-        x[i], v[i] = on_arc(a, tau[i])
+        x[i], v[i] = arc_state(a, tau[i])
 
 
 def positions(a: Arc, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def _times(a: Arc, at: float, span: float, moving_in: bool) -> np.ndarray:
     """Times in [0, span] at which the motion passes the end that lies `at` after its upper end; one at the
     very start counts when the mass moves in."""
     period = 2 * a.half
-    first = at - a.since
+    first = at - a.time_from_top
     if first < 0 or (first == 0 and not moving_in):
         first += period
     return first + period * np.arange(max(0, math.floor((span - first) / period) + 1))

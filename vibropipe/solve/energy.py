@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.state import begin
+from vibropipe.march.state import initial_state
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
@@ -36,10 +36,10 @@ def work_of_flights(
     """
     e, p = effects, exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
-    state = begin(e, p, exact_grid(e, p), turns[0], *start)
+    state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
     found = np.zeros(4)
     # A rest at the end is in the log: the motion ends in no state of its own.
-    end = state._replace(order=0)
+    end = state._replace(mode=0)
     add_energy(e, p, *start, turns[0], turns[1], end, log, found, np.empty(ORDER + 1))
     return found
 

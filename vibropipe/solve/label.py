@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.orbits.outputs import Rows
+from vibropipe.orbits.outputs import RowResults
 from vibropipe.solve.rows import PHASES
 from vibropipe.solve.unsolved import is_solved
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
-def label_rows(rows: Rows, parameters: np.ndarray) -> Variables:
+def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results of parameters
     (rows, 7)."""
     # A motion without an orbit is measured at multiples of the forcing frequency.
@@ -35,7 +35,7 @@ def label_rows(rows: Rows, parameters: np.ndarray) -> Variables:
         "periods_to_settle": (("row",), rows.settled_after),
         "displacement_strobe": (("row",), section[:, 0]),
         "velocity_strobe": (("row",), section[:, 1]),
-        "window_periods": (("row",), rows.window),
+        "window_periods": (("row",), rows.window_periods),
     }
     if rows.amplitudes.size > 0:
         variables |= _harmonics(rows.amplitudes, base)
@@ -66,7 +66,7 @@ def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
     return variables
 
 
-def _impacts(rows: Rows) -> Variables:
+def _impacts(rows: RowResults) -> Variables:
     position = rows.impact_position
     whole = np.floor(position)
     return {
@@ -75,7 +75,7 @@ def _impacts(rows: Rows) -> Variables:
         "impact_period": (("impact",), whole.astype(np.int32)),
         "impact_support": (("impact",), rows.impact_support),
         "impact_velocity": (("impact",), rows.impact_velocity),
-        "impact_velocity_max": (("row", "support"), rows.largest),
+        "impact_velocity_max": (("row", "support"), rows.impact_velocity_max),
     }
 
 
@@ -130,10 +130,10 @@ def take_rows(variables: Variables, rows: np.ndarray) -> Variables:
     """The variables with their rows in another order, ragged entries moving with their rows."""
     if np.array_equal(rows, np.arange(len(rows))):
         return variables
-    taken = {}
+    selected = {}
     for name, (dims, values) in variables.items():
         if dims[0] == "row":
-            taken[name] = (dims, values[rows])
+            selected[name] = (dims, values[rows])
         else:
-            taken[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
-    return taken
+            selected[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
+    return selected

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibropipe.march.grid import Grid, newmark_grid
-from vibropipe.physics.effects import Effects, asked_effects
+from vibropipe.march.grid import StepGrid, newmark_grid
+from vibropipe.physics.effects import Effects, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import STEPS_PER_PERIOD
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
 from vibropipe.solve.motion_dataset import to_dataset
-from vibropipe.solve.run import Task, check_whole, run_motion, turns_of
+from vibropipe.solve.run import MotionRequest, check_whole, run_motion, span_in_turns
 from vibropipe.words.methods import METHODS
 
 if TYPE_CHECKING:
@@ -111,17 +111,17 @@ def simulate(
        (2000) 43.
     """
     x, v = exciter.check_start(x0, v0)
-    turns_of(exciter, tau_start, tau_end)
+    span_in_turns(exciter, tau_start, tau_end)
     values, span = exciter.parameters()._asdict(), tau_end - tau_start
     is_exact = method == "exact" and accuracy is None
-    task = Task(
+    request = MotionRequest(
         tau_start,
         tau_end,
         x,
         v,
         samples_per_period,
         max_impacts,
-        effects=asked_effects(effects, values, x, v, span, exact=is_exact),
+        effects=resolve_effects(effects, values, x, v, span, exact=is_exact),
         energy=energy,
         progress=progress,
     )
@@ -130,14 +130,14 @@ def simulate(
             raise ParameterError(
                 f"accuracy = {accuracy!r}: allowed without method and steps_per_period, which it chooses"
             )
-        return simulate_to_accuracy(exciter, task, accuracy)
-    grid = _grid(exciter, task.effects, method, steps_per_period)
-    return to_dataset(exciter, task, run_motion(exciter, task, grid))
+        return simulate_to_accuracy(exciter, request, accuracy)
+    grid = _grid(exciter, request.effects, method, steps_per_period)
+    return to_dataset(exciter, request, run_motion(exciter, request, grid))
 
 
 def _grid(
     exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None
-) -> Grid | None:
+) -> StepGrid | None:
     """Return the grid of Newmark's method; None for the exact method, which chooses its own."""
     if method not in METHODS:
         raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")

@@ -17,8 +17,8 @@ import numpy as np
 
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
-from vibropipe.orbits.outputs import Rows
-from vibropipe.orbits.row import row_parameters, sample_row, solve_in_order
+from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.row import row_parameters, sample_row, solve_row_chains
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import ORDER
@@ -32,13 +32,13 @@ PHASES = 256
 ORBIT_LOG_CAPACITY = 8192
 ORBIT_REST_CAPACITY = 512
 # Seconds between two words of progress.
-TELL_EVERY = 0.25
+PROGRESS_INTERVAL = 0.25
 
 # Of each part of some chains its solutions, when they are there.
-Solving = Future[list[list[Rows]]]
+Solving = Future[list[list[RowResults]]]
 
 
-class Room(NamedTuple):
+class ImpactBuffer(NamedTuple):
     """Where the impacts of some rows go, side by side: few rows have many, so that most of it is never touched."""
 
     position: np.ndarray
@@ -59,30 +59,30 @@ def _pages(rows: int, kind: type) -> np.ndarray:
     return np.frombuffer(pages, kind).reshape(ORBIT_LOG_CAPACITY, rows)
 
 
-def new_room(rows: int) -> Room:
+def new_impact_buffer(rows: int) -> ImpactBuffer:
     """Room for ORBIT_LOG_CAPACITY impacts of each of so many rows."""
-    return Room(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
+    return ImpactBuffer(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
 
 
-NO_ROOM = new_room(0)
+NO_IMPACT_BUFFER = new_impact_buffer(0)
 
 
-def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Rows:
-    """Empty results of n rows; arrays only for the outputs named. room: for the impacts of as many rows, at least,
+def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer) -> RowResults:
+    """Empty results of n rows; arrays only for the outputs named. buffer: for the impacts of as many rows, at least,
     if they are asked for."""
-    asked = {name: name in outputs for name in OUTPUTS}
+    requested = {name: name in outputs for name in OUTPUTS}
 
     def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray:
-        return np.zeros((n if when is None or asked[when] else 0, *shape), kind)
+        return np.zeros((n if when is None or requested[when] else 0, *shape), kind)
 
-    listed = room if asked["impacts"] else NO_ROOM
-    return Rows(
+    listed = buffer if requested["impacts"] else NO_IMPACT_BUFFER
+    return RowResults(
         regime=np.zeros(n, np.int8),
         frequency=np.zeros(n),
         status=np.zeros(n, np.int8),
         period_multiple=np.zeros(n, np.int32),
         settled_after=np.zeros(n, np.int32),
-        window=np.zeros(n, np.int32),
+        window_periods=np.zeros(n, np.int32),
         residual=np.full(n, np.nan),
         section=np.zeros((n, 2)),
         impacts=np.zeros((n, 2)),
@@ -93,26 +93,26 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], room: Room) -> Ro
         impact_position=listed.position,
         impact_velocity=listed.velocity,
         impact_support=listed.support,
-        largest=zeros(2, when="impacts"),
+        impact_velocity_max=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
     )
 
 
 @jit_nogil
-def drive(
+def solve_piece(
     e: Effects,
     parameters: np.ndarray,
     starts: np.ndarray,
     chain_length: int,
     max_periods: int,
     patience: int,
-    out: Rows,
+    out: RowResults,
 ) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
-    solve_in_order(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
+    solve_row_chains(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
 
 @jit_nogil
@@ -147,23 +147,23 @@ class _Solver:
     room_rows: int
     own: threading.local = field(default_factory=threading.local)
 
-    def solve(self, values: np.ndarray, seeds: np.ndarray) -> Rows:
+    def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
         """Solve parameters (rows, 7) from starts (rows, 2)."""
         # Of each thread its own, kept: a page touched for the first time costs more than a row.
         if not hasattr(self.own, "room"):
-            self.own.room = new_room(self.room_rows)
+            self.own.room = new_impact_buffer(self.room_rows)
         out = new_rows(len(values), self.harmonics, self.outputs, self.own.room)
         chain = max(1, min(self.chain_length, len(values)))
-        drive(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
+        solve_piece(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
         if "motion" in self.outputs:
             # Rows in closed form were never marched and have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
             _sample(self.effects, values, out.section, marched, out.motion)
         return mask_unsolved(_compact(out))
 
-    def piece(self, ends: Sequence[int]) -> list[list[Rows]]:
+    def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
         """Solve whole chains, or the parts of one, one after the other; of each part its solutions."""
-        solved: list[list[Rows]] = []
+        solved: list[list[RowResults]] = []
         for first, stop in pairwise(ends):
             sets = self.parameters(first, stop)
             seeds = [row_starts(values, *self.start) for values in sets]
@@ -185,7 +185,7 @@ def solve_rows(
     outputs: tuple[str, ...],
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
-) -> Generator[tuple[int, list[Rows]]]:
+) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
 
     While a block is looked at other threads solve the next, and no more.
@@ -205,7 +205,7 @@ def solve_rows(
 
     Yields
     ------
-    (int, list of Rows)
+    (int, list of RowResults)
         The end of a block and its solutions, in order.
     """
     work = [ends for block in blocks for ends in block]
@@ -215,12 +215,12 @@ def solve_rows(
     count = numba.get_num_threads()
     if count == 1:
         for block in blocks:
-            parts: list[list[Rows]] = []
+            parts: list[list[RowResults]] = []
             for ends in block:
                 parts += solver.piece(ends)
                 if progress is not None:
                     progress(ends[-1])
-            yield block[-1][-1], joined(parts)
+            yield block[-1][-1], concatenate_solutions(parts)
         return
     # Compiled or loaded once, before threads ask for it side by side.
     solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
@@ -229,26 +229,26 @@ def solve_rows(
     try:
         for block in blocks:
             # Of blocks of a piece or two so many that no thread waits.
-            most = 2 * max(len(block), count)
-            for ends in islice(left, most - len(waiting)):
+            limit = 2 * max(len(block), count)
+            for ends in islice(left, limit - len(waiting)):
                 waiting.append(threads.submit(solver.piece, ends))
             pieces = [waiting.popleft() for _ in block]
-            yield block[-1][-1], finished(pieces, block, progress)
+            yield block[-1][-1], gather_block(pieces, block, progress)
     finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
         threads.shutdown(cancel_futures=True)
 
 
-def finished(
+def gather_block(
     pieces: list[Solving],
     block: Sequence[Sequence[int]],
     progress: Callable[[int], None] | None,
-) -> list[Rows]:
+) -> list[RowResults]:
     """The solutions of a block when all its pieces are solved, which are taken from the list: they are not
     kept beside them."""
     undone: Collection[Solving] = pieces
     # Once for all: to be woken for each piece takes time from the threads that solve.
     while undone:
-        done, undone = wait(pieces, TELL_EVERY, FIRST_EXCEPTION)
+        done, undone = wait(pieces, PROGRESS_INTERVAL, FIRST_EXCEPTION)
         for piece in done:
             piece.result()  # raises what was raised there
         if progress is not None:
@@ -256,25 +256,26 @@ def finished(
             progress(block[0][0] + sum(ends[-1] - ends[0] for ends in of_them))
     parts = [part for piece in pieces for part in piece.result()]
     pieces.clear()
-    return joined(parts)
+    return concatenate_solutions(parts)
 
 
-def joined(parts: Sequence[Sequence[Rows]]) -> list[Rows]:
+def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResults]:
     """The solutions of a block from those of its parts, in order."""
     return [
-        Rows(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*parts, strict=True)
+        RowResults(*map(np.concatenate, zip(*each, strict=True)))
+        for each in zip(*parts, strict=True)
     ]
 
 
-def _compact(out: Rows) -> Rows:
+def _compact(out: RowResults) -> RowResults:
     """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
     sizes = out.impact_count
     if sizes.size == 0:
         return out
     row = np.repeat(np.arange(sizes.size), sizes)
-    place = np.arange(row.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    index = np.arange(row.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return out._replace(
-        impact_position=out.impact_position[place, row],
-        impact_velocity=out.impact_velocity[place, row],
-        impact_support=out.impact_support[place, row],
+        impact_position=out.impact_position[index, row],
+        impact_velocity=out.impact_velocity[index, row],
+        impact_support=out.impact_support[index, row],
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.march.grid import Grid, Instant, exact_grid, locate
+from vibropipe.march.grid import Instant, StepGrid, exact_grid, grid_time
 from vibropipe.march.log import (
     COUNTS,
     SHORT_FLIGHTS,
@@ -16,14 +16,14 @@ from vibropipe.march.log import (
     new_log,
 )
 from vibropipe.march.loop import march
-from vibropipe.march.state import REST, begin
-from vibropipe.physics.conservative import arc, is_free
+from vibropipe.march.state import REST, initial_state
+from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
-from vibropipe.physics.exciter import Exciter, ParameterError, number
+from vibropipe.physics.exciter import Exciter, ParameterError, as_float
 from vibropipe.physics.flow import ORDER
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD, within_text
-from vibropipe.physics.linear import keeps_off
+from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve import linear_motion as linear
 from vibropipe.solve.conservative_motion import contacts, positions
 from vibropipe.solve.contacts import Contacts, contacts_of, take
@@ -34,10 +34,10 @@ from vibropipe.words.status import Status
 MARCH_LOG_CAPACITY = 1024
 
 
-class Task(NamedTuple):
+class MotionRequest(NamedTuple):
     """What is wanted of a motion: from (x, v) at tau_start to tau_end, and how it is recorded.
 
-    x_doubt, v_doubt: how far the start itself may be wrong; the others as of `simulate`.
+    x_uncertainty, v_uncertainty: how far the start itself may be wrong; the others as of `simulate`.
     """
 
     tau_start: float
@@ -46,14 +46,14 @@ class Task(NamedTuple):
     v: float
     samples_per_period: int = 256
     max_impacts: int = 10_000_000
-    x_doubt: float = 0.0
-    v_doubt: float = 0.0
+    x_uncertainty: float = 0.0
+    v_uncertainty: float = 0.0
     effects: Effects = ALL_EFFECTS
     energy: bool = False
     progress: Callable[[int], None] | None = None
 
 
-class Run(NamedTuple):
+class MotionResult(NamedTuple):
     """What a motion left.
 
     Attributes
@@ -83,94 +83,98 @@ class Run(NamedTuple):
     counts: np.ndarray
     turns: tuple[float, float]
     after: np.ndarray
-    work: np.ndarray | None = None
+    energy_terms: np.ndarray | None = None
 
 
 # Contacts, and (x, x') at the samples and at the end.
 Solution = tuple[Contacts, np.ndarray, np.ndarray]
 
 
-def run_motion(exciter: Exciter, task: Task, grid: Grid | None = None) -> Run:
+def run_motion(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid | None = None
+) -> MotionResult:
     """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
-    if not task.energy:
-        return _run(exciter, task, grid)
+    if not request.energy:
+        return _run(exciter, request, grid)
     newmark = None if grid is None or grid.exact is not None else grid
     if newmark is None:
-        run = steps = _run(exciter, task, grid)
+        run = steps = _run(exciter, request, grid)
     else:
-        steps = _run(exciter, task._replace(samples_per_period=newmark.steps), grid)
+        steps = _run(exciter, request._replace(samples_per_period=newmark.steps), grid)
         # Recorded or not a motion rounds differently, and one with many impacts shows it: so it is the one recorded.
         none = np.empty(0)
         run = steps._replace(displacement=none, velocity=none, after=none)
-        if task.samples_per_period > 0:
-            run = _run(exciter, task, grid)
+        if request.samples_per_period > 0:
+            run = _run(exciter, request, grid)
     if not math.isfinite(run.end[0]):
-        return run._replace(work=np.full(4, math.nan))
+        return run._replace(energy_terms=np.full(4, math.nan))
     if newmark is None:
-        start = task.x, task.v
-        work = work_of_flights(exciter, task.effects, start, run.turns, run.contacts)
+        start = request.x, request.v
+        work = work_of_flights(exciter, request.effects, start, run.turns, run.contacts)
     else:
         at = np.append(run.turns[0] + steps.after, run.turns[1])
         states = np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1])
         work = work_of_steps(exciter, at, *states, run.contacts)
-    return run._replace(work=work)
+    return run._replace(energy_terms=work)
 
 
-def _run(exciter: Exciter, task: Task, grid: Grid | None) -> Run:
-    turns = turns_of(exciter, task.tau_start, task.tau_end)
-    check_whole("samples_per_period", task.samples_per_period, SAMPLES_PER_PERIOD)
-    closed = has_closed_form(exciter, task) if grid is None else None
+def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> MotionResult:
+    turns = span_in_turns(exciter, request.tau_start, request.tau_end)
+    check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
+    closed = closed_form_solver(exciter, request) if grid is None else None
     if closed is None:
-        grid = exact_grid(task.effects, exciter.parameters()) if grid is None else grid
-        _check_steps(task, (turns[1] - turns[0]) * grid.steps)
-        run = _march(exciter, task, grid, turns)
+        grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
+        _check_steps(request, (turns[1] - turns[0]) * grid.steps)
+        run = _march(exciter, request, grid, turns)
     else:
-        after = sample_times(turns, task.samples_per_period)
-        struck, xs, vs = closed(exciter, task, turns, after)
+        after = sample_times(turns, request.samples_per_period)
+        struck, xs, vs = closed(exciter, request, turns, after)
         end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
-        run = Run(Status.OK, struck, xs[:-1], vs[:-1], end, worked, turns, after)
+        run = MotionResult(Status.OK, struck, xs[:-1], vs[:-1], end, worked, turns, after)
     if run.displacement.size > 0:
         # The start as it was given, on a support before the impact.
-        run.displacement[0], run.velocity[0] = task.x, task.v
+        run.displacement[0], run.velocity[0] = request.x, request.v
     return run
 
 
-def has_closed_form(exciter: Exciter, task: Task) -> Callable[..., Solution] | None:
+def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[..., Solution] | None:
     """What solves a motion without a march: one that is conservative, or one that strikes nothing."""
     p = exciter.parameters()
-    if task.effects.watched is None and is_free(p, task.x, task.v):
-        return _free
-    turn = task.tau_start * exciter.nu / (2 * math.pi) % 1.0
-    return _linear if keeps_off(p, task.x, task.v, turn) else None
+    if request.effects.watched is None and is_conservative(p, request.x, request.v):
+        return _conservative
+    turn = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
+    return _linear if stays_off_supports(p, request.x, request.v, turn) else None
 
 
 def _linear(
-    exciter: Exciter, task: Task, turns: tuple[float, float], after: np.ndarray
+    exciter: Exciter, request: MotionRequest, turns: tuple[float, float], after: np.ndarray
 ) -> Solution:
     """A motion that strikes nothing, in closed form."""
     start, end = turns
     after = np.append(after, end - start)
-    xs, vs = linear.positions(exciter.parameters(), task.x, task.v, start % 1.0, after)
+    xs, vs = linear.positions(exciter.parameters(), request.x, request.v, start % 1.0, after)
     if end == start:
-        xs[-1], vs[-1] = task.x, task.v
+        xs[-1], vs[-1] = request.x, request.v
     return contacts_of(take(new_log(1, 1)), 1.0), xs, vs
 
 
-def _free(exciter: Exciter, task: Task, _turns: tuple[float, float], after: np.ndarray) -> Solution:
+def _conservative(
+    exciter: Exciter, request: MotionRequest, _turns: tuple[float, float], after: np.ndarray
+) -> Solution:
     """A conservative motion, in closed form."""
-    x, v, span = task.x, task.v, task.tau_end - task.tau_start
+    x, v, span = request.x, request.v, request.tau_end - request.tau_start
     a = arc(exciter.parameters(), x, v)
     xs, vs = positions(a, np.append(after * exciter.period, span))
     struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
-        struck[name] += task.tau_start
+        struck[name] += request.tau_start
     return struck, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
-def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
+def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
     """Beginning and end in forcing periods; ParameterError for times that cannot be."""
-    start = number("tau_start", tau_start, "a finite number >= 0")
-    end = number("tau_end", tau_end, "a finite number >= tau_start")
+    start = as_float("tau_start", tau_start, "a finite number >= 0")
+    end = as_float("tau_end", tau_end, "a finite number >= tau_start")
     if not (math.isfinite(start) and start >= 0):
         raise ParameterError(f"tau_start = {start!r}: allowed is a finite number >= 0")
     if not (math.isfinite(end) and end >= start):
@@ -181,10 +185,10 @@ def turns_of(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float,
     return turns
 
 
-def _check_steps(task: Task, steps: float) -> None:
+def _check_steps(request: MotionRequest, steps: float) -> None:
     if steps > MAX_MARCH_STEPS:
         raise ParameterError(
-            f"tau_end = {task.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_MARCH_STEPS:g}"
+            f"tau_end = {request.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_MARCH_STEPS:g}"
         )
 
 
@@ -208,46 +212,48 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
     return np.arange(count) / max(per_period, 1)
 
 
-def _march(exciter: Exciter, task: Task, grid: Grid, turns: tuple[float, float]) -> Run:
+def _march(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
+) -> MotionResult:
     """March to the end, emptying the log, and telling of it, whenever it is full."""
-    e, p = task.effects, exciter.parameters()
-    state = begin(e, p, grid, turns[0], task.x, task.v)
+    e, p = request.effects, exciter.parameters()
+    state = initial_state(e, p, grid, turns[0], request.x, request.v)
     after, samples = np.empty(0), None
-    if task.samples_per_period > 0:
-        after = sample_times(turns, task.samples_per_period)
+    if request.samples_per_period > 0:
+        after = sample_times(turns, request.samples_per_period)
         empty = np.full(after.size, np.nan), np.full(after.size, np.nan)
         at = state.period * grid.steps + state.step, state.theta
-        samples = Samples(*empty, 1, int(task.samples_per_period), *at)
+        samples = Samples(*empty, 1, int(request.samples_per_period), *at)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
     c = np.empty(3 if grid.exact is None else ORDER + 1)
-    end: Instant = locate(turns[1], grid.steps)
+    end: Instant = grid_time(turns[1], grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
-    events, told = 0, int(state.period)
+    events, reported_period = 0, int(state.period)
     while True:
-        left = task.max_impacts - events
+        left = request.max_impacts - events
         state, status = march(e, p, grid, state, end, log, samples, c, left)
         pieces.append(take(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
-        if task.progress is not None:
-            task.progress(int(state.period) - told)
-            told = int(state.period)
-        if events > task.max_impacts:
+        if request.progress is not None:
+            request.progress(int(state.period) - reported_period)
+            reported_period = int(state.period)
+        if events > request.max_impacts:
             status = Status.MAX_IMPACTS
         if status != Status.LOG_FULL:
             break
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
         status = Status.SHORT_FLIGHTS
-    if state.order == REST:
+    if state.mode == REST:
         ended = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
         pieces.append({name: np.array([value]) for name, value in ended.items()})
     columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
-    place = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
-    return Run(
+    end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
+    return MotionResult(
         Status(status),
         contacts_of(columns, exciter.period),
         np.empty(0) if samples is None else samples.displacement,
         np.empty(0) if samples is None else samples.velocity,
-        place if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
+        end_state if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
         log.counts.copy(),
         turns,
         after,

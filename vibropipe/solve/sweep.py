@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.outputs import Rows
+from vibropipe.orbits.outputs import RowResults
 from vibropipe.physics import limits
-from vibropipe.physics.effects import asked_effects, names_of
+from vibropipe.physics.effects import effect_names, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
-from vibropipe.solve.accuracy.row_errors import nudged_rows, row_errors, told
-from vibropipe.solve.cluster import gathered, solve_on
+from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with_error
+from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow, SweepGrid, row_blocks
@@ -99,12 +99,12 @@ def sweep(
     Equations (5) and (6) of the paper are the model; contiguous ragged arrays are those of the CF conventions,
     section 9.3.3.
     """
-    grid = grid_of(exciter, over if client is None else gathered(client, over), follow)
+    grid = grid_of(exciter, over if client is None else computed_values(client, over), follow)
     asked: dict[str, Any] = {"follow": follow, "outputs": outputs, "effects": effects}
     asked |= {"x0": x0, "v0": v0, "harmonics": harmonics, "accuracy": accuracy}
     asked["patience"] = patience
     solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, grid.values, **asked)
-    shards = [solve(0, grid.rows)] if client is None else solve_on(client, solve, grid)
+    shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
     return assemble(shards, grid.values, follow)
 
 
@@ -190,23 +190,23 @@ def solve_blocks(
             f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {grid.rows} "
             f"at multiples of {grid.chain_length}"
         )
-    asked = _check_outputs(outputs)
+    requested = _check_outputs(outputs)
     _check_whole("harmonics", harmonics, limits.HARMONICS)
     _check_whole("patience", patience, limits.PATIENCE)
     wanted = None if accuracy is None else check_accuracy(accuracy)
     x0, v0 = _check_corners(grid, x0, v0)
     # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
     values = {**grid.shared, **grid.values}
-    e = asked_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
-    attrs = {"effects": ", ".join(names_of(e)), "start": start_text(values, x0, v0)}
+    e = resolve_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
+    attrs = {"effects": ", ".join(effect_names(e)), "start": start_text(values, x0, v0)}
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)
         mine = grid.parameters(Parameters._fields, numbers)
-        return [mine] if wanted is None else [mine, nudged_rows(mine)]
+        return [mine] if wanted is None else [mine, perturbed_rows(mine)]
 
     cut = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
-    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, asked
+    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested
     with closing(solve_rows(cut, parameters, *solver, progress, e)) as blocks:
         begin = 0
         for stop, solved in blocks:
@@ -219,7 +219,7 @@ def _label(
     grid: SweepGrid,
     start: int,
     parameters: Sequence[np.ndarray],
-    solved: Sequence[Rows],
+    solved: Sequence[RowResults],
     wanted: float | None,
     harmonics: int,
     attrs: Mapping[str, Any],
@@ -231,7 +231,7 @@ def _label(
     stop = start + len(parameters[0])
     found, *again = map(label_rows, solved, parameters)
     if wanted is not None:
-        found = told(found, row_errors(parameters[0], found, *again), wanted)
+        found = with_error(found, row_errors(parameters[0], found, *again), wanted)
     found = take_rows(found, np.argsort(grid.solved(start, stop)))
     swept = grid.parameters(grid.dims, np.arange(start, stop))
     given: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}

@@ -22,7 +22,7 @@ Follow = tuple[str, str] | None
 DIRECTIONS = ("up", "down")
 # Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
 # Towards the end a share of what is left, and ever fewer, so that threads end together.
-ROWS_PER_CALL, LEAST_ROWS_PER_CALL, SHARE = 256, 64, 4
+ROWS_PER_CALL, MIN_ROWS_PER_CALL, TAIL_FRACTION = 256, 64, 4
 
 
 class Block(NamedTuple):
@@ -203,7 +203,7 @@ def row_blocks(
     blocks: list[list[list[int]]] = []
     first = begin = 0
     while first < rows:
-        most = min(ROWS_PER_CALL, max(LEAST_ROWS_PER_CALL, (rows - first) // SHARE))
+        most = min(ROWS_PER_CALL, max(MIN_ROWS_PER_CALL, (rows - first) // TAIL_FRACTION))
         stop = min(rows, first + max(1, most // chain_length) * chain_length)
         if not blocks or first - begin >= (rows if block_rows is None else block_rows):
             blocks.append([])

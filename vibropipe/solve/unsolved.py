@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.outputs import Rows
+from vibropipe.orbits.outputs import RowResults
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -17,7 +17,7 @@ def is_solved(status: np.ndarray) -> np.ndarray:
     return np.isin(status, SOLVED)
 
 
-def mask_unsolved(rows: Rows) -> Rows:
+def mask_unsolved(rows: RowResults) -> RowResults:
     """The same compacted results (`solve.rows`), nan and without contacts where a row is not solved.
 
     A row that has a number which is none is not solved either: status `not_finite`. Energies and samples are those
@@ -27,10 +27,10 @@ def mask_unsolved(rows: Rows) -> Rows:
     rows.status[lost] = Status.NOT_FINITE
     unsolved = ~is_solved(rows.status)
     rows.regime[unsolved] = Regime.UNRESOLVED
-    for counts in (rows.period_multiple, rows.window, rows.impacts, rows.rests):
+    for counts in (rows.period_multiple, rows.window_periods, rows.impacts, rows.rests):
         counts[unsolved] = 0
     rows.residual[unsolved] = np.inf
-    for values in (rows.amplitudes, rows.multipliers, rows.largest):
+    for values in (rows.amplitudes, rows.multipliers, rows.impact_velocity_max):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0
     for values in (rows.energy, rows.motion):
@@ -38,7 +38,7 @@ def mask_unsolved(rows: Rows) -> Rows:
     return _without_impacts(rows, unsolved)
 
 
-def _is_finite(rows: Rows) -> np.ndarray:
+def _is_finite(rows: RowResults) -> np.ndarray:
     """Whether all numbers are finite that a row must have, from the arrays there are of size."""
     orbit = rows.period_multiple > 0
     finite: np.ndarray = np.isfinite(rows.section).all(axis=1)
@@ -51,12 +51,12 @@ def _is_finite(rows: Rows) -> np.ndarray:
     ):
         if len(values):
             finite &= ~needed | np.isfinite(values).reshape(orbit.size, -1).all(axis=1)
-    if len(rows.largest):
-        finite &= (np.isfinite(rows.largest) | (rows.impacts == 0)).all(axis=1)
+    if len(rows.impact_velocity_max):
+        finite &= (np.isfinite(rows.impact_velocity_max) | (rows.impacts == 0)).all(axis=1)
     return finite
 
 
-def _without_impacts(rows: Rows, unsolved: np.ndarray) -> Rows:
+def _without_impacts(rows: RowResults, unsolved: np.ndarray) -> RowResults:
     """The results without the impacts listed of some rows."""
     count = rows.impact_count
     if not count.size or not count[unsolved].any():

@@ -7,9 +7,9 @@ of shards that are joined.
 from vibropipe.store.atomic import (
     NotWrittenError,
     StoreError,
-    check_whole,
+    atomic_file,
+    check_intact,
     remove_leftovers,
-    whole_file,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
 from vibropipe.store.files import (
@@ -30,8 +30,9 @@ __all__ = [
     "Difference",
     "NotWrittenError",
     "StoreError",
+    "atomic_file",
     "attributes_of",
-    "check_whole",
+    "check_intact",
     "compare",
     "compare_rows",
     "count_equal",
@@ -45,7 +46,6 @@ __all__ = [
     "remove_leftovers",
     "scene_files",
     "summary",
-    "whole_file",
     "write",
     "write_grid",
     "write_rows",

@@ -44,7 +44,7 @@ class NotWrittenError(StoreError):
 
 
 @contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; when the block ends well, it becomes ``path``.
 
     Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes them and the
@@ -63,7 +63,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 def scratch_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield the path of another file beside ``path`` for what goes into it; it is gone when the block ends.
 
-    Folders are made and errors told as by :func:`whole_file`.
+    Folders are made and errors told as by :func:`atomic_file`.
     """
     with _file_beside(Path(path), SCRATCH) as scratch:
         yield scratch
@@ -99,7 +99,7 @@ def seal(path: Path) -> None:
         file.write(SEAL_START + digest + b"\n")
 
 
-def check_whole(path: str | os.PathLike[str], every_byte: bool = True) -> None:
+def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
     """Raise StoreError, naming the file, unless it is as it was written.
 
     ``every_byte=False`` looks at its two ends alone: a missing, empty, truncated or foreign file

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.encoding import Stored, encode
-from vibropipe.store.shards import ROW, opened
+from vibropipe.store.encoding import StoredVariable, encode
+from vibropipe.store.shards import ROW, open_raw
 
 if TYPE_CHECKING:
     import netCDF4
@@ -50,7 +50,7 @@ def compare(
     """
     dim, places = part if part is not None else ("", ())
     found, items = [], encode(again)[0]
-    with opened(Path(path)) as file:
+    with open_raw(Path(path)) as file:
         for item in items:
             if skip(item.name):
                 continue
@@ -82,7 +82,7 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
     counted = [item for item in items if "sample_dimension" in item.attrs]
     varying = {ROW, *(item.attrs["sample_dimension"] for item in counted)}
     same = {item.name: _values(item) for item in items if not varying & set(item.dims)}
-    with opened(Path(path)) as file:
+    with open_raw(Path(path)) as file:
         missing = [n for n in (*grid.dims, *(i.name for i in items)) if n not in file.variables]
         if missing:
             return [Difference(missing[0], "", "nothing", "a quantity")]
@@ -109,7 +109,7 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
 
 def _row_of(
     variable: netCDF4.Variable,
-    item: Stored,
+    item: StoredVariable,
     own: int,
     row: int,
     grid: SweepGrid,
@@ -124,7 +124,7 @@ def _row_of(
     return variable[max(0, end - (last - first)) : end], _values(item)[first:last]
 
 
-def _values(item: Stored) -> np.ndarray:
+def _values(item: StoredVariable) -> np.ndarray:
     return np.asarray(item.values)
 
 

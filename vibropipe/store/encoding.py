@@ -32,7 +32,7 @@ PART_OF = "part_of"
 
 
 @dataclass(frozen=True)
-class Stored:
+class StoredVariable:
     """One variable as it lies on disk: every type is one of netCDF's, every attribute storable.
 
     ``values`` is None where they are streamed in later; ``grows`` says that the length of its first
@@ -49,13 +49,13 @@ class Stored:
     grows: bool = False
 
 
-def encode(dataset: xr.Dataset) -> tuple[list[Stored], dict[str, Any]]:
+def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
     """Turn a dataset in memory into its variables on disk and its global attributes.
 
     Coordinates come first, in the order of the vocabulary: xarray gives them no order of its own.
     """
     coords = {str(name): _names(dataset[name].dims) for name in sorted(dataset.coords, key=_rank)}
-    stored: list[Stored] = []
+    stored: list[StoredVariable] = []
     for name in [*coords, *dataset.data_vars]:
         variable = dataset.variables[name]
         dims = _names(variable.dims)
@@ -119,7 +119,7 @@ def _names(dims: Iterable[Any]) -> tuple[str, ...]:
 
 def _encode_values(
     name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]
-) -> list[Stored]:
+) -> list[StoredVariable]:
     """Return the variables that hold ``values``: two for complex ones, else one."""
     if values.dtype.kind == "c":
         long_name = attrs.get("long_name", name)
@@ -144,8 +144,10 @@ def _encode_values(
     return [_stored(name, dims, values, attrs)]
 
 
-def _stored(name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]) -> Stored:
-    return Stored(name, dims, values.shape, values.dtype, attrs, values)
+def _stored(
+    name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]
+) -> StoredVariable:
+    return StoredVariable(name, dims, values.shape, values.dtype, attrs, values)
 
 
 def chunk_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
@@ -172,8 +174,8 @@ def chunk_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
     return tuple(chunks)
 
 
-def create(
-    file: netCDF4.Dataset, variables: Iterable[Stored], attrs: Mapping[str, Any]
+def define_variables(
+    file: netCDF4.Dataset, variables: Iterable[StoredVariable], attrs: Mapping[str, Any]
 ) -> dict[str, netCDF4.Variable]:
     """Define ``variables`` and the global attributes in an open file, and fill what has values."""
     created = {}
@@ -190,7 +192,7 @@ def create(
     return created
 
 
-def _create(file: netCDF4.Dataset, item: Stored) -> netCDF4.Variable:
+def _create(file: netCDF4.Dataset, item: StoredVariable) -> netCDF4.Variable:
     filters: dict[str, Any] = {}
     if item.dims:
         chunks = item.chunks or chunk_shape(item.shape, CHUNK_BYTES // item.dtype.itemsize)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.store.atomic import StoreError, check_whole, seal, whole_file
-from vibropipe.store.encoding import PART_OF, create, encode, part_names
-from vibropipe.store.shards import OWN, opened, raw
+from vibropipe.store.atomic import StoreError, atomic_file, check_intact, seal
+from vibropipe.store.encoding import PART_OF, define_variables, encode, part_names
+from vibropipe.store.shards import ROW_RANGE_ATTRS, open_raw, raw
 from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
@@ -36,9 +36,9 @@ def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
     import netCDF4
 
     variables, attrs = encode(dataset)
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         with netCDF4.Dataset(temporary, "w") as file:
-            create(file, variables, attrs)
+            define_variables(file, variables, attrs)
         seal(temporary)
 
 
@@ -48,7 +48,7 @@ def read(path: str | PathLike[str]) -> xr.Dataset:
     Complex quantities are complex, truth values bool, text str. Every byte is checked: raises
     StoreError when the file is missing, truncated or damaged.
     """
-    check_whole(path)
+    check_intact(path)
     with _open(Path(path), chunks=None) as lazy:
         return lazy.load()
 
@@ -78,7 +78,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
 
     paths = _files_in(Path(folder))
     for path in paths:
-        check_whole(path, every_byte=False)
+        check_intact(path, every_byte=False)
     scenes = {path.stem: _open(path, chunks="auto") for path in paths}
     tree = xr.DataTree.from_dict(dict(scenes), name=Path(folder).name)
     files = ExitStack()
@@ -104,7 +104,7 @@ def read_scenes(
         raise StoreError(f"{folder} holds no dataset of {series(missing)}: solve the study first")
     datasets = {name: read(path) for name, path in paths.items()}
     for name, dataset in datasets.items():
-        if OWN[0] in dataset.attrs:
+        if ROW_RANGE_ATTRS[0] in dataset.attrs:
             raise StoreError(f"{paths[name]} is a shard of a sweep: join all of them first")
         if name in fingerprints and dataset.attrs.get("fingerprint") != fingerprints[name]:
             raise StoreError(
@@ -129,8 +129,8 @@ def scene_files(place: str | PathLike[str]) -> list[Path]:
 
 def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
     """Return the global attributes of a file every byte of which is checked; StoreError as ``read``."""
-    check_whole(path)
-    with opened(Path(path)) as file:
+    check_intact(path)
+    with open_raw(Path(path)) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 

@@ -17,17 +17,17 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.atomic import StoreError, seal, whole_file
+from vibropipe.store.atomic import StoreError, atomic_file, seal
 from vibropipe.store.encoding import (
     CHUNK_BYTES,
-    Stored,
+    StoredVariable,
     chunk_shape,
     coordinates_attribute,
-    create,
+    define_variables,
     storable,
 )
-from vibropipe.store.ragged import InOrder, Turned
-from vibropipe.store.shards import Shard, inspect, read_rows
+from vibropipe.store.ragged import ReorderingWriter, SequentialWriter
+from vibropipe.store.shards import Shard, read_headers, read_rows
 from vibropipe.words.vocabulary import attributes
 
 BLOCK_BYTES = 8 << 20
@@ -67,14 +67,14 @@ def join(
         when ``path`` cannot be written; ``path`` is then as it was.
     """
     path = Path(path)
-    shards = inspect([Path(shard) for shard in shard_paths], grid)
+    shards = read_headers([Path(shard) for shard in shard_paths], grid)
     asked = (attrs or {}).get("fingerprint")
     if asked is not None and shards[0].attrs.get("fingerprint") != asked:
         raise StoreError(
             f"{shards[0].path} is a shard of another study, or of this one before it was changed: "
             "solve its shards again"
         )
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)
         seal(temporary)
 
@@ -94,10 +94,12 @@ def _write(
     ragged = [item for item in variables if item.name in names]
     with ExitStack() as files:
         # room on the disk is taken before anything is written
-        turned = None if grid.in_order else Turned(ragged, shards, grid, path.parent, files)
+        turned = (
+            None if grid.in_order else ReorderingWriter(ragged, shards, grid, path.parent, files)
+        )
         file = files.enter_context(netCDF4.Dataset(path, "w"))
-        created = create(file, variables, attrs)
-        samples = turned or InOrder(created[item.name] for item in ragged)
+        created = define_variables(file, variables, attrs)
+        samples = turned or SequentialWriter(created[item.name] for item in ragged)
         blocks = list(grid.blocks(chunk_shape(grid.row_shape, block_rows)))
         rows = files.enter_context(closing(read_rows(shards, (block.stop for block in blocks))))
         for block, values in zip(blocks, rows, strict=True):
@@ -109,7 +111,7 @@ def _write(
         samples.finish(created)
 
 
-def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[Stored]]:
+def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredVariable]]:
     """Return the rows of a block, and the joined variables (values given where they are known)."""
     first = shards[0]
     totals = {dim: sum(shard.count(dim) for shard in shards) for dim in first.samples}
@@ -117,7 +119,9 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[Stored]
     row_bytes += sum(_bytes_each(i) * totals[i.dims[0]] // grid.rows for i in first.ragged)
     block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, row_bytes)))
     swept = [
-        Stored(name, (name,), values.shape, values.dtype, storable(attributes(name)), values)
+        StoredVariable(
+            name, (name,), values.shape, values.dtype, storable(attributes(name)), values
+        )
         for name, values in grid.values.items()
     ]
     joined = dict(first.variables)
@@ -141,7 +145,7 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[Stored]
     return block_rows, [*swept, *joined.values()]
 
 
-def _bytes_each(item: Stored) -> int:
+def _bytes_each(item: StoredVariable) -> int:
     """Return the bytes of a row, or of a sample, of a variable."""
     return item.dtype.itemsize * prod(item.shape[1:])
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.compiler import kernel_hash
-from vibropipe.store.atomic import StoreError, whole_file
+from vibropipe.store.atomic import StoreError, atomic_file
 
 PACKAGES = ("vibropipe", "numpy", "numba", "llvmlite", "xarray", "netCDF4")
 VECTOR_UNITS = ("avx512f", "avx2", "avx", "sse4_2", "sve", "asimd")
@@ -105,7 +105,7 @@ def write_sidecar(path: str | PathLike[str], seconds: float, threads: int, **mor
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         **more,
     }
-    with whole_file(sidecar_path(path)) as temporary:
+    with atomic_file(sidecar_path(path)) as temporary:
         temporary.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
 
 

@@ -19,7 +19,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.encoding import Stored
+from vibropipe.store.encoding import StoredVariable
 from vibropipe.store.shards import Shard, counts_of
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ ZEROS = bytes(1 << 20)
 AT_ONCE = 1 << 20
 
 
-class InOrder:
+class SequentialWriter:
     """Samples that lie in the order in which they come: each chunk of `variables` is written once, when full."""
 
     def __init__(self, variables: Iterable[netCDF4.Variable]) -> None:
@@ -60,7 +60,7 @@ class InOrder:
             self._variables[name][start : start + len(values)] = values
 
 
-class Turned:
+class ReorderingWriter:
     """Samples that come in another order than they lie in: kept on disk until all are there.
 
     `items` are the variables that they fill. Where the samples of each row lie is counted first, 8 bytes a row, on
@@ -69,7 +69,7 @@ class Turned:
 
     def __init__(
         self,
-        items: Sequence[Stored],
+        items: Sequence[StoredVariable],
         shards: Sequence[Shard],
         grid: SweepGrid,
         folder: Path,
@@ -77,13 +77,16 @@ class Turned:
     ) -> None:
         self._grid, self._items, self._counts = grid, items, shards[0].samples
         self._starts = {
-            dim: OnDisk(files, folder, (grid.rows,), np.dtype(np.int64)) for dim in self._counts
+            dim: ScratchArray(files, folder, (grid.rows,), np.dtype(np.int64))
+            for dim in self._counts
         }
         for dim, name in self._counts.items():
             self._locate(self._starts[dim], counts_of(shards, name))
-        self._kept = {item.name: OnDisk(files, folder, item.shape, item.dtype) for item in items}
+        self._kept = {
+            item.name: ScratchArray(files, folder, item.shape, item.dtype) for item in items
+        }
 
-    def _locate(self, starts: OnDisk, counts: Iterable[tuple[int, np.ndarray]]) -> None:
+    def _locate(self, starts: ScratchArray, counts: Iterable[tuple[int, np.ndarray]]) -> None:
         """Find where the samples of each row begin, from their number in each, in pieces with their first row."""
         for row, piece in counts:
             starts.scatter(self._grid.points(row, row + len(piece)), piece)
@@ -111,7 +114,7 @@ class Turned:
                 created[name][start : start + len(values)] = values
 
 
-class OnDisk:
+class ScratchArray:
     """An array in an unnamed scratch file in ``folder``; ``files`` closes it.
 
     It is mapped for each call alone: pages of a long map would count as memory of the process.

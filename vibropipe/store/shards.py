@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.atomic import AGAIN, StoreError, check_whole
-from vibropipe.store.encoding import NO_CACHE, Stored
+from vibropipe.store.atomic import AGAIN, StoreError, check_intact
+from vibropipe.store.encoding import NO_CACHE, StoredVariable
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import netCDF4
 
 ROW = "row"
-OWN = ("row_start", "row_stop")
-SAME = ("kernel_hash", "fingerprint")
+ROW_RANGE_ATTRS = ("row_start", "row_stop")
+IDENTITY_ATTRS = ("kernel_hash", "fingerprint")
 """Attributes in which shards of one sweep cannot differ: the code, and what was asked of it."""
 ROWS_AT_ONCE = 1 << 16
 """Of a swept parameter, when it is compared with the study."""
@@ -44,7 +44,7 @@ class Shard:
     start: int
     stop: int
     attrs: dict[str, Any]
-    variables: dict[str, Stored]
+    variables: dict[str, StoredVariable]
 
     @cached_property
     def samples(self) -> dict[str, str]:
@@ -53,12 +53,12 @@ class Shard:
         return {i.attrs["sample_dimension"]: i.name for i in items if "sample_dimension" in i.attrs}
 
     @property
-    def gridded(self) -> list[Stored]:
+    def gridded(self) -> list[StoredVariable]:
         """The variables over ``row``."""
         return [item for item in self.variables.values() if item.dims[:1] == (ROW,)]
 
     @property
-    def ragged(self) -> list[Stored]:
+    def ragged(self) -> list[StoredVariable]:
         """The variables over a sample dimension."""
         return [item for item in self.variables.values() if set(item.dims) & set(self.samples)]
 
@@ -82,7 +82,7 @@ def reading(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[netCDF4.Dataset]:
+def open_raw(path: Path) -> Iterator[netCDF4.Dataset]:
     """Open a netCDF4 file for reading raw values; StoreError if it cannot be read."""
     import netCDF4
 
@@ -109,7 +109,7 @@ def raw(path: Path) -> Iterator[h5py.File]:
         yield file
 
 
-def inspect(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
+def read_headers(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
     """Read the heads of shards, in the order of their rows.
 
     Raises StoreError when one is damaged or was solved with other parameters than those of the grid, when they
@@ -128,12 +128,12 @@ def inspect(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
 
 
 def _head(path: Path, grid: SweepGrid) -> Shard:
-    check_whole(path)
-    with opened(path) as file:
+    check_intact(path)
+    with open_raw(path) as file:
         attrs = {name: file.getncattr(name) for name in file.ncattrs()}
-        if not all(name in attrs for name in OWN):
-            raise StoreError(f"{path} is no shard: it has no {' and '.join(OWN)}")
-        start, stop = (int(attrs.pop(name)) for name in OWN)
+        if not all(name in attrs for name in ROW_RANGE_ATTRS):
+            raise StoreError(f"{path} is no shard: it has no {' and '.join(ROW_RANGE_ATTRS)}")
+        start, stop = (int(attrs.pop(name)) for name in ROW_RANGE_ATTRS)
         items = [_item(variable) for variable in file.variables.values()]
         sampled = {item.attrs.get("sample_dimension") for item in items}
         # numbers of rows and samples start anew in each shard
@@ -155,11 +155,13 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
     return shard
 
 
-def _item(variable: netCDF4.Variable) -> Stored:
+def _item(variable: netCDF4.Variable) -> StoredVariable:
     """Return a variable of a file without its values."""
     names = (name for name in variable.ncattrs() if name != "_FillValue")
     attrs = {name: variable.getncattr(name) for name in names}
-    return Stored(variable.name, tuple(variable.dimensions), variable.shape, variable.dtype, attrs)
+    return StoredVariable(
+        variable.name, tuple(variable.dimensions), variable.shape, variable.dtype, attrs
+    )
 
 
 def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> None:
@@ -223,7 +225,7 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
 def _check_alike(first: Shard, other: Shard) -> None:
     """Raise unless two shards come from one sweep."""
     between = f"{first.path} and {other.path} are not of one sweep"
-    for name in SAME:
+    for name in IDENTITY_ATTRS:
         if first.attrs.get(name) != other.attrs.get(name):
             raise StoreError(f"{between}: their {name} differs. Solve the older again")
     if list(first.variables) != list(other.variables):
@@ -241,7 +243,7 @@ def _check_alike(first: Shard, other: Shard) -> None:
             raise StoreError(f"{between}: {name} has other values")
 
 
-def _bytes(item: Stored) -> bytes:
+def _bytes(item: StoredVariable) -> bytes:
     return b"" if item.values is None else item.values.tobytes()
 
 

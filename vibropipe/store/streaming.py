@@ -9,11 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.atomic import scratch_file, seal, whole_file
-from vibropipe.store.encoding import CHUNK_BYTES, Stored, chunk_shape, create, encode
+from vibropipe.store.atomic import atomic_file, scratch_file, seal
+from vibropipe.store.encoding import (
+    CHUNK_BYTES,
+    StoredVariable,
+    chunk_shape,
+    define_variables,
+    encode,
+)
 from vibropipe.store.joining import join
-from vibropipe.store.ragged import InOrder
-from vibropipe.store.shards import OWN, ROW
+from vibropipe.store.ragged import SequentialWriter
+from vibropipe.store.shards import ROW, ROW_RANGE_ATTRS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +35,7 @@ def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: in
     Each is written before the next one is asked for. Raises NotWrittenError as :func:`write`,
     ValueError where rows are missing; ``path`` is then as it was.
     """
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         _stream(blocks, temporary, rows)
 
 
@@ -53,15 +59,15 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
         for block in blocks:
             stored, attrs = encode(block)
             if not created:
-                first = int(attrs[OWN[0]])
-                attrs |= dict(zip(OWN, (first, first + rows), strict=True))
+                first = int(attrs[ROW_RANGE_ATTRS[0]])
+                attrs |= dict(zip(ROW_RANGE_ATTRS, (first, first + rows), strict=True))
                 laid_out = _layout(stored, rows)
-                created = create(file, laid_out, attrs)
+                created = define_variables(file, laid_out, attrs)
                 over_rows = [item.name for item in laid_out if item.dims[:1] == (ROW,)]
-                samples = InOrder(created[item.name] for item in laid_out if item.grows)
-            if int(block.attrs[OWN[0]]) != first + written:
+                samples = SequentialWriter(created[item.name] for item in laid_out if item.grows)
+            if int(block.attrs[ROW_RANGE_ATTRS[0]]) != first + written:
                 raise ValueError(
-                    f"block of row {block.attrs[OWN[0]]}: row {first + written} is next"
+                    f"block of row {block.attrs[ROW_RANGE_ATTRS[0]]}: row {first + written} is next"
                 )
             values = {item.name: item.values for item in stored if item.values is not None}
             start, written = written, written + block.sizes[ROW]
@@ -74,7 +80,7 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
     seal(path)
 
 
-def _layout(stored: Iterable[Stored], rows: int) -> list[Stored]:
+def _layout(stored: Iterable[StoredVariable], rows: int) -> list[StoredVariable]:
     """Return the variables of the first block as they lie in a file of so many rows.
 
     A chunk holds rows of one block; the dimension of samples grows with them.

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from vibropipe.scenes.keys.problems import Path, Problem
+from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study.models import Study
 
 
-def check_study(study: Study, broken: frozenset[Path]) -> Iterator[Problem]:
+def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
     """Yield every fault of the scenes; `broken` are paths of the study already reported."""
     shared = {path[1:] for path in broken if path[:1] == ("exciter",) and len(path) > 1}
     faulty = {str(path[1]) for path in broken if path[:1] == ("scenes",) and len(path) == 2}
     for name, scene in study.scenes.items():
         own = {path[2:] for path in broken if path[:2] == ("scenes", name)}
-        own |= {("exciter", *path) for path in shared if path[0] not in scene.exciter.given()}
+        own |= {("exciter", *path) for path in shared if path[0] not in scene.exciter.explicit()}
         kind = kind_of(scene)
         found = [
             problem
@@ -28,6 +28,6 @@ def check_study(study: Study, broken: frozenset[Path]) -> Iterator[Problem]:
             yield replace(problem, path=("scenes", name, *problem.path))
 
 
-def _meets(path: Path, keys: Path) -> bool:
+def _meets(path: KeyPath, keys: KeyPath) -> bool:
     length = min(len(path), len(keys))
     return path[:length] == keys[:length]

@@ -10,13 +10,13 @@ from vibropipe.scenes.keys.base import BaseScene, plain
 from vibropipe.study.models import Study
 
 # To be raised when the meaning of a key changes, so that older data are recomputed.
-MEANING = 1
+SEMANTICS_VERSION = 1
 # what a scene says beside its data
 _WORDS = ("title", "caption", "figure")
 
 
 def _data_keys(scene: BaseScene) -> dict[str, Any]:
-    return {"meaning": MEANING, **scene.data_keys()}
+    return {"meaning": SEMANTICS_VERSION, **scene.data_keys()}
 
 
 def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:

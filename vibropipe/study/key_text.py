@@ -27,7 +27,7 @@ def tags() -> dict[str, type[BaseModel]]:
     return {**{f"<{kind.name}>": kind.keys for kind in kinds().values()}, **_GRIDS}
 
 
-def takes(field: FieldInfo) -> str:
+def allowed_text(field: FieldInfo) -> str:
     """Return what a key takes, such as `a finite number > 0`."""
     for entry in field.metadata:
         if isinstance(entry, Rule):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Iterator
-from pathlib import Path as File
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
-from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.problems import (
-    Path,
+    KeyPath,
     Problem,
     StudyError,
     describe,
@@ -21,7 +21,7 @@ from vibropipe.scenes.keys.problems import (
     repeated,
 )
 from vibropipe.scenes.keys.spelling import latin
-from vibropipe.scenes.keys.values import NAME, Name, NameRule, Words, refuse
+from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
 from vibropipe.study.pydantic_errors import plain_path, problem_of
@@ -46,7 +46,7 @@ def _names_once(names: list[str]) -> list[str]:
     return names
 
 
-class Config(Keys):
+class Config(StudyModel):
     """`config/config.yaml`: the studies of the default run and where results go."""
 
     studies: Annotated[
@@ -55,23 +55,23 @@ class Config(Keys):
         BeforeValidator(_separate),
         AfterValidator(_names_once),
     ] = Field(description="Names of the studies of the default run; each is `config/<name>.yaml`.")
-    results: Annotated[str, Words(1000)] = Field(
+    results: Annotated[str, TextRule(1000)] = Field(
         default="results", description="Folder of all results."
     )
-    _folder: File = PrivateAttr(default_factory=File)
-    _files: dict[str, File] = PrivateAttr(default_factory=dict)
+    _folder: Path = PrivateAttr(default_factory=Path)
+    _files: dict[str, Path] = PrivateAttr(default_factory=dict)
 
-    def study_file(self, name: str) -> File:
+    def study_file(self, name: str) -> Path:
         """Return the file of a study: the one that was named, else one beside the configuration."""
         return self._files.get(name, self._folder / f"{name}.yaml")
 
 
-def load_config(path: str | File) -> Config:
+def load_config(path: str | Path) -> Config:
     """Read and check the list of studies, each of which has a file beside it.
 
     Raises StudyError with every fault of the file.
     """
-    file = File(path)
+    file = Path(path)
     tree, problems = read_file(file)
     config = parse_config(tree, file.parent, source=str(file), problems=problems)
     missing = list(_missing(config, file))
@@ -80,7 +80,7 @@ def load_config(path: str | File) -> Config:
     return config
 
 
-def _missing(config: Config, file: File) -> Iterator[Problem]:
+def _missing(config: Config, file: Path) -> Iterator[Problem]:
     """Yield the studies of the list without a file, with the nearest one that has one."""
     there = sorted(
         entry.stem for entry in file.parent.glob("*.yaml") if entry != file and entry.is_file()
@@ -93,34 +93,34 @@ def _missing(config: Config, file: File) -> Iterator[Problem]:
 
 
 def parse_config(
-    tree: Any, folder: File, source: str = "config", problems: list[Problem] | None = None
+    tree: Any, folder: Path, source: str = "config", problems: list[Problem] | None = None
 ) -> Config:
     """Check a list of studies that was read already; the studies lie in `folder`."""
     tree, spelled = spell_out(_mapping(tree, source, Config))
     config, more = _validated(Config, tree)
-    told = distinct([*(problems or []), *spelled, *more])
-    if told or config is None:
-        raise StudyError(source, told)
+    problems_so_far = distinct([*(problems or []), *spelled, *more])
+    if problems_so_far or config is None:
+        raise StudyError(source, problems_so_far)
     config._folder = folder
     return config
 
 
-def config_of_files(studies: Any, results: Any, folder: File = File("config")) -> Config:
+def config_of_files(studies: Any, results: Any, folder: Path = Path("config")) -> Config:
     """Return a list of studies by their files, wherever they lie; a name without an ending is one in `folder`.
 
     Raises StudyError when two studies have one name, or a name cannot be that of a study.
     """
     entries = [str(entry) for entry in _separate(studies)]
-    files = {File(entry).stem: File(entry) for entry in entries if File(entry).suffix}
-    names = [File(entry).stem for entry in entries]
+    files = {Path(entry).stem: Path(entry) for entry in entries if Path(entry).suffix}
+    names = [Path(entry).stem for entry in entries]
     config = parse_config({"studies": names, "results": results}, folder, source="the studies")
     config._files = files
     return config
 
 
-def load_study(path: str | File) -> Study:
+def load_study(path: str | Path) -> Study:
     """Read and check a study. Raises StudyError with every fault of the file."""
-    file = File(path)
+    file = Path(path)
     tree, problems = read_file(file)
     if not NAME.fullmatch(file.stem):
         problems.append(Problem((), f"the file name {describe(file.name)}", NameRule().allowed))
@@ -138,15 +138,15 @@ def parse_study(
 ) -> Study:
     """Check a study that was read already; `problems` are the faults the reading found."""
     tree, spelled = spell_out(_mapping(tree, source, Study))
-    told = [*(problems or []), *spelled]
+    problems_so_far = [*(problems or []), *spelled]
     study, found = _validated(study_model(), tree)
-    broken = frozenset(problem.path for problem in (*told, *found) if problem.covers)
-    sound, dropped = (study, frozenset[Path]()) if study else _salvage(tree)
-    told = [*told, *found]
+    broken = frozenset(problem.path for problem in (*problems_so_far, *found) if problem.covers)
+    sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
+    problems_so_far = [*problems_so_far, *found]
     if sound is not None:
-        told += check_study(sound, broken | dropped)
-    if told or study is None:
-        raise StudyError(source, distinct(told))
+        problems_so_far += check_study(sound, broken | dropped)
+    if problems_so_far or study is None:
+        raise StudyError(source, distinct(problems_so_far))
     study._name, study._source = name, source
     return study
 
@@ -158,7 +158,7 @@ def _mapping(tree: Any, source: str, model: type[BaseModel]) -> dict[str, Any]:
     raise StudyError(source, [Problem((), describe(tree), allowed)])
 
 
-def spell_out(tree: Any, path: Path = ()) -> tuple[Any, list[Problem]]:
+def spell_out(tree: Any, path: KeyPath = ()) -> tuple[Any, list[Problem]]:
     """Return the tree with Greek keys in Latin letters; names of scenes stay as they are."""
     if len(path) > MAX_DEPTH:
         return None, [too_deep(path)]
@@ -196,13 +196,13 @@ def _validated(model: type[Model], tree: dict[str, Any]) -> tuple[Model | None, 
         return None, [problem_of(entry, model) for entry in error.errors(include_url=False)]
 
 
-def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[Path]]:
+def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[KeyPath]]:
     """Return what can be understood of a faulty study, and the paths that were left out for it.
 
     The checks that tie keys together run on it, so that their faults are told in the same message.
     """
     tree = copy.deepcopy(tree)
-    dropped: set[Path] = set()
+    dropped: set[KeyPath] = set()
     while isinstance(tree.get("scenes"), dict) and tree["scenes"]:
         try:
             return study_model().model_validate(tree), frozenset(dropped)
@@ -212,7 +212,7 @@ def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[Path]]:
     return None, frozenset(dropped)
 
 
-def _drop(tree: dict[str, Any], path: Path) -> Path:
+def _drop(tree: dict[str, Any], path: KeyPath) -> KeyPath:
     """Delete the key that holds the fault, or the scene that lacks a key; return its path."""
     depth = 1
     if path[0] == "scenes":

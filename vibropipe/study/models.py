@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
 from vibropipe.scenes.keys.base import BaseScene, Prose, Title
-from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean
 from vibropipe.scenes.keys.values import Name
@@ -21,7 +21,7 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 
 
-class Study(Keys):
+class Study(StudyModel):
     """A study: shared parameters and named scenes. `name` is the file's, without its ending."""
 
     title: Title = Field(description="Title of the study and of its report.")
@@ -39,7 +39,7 @@ class Study(Keys):
         """Tell each scene its name and the shared parameters."""
         for name, scene in self.scenes.items():
             scene._name = name
-            scene._shared = self.exciter.given()
+            scene._shared = self.exciter.explicit()
 
     @property
     def name(self) -> str:

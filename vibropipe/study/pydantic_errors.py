@@ -8,13 +8,13 @@ from typing import Any
 from pydantic import BaseModel
 
 from vibropipe.scenes.keys.grids import A_GRID
-from vibropipe.scenes.keys.problems import Path, Problem, describe, did_you_mean, unknown
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, did_you_mean, unknown
 from vibropipe.scenes.keys.values import REFUSED
 from vibropipe.scenes.registry import kinds
-from vibropipe.study.key_text import field_at, model_at, tags, takes
+from vibropipe.study.key_text import allowed_text, field_at, model_at, tags
 
 
-def plain_path(loc: Path) -> Path:
+def plain_path(loc: KeyPath) -> KeyPath:
     """Return the path of a pydantic error as the user wrote it: without tags of unions."""
     path: list[str | int] = []
     tagged = tags()
@@ -45,18 +45,18 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
     if kind.startswith("union_tag"):
         return _untagged(path, value)
     field = field_at(loc, root)
-    allowed = takes(field) if field else _model_words(loc, root) or error["msg"]
+    allowed = allowed_text(field) if field else _model_words(loc, root) or error["msg"]
     if kind == "missing":
         return Problem(path, "nothing", allowed)
     return Problem(path, found, allowed)
 
 
-def _model_words(loc: Path, root: type[BaseModel]) -> str:
+def _model_words(loc: KeyPath, root: type[BaseModel]) -> str:
     model = model_at(loc, root)
     return f"a mapping with {', '.join(model.model_fields)}" if model else ""
 
 
-def _untagged(path: Path, value: Any) -> Problem:
+def _untagged(path: KeyPath, value: Any) -> Problem:
     """Name the fault of a scene without a known kind, or of a grid of no known form."""
     if len(path) != 2 or path[0] != "scenes":
         return Problem(path, describe(value), A_GRID)

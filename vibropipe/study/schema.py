@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -20,7 +20,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError
 from vibropipe.scenes.keys.spelling import OLD_KEYS, greek
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
-from vibropipe.study.key_text import takes
+from vibropipe.study.key_text import allowed_text
 from vibropipe.study.loading import Config
 from vibropipe.study.models import study_model
 
@@ -115,7 +115,7 @@ def _table(
             else _default(field.get_default(call_default_factory=True))
         )
         nested = isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
-        words = f"see `{name}`" if nested else takes(field).replace("|", "\\|")
+        words = f"see `{name}`" if nested else allowed_text(field).replace("|", "\\|")
         lines.append(f"| `{name}` | {words} | {default} | {field.description} |")
     return "\n".join(lines)
 
@@ -144,7 +144,7 @@ def readme_text(old: str) -> str:
     return f"{head}{BEGIN}\n\n{table_of_keys()}\n\n{END}{tail}"
 
 
-def write(folder: File) -> None:
+def write(folder: Path) -> None:
     """Write the schema and renew the table of keys in the folder of the studies."""
     (folder / "study.schema.json").write_text(schema_text(), encoding="utf-8")
     readme = folder / "README.md"

@@ -12,13 +12,13 @@ import re
 from collections.abc import Iterator
 from io import StringIO
 from itertools import islice
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
 from vibropipe.scenes.keys.problems import (
-    Path,
+    KeyPath,
     Problem,
     StudyError,
     decimal_comma,
@@ -65,7 +65,7 @@ class _StopError(Exception):
     """The text cannot be read on; `args[0]` is the problem."""
 
 
-def read_file(file: File) -> tuple[Any, list[Problem]]:
+def read_file(file: Path) -> tuple[Any, list[Problem]]:
     """Read a YAML file into a tree, with the problems that did not stop the reading.
 
     Raises StudyError when there is no readable UTF-8 YAML of bounded size at all.
@@ -135,7 +135,7 @@ class _Builder:
             )
         return value
 
-    def node(self, event: Any, path: Path) -> _Built:
+    def node(self, event: Any, path: KeyPath) -> _Built:
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, path)
         if event.tag is not None:
@@ -155,7 +155,7 @@ class _Builder:
             self.anchors[event.anchor] = built
         return built
 
-    def alias(self, event: Any, path: Path) -> _Built:
+    def alias(self, event: Any, path: KeyPath) -> _Built:
         built = self.anchors.get(event.anchor)
         if built is None:
             found = f"the alias {describe('*' + event.anchor)}"
@@ -166,7 +166,7 @@ class _Builder:
             raise _StopError(too_deep(path))
         return built
 
-    def mapping(self, start: Any, path: Path) -> _Built:
+    def mapping(self, start: Any, path: KeyPath) -> _Built:
         value: dict[str, Any] = {}
         nodes, depth = 1, 0
         before: tuple[str, Any] | None = None  # the key before in braces, and its value's event
@@ -188,7 +188,7 @@ class _Builder:
             nodes, depth = nodes + 1 + child.nodes, max(depth, child.depth)
         return _Built(value, nodes, depth + 1)
 
-    def sequence(self, path: Path) -> _Built:
+    def sequence(self, path: KeyPath) -> _Built:
         value: list[Any] = []
         nodes, depth = 1, 0
         while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
@@ -197,7 +197,7 @@ class _Builder:
             nodes, depth = nodes + child.nodes, max(depth, child.depth)
         return _Built(value, nodes, depth + 1)
 
-    def key(self, event: Any, path: Path) -> str:
+    def key(self, event: Any, path: KeyPath) -> str:
         """Return a key as text; what stands there must be text to every reader of YAML."""
         if not isinstance(event, yaml.ScalarEvent):
             raise _StopError(Problem(path, "a key that is not plain text", "text as key"))
@@ -211,7 +211,7 @@ class _Builder:
             self.anchors[event.anchor] = _Built(key)
         return key
 
-    def scalar(self, event: Any, path: Path) -> Any:
+    def scalar(self, event: Any, path: KeyPath) -> Any:
         text: str = event.value
         if event.style not in (None, ""):
             return Quoted(text) if NUMBER.fullmatch(text) else text
@@ -244,13 +244,13 @@ def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
     )
 
 
-def too_deep(path: Path) -> Problem:
+def too_deep(path: KeyPath) -> Problem:
     """Return the fault of nesting that no study needs; its path is cut short."""
     return Problem(
         path[:3], f"more than {MAX_DEPTH} levels", f"at most {MAX_DEPTH} levels of nesting"
     )
 
 
-def _two_readings(path: Path, text: str) -> Problem:
+def _two_readings(path: KeyPath, text: str) -> Problem:
     hint = "YAML 1.1 and 1.2 read it differently"
     return Problem(path, f"{describe(text)} unquoted", "a plain number, or text in quotes", hint)

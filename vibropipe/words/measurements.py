@@ -10,7 +10,11 @@ from typing import Literal, get_args
 
 ComparedMethod = Literal["crude", "newmark", "exact", "RK45", "DOP853", "Radau", "heyoka"]
 COMPARED_METHODS: tuple[ComparedMethod, ...] = get_args(ComparedMethod)
-OWN, SCIPY, PEERS = COMPARED_METHODS[:3], COMPARED_METHODS[3:6], COMPARED_METHODS[3:]
+OWN_METHODS, SCIPY, PEER_METHODS = (
+    COMPARED_METHODS[:3],
+    COMPARED_METHODS[3:6],
+    COMPARED_METHODS[3:],
+)
 
 
 class Outcome(IntEnum):

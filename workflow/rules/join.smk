@@ -2,10 +2,10 @@
 rule join:
     input:
         shards=RUN.shards,
-        taken=RUN.shard_sidecars,
+        timing=RUN.shard_sidecars,
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
-        taken=f"{RESULTS}/{{study}}/{{scene}}.json",
+        timing=f"{RESULTS}/{{study}}/{{scene}}.json",
     log:
         "logs/{study}/{scene}.log",
     benchmark:

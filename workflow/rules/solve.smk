@@ -3,7 +3,7 @@
 rule solve:
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
-        taken=f"{RESULTS}/{{study}}/{{scene}}.json",
+        timing=f"{RESULTS}/{{study}}/{{scene}}.json",
     log:
         "logs/{study}/{scene}.log",
     benchmark:
@@ -30,7 +30,7 @@ rule solve:
 rule solve_shard:
     output:
         data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
-        taken=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
+        timing=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
     log:
         "logs/{study}/{scene}/{shard}.log",
     benchmark:

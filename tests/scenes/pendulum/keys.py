@@ -7,7 +7,7 @@ from pydantic import Field
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.grids import Grid
-from vibropipe.scenes.keys.values import Within
+from vibropipe.scenes.keys.values import NumberRange
 
 
 class PendulumScene(BaseScene):
@@ -15,7 +15,7 @@ class PendulumScene(BaseScene):
 
     kind: Literal["pendulum"] = Field(description="A pendulum.")
     amplitude: Grid = Field(description="Amplitudes in radians.")
-    gravity: Annotated[float, Within(0, 100, above=True)] = Field(
+    gravity: Annotated[float, NumberRange(0, 100, above=True)] = Field(
         default=9.81, description="In metres per second squared."
     )
 

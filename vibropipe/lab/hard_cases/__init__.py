@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.lab.hard_cases.case import Case, Measured, Solver, judge, solvers
+from vibropipe.lab.hard_cases.case import Case, Measured, Solver, evaluate_case, solvers
 from vibropipe.lab.hard_cases.cases import CASES
 from vibropipe.words.measurements import Passed
 from vibropipe.words.vocabulary import describe
@@ -48,14 +48,14 @@ def solve_hard_cases(
     by = solvers() if by is None else by
     rows = []
     for case in cases:
-        found = [judge(case, solver) for solver in by]
+        found = [evaluate_case(case, solver) for solver in by]
         rows.append([[NOT_ASKED if value is None else value for value in one] for one in found])
         if progress is not None:
             progress(len(rows), len(cases))
     table = np.array(rows, float)
     variables: dict[str, Any] = {
-        "asked": ("case", np.array([case.asked for case in cases])),
-        "known": ("case", np.array([case.known for case in cases])),
+        "asked": ("case", np.array([case.description for case in cases])),
+        "known": ("case", np.array([case.expected for case in cases])),
     }
     for place, name in enumerate(Measured._fields):
         short = name in ("passed", "worst_status")

@@ -19,12 +19,12 @@ TERMS = 20  # of the exponential's series, for a matrix of norm below 1/2
 INSIDE = 8  # looks into each flight
 
 
-def propagators(p: Exciter, spans: Floats) -> Floats:
+def propagators(exciter: Exciter, spans: Floats) -> Floats:
     """exp(A span) of (x, x', f sin, f cos) by eq. (5), shape (spans, 4, 4): series, then squarings."""
     a = np.zeros((4, 4))
-    a[0, 1], a[1, 0], a[1, 1], a[1, 2] = 1.0, -1.0, -p.h, 1.0
-    a[2, 3], a[3, 2] = p.nu, -p.nu
-    longest = float(np.max(np.abs(spans), initial=0.0)) * max(2.0, 1.0 + p.h, p.nu)
+    a[0, 1], a[1, 0], a[1, 1], a[1, 2] = 1.0, -1.0, -exciter.h, 1.0
+    a[2, 3], a[3, 2] = exciter.nu, -exciter.nu
+    longest = float(np.max(np.abs(spans), initial=0.0)) * max(2.0, 1.0 + exciter.h, exciter.nu)
     halvings = max(0, math.ceil(math.log2(longest)) + 2) if longest > 0.25 else 0
     small = a * (spans / 2.0**halvings)[:, None, None]
     power = np.broadcast_to(np.eye(4), small.shape)
@@ -38,11 +38,13 @@ def propagators(p: Exciter, spans: Floats) -> Floats:
     return np.eye(4) + rest
 
 
-def newmark_propagator(p: Exciter, steps: int) -> Floats:
+def newmark_propagator(exciter: Exciter, steps: int) -> Floats:
     """One step of constant average acceleration for (x, x', f sin, f cos), shape (4, 4)."""
-    dt, turn = 2.0 * math.pi / p.nu / steps, 2.0 * math.pi / steps
-    force = np.array([-1.0, -p.h - dt / 2.0, 0.5 * (1.0 + math.cos(turn)), 0.5 * math.sin(turn)])
-    pull = force / (1.0 + p.h * dt / 2.0 + dt * dt / 4.0)
+    dt, turn = 2.0 * math.pi / exciter.nu / steps, 2.0 * math.pi / steps
+    force = np.array(
+        [-1.0, -exciter.h - dt / 2.0, 0.5 * (1.0 + math.cos(turn)), 0.5 * math.sin(turn)]
+    )
+    pull = force / (1.0 + exciter.h * dt / 2.0 + dt * dt / 4.0)
     one = np.eye(4)
     one[0] += 0.5 * dt * dt * pull
     one[0, 1] += dt
@@ -51,78 +53,82 @@ def newmark_propagator(p: Exciter, steps: int) -> Floats:
     return one
 
 
-def linear(p: Exciter, periods: int, steps: int | None) -> tuple[float, float]:
+def linear(exciter: Exciter, periods: int, steps: int | None) -> tuple[float, float]:
     """(x, x') after whole forcing periods of the motion from rest that meets no support, as the method has it."""
     if steps is None:
-        whole = propagators(p, np.array([2.0 * math.pi * periods / p.nu]))[0]
+        whole = propagators(exciter, np.array([2.0 * math.pi * periods / exciter.nu]))[0]
     else:
-        whole = np.linalg.matrix_power(newmark_propagator(p, steps), periods * steps)
-    return float(whole[0, 3] * p.f), float(whole[1, 3] * p.f)
+        whole = np.linalg.matrix_power(newmark_propagator(exciter, steps), periods * steps)
+    return float(whole[0, 3] * exciter.f), float(whole[1, 3] * exciter.f)
 
 
-def answered(p: Exciter, steps: int | None) -> float:
+def effective_frequency(exciter: Exciter, steps: int | None) -> float:
     """The frequency at which a method answers the force: nu, or (2/dt) tan(nu dt/2) by Newmark's.
 
     Constant average acceleration is the trapezoidal rule, which bends the axis of frequencies so.
     """
-    return p.nu if steps is None else p.nu * steps / math.pi * math.tan(math.pi / steps)
+    return exciter.nu if steps is None else exciter.nu * steps / math.pi * math.tan(math.pi / steps)
 
 
-def transfer(p: Exciter, steps: int | None) -> complex:
+def transfer(exciter: Exciter, steps: int | None) -> complex:
     """Complex amplitude of the settled linear motion x = Im(X exp(i nu tau)), as the method has it."""
-    rate = answered(p, steps)
-    return p.f / complex((1.0 - rate) * (1.0 + rate), p.h * rate)
+    rate = effective_frequency(exciter, steps)
+    return exciter.f / complex((1.0 - rate) * (1.0 + rate), exciter.h * rate)
 
 
-def first_peak(p: Exciter, steps: int | None, v0: float = 0.0) -> tuple[float, float]:
+def first_peak(exciter: Exciter, steps: int | None, v0: float = 0.0) -> tuple[float, float]:
     """Time and height of the first peak of the motion from x = 0, were no support there.
 
     With `steps`, of Newmark's own motion, a parabola in every step.
     """
-    dt = 2.0 * math.pi / p.nu / (steps or 256)
+    dt = 2.0 * math.pi / exciter.nu / (steps or 256)
     x, v, tau = 0.0, v0, 0.0
-    step = propagators(p, np.array([dt]))[0] if steps is None else newmark_propagator(p, steps)
+    step = (
+        propagators(exciter, np.array([dt]))[0]
+        if steps is None
+        else newmark_propagator(exciter, steps)
+    )
     for n in range(100_000):
         angle = 2.0 * math.pi / (steps or 256) * n
-        load = p.f * np.array([math.sin(angle), math.cos(angle)])
+        load = exciter.f * np.array([math.sin(angle), math.cos(angle)])
         x1, v1 = (step @ np.array([x, v, *load]))[:2]
         if v > 0.0 >= v1:
             pull = (v1 - v) / dt
             if steps is not None:
                 return tau + v / -pull, x + 0.5 * v * v / -pull
-            return _peak_between(p, tau, x, v, load, dt)
+            return _peak_between(exciter, tau, x, v, load, dt)
         x, v, tau = float(x1), float(v1), tau + dt
     return math.inf, math.inf
 
 
 def _peak_between(
-    p: Exciter, tau: float, x: float, v: float, load: Floats, dt: float
+    exciter: Exciter, tau: float, x: float, v: float, load: Floats, dt: float
 ) -> tuple[float, float]:
     """The peak inside a step of the exact motion: bisection on the velocity."""
     low, high = 0.0, dt
     state = np.array([x, v, *load])
     for _ in range(60):
         middle = 0.5 * (low + high)
-        at = propagators(p, np.array([middle]))[0] @ state
+        at = propagators(exciter, np.array([middle]))[0] @ state
         low, high = (middle, high) if at[1] > 0 else (low, middle)
-    return tau + low, float((propagators(p, np.array([low]))[0] @ state)[0])
+    return tau + low, float((propagators(exciter, np.array([low]))[0] @ state)[0])
 
 
 def flights(
-    p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float
+    exciter: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float
 ) -> tuple[Floats, Floats]:
     """(tau, x, x') where each flight of a motion begins and where it ends, two arrays of shape (flights, 3).
 
     A flight begins with the start, an impact or a release, and ends with an impact or the end.
     """
-    place = {1: p.upper, 2: p.lower}
-    struck = [place[s] for s in motion["impact_support"].values.tolist()]
+    support_x = {1: exciter.upper, 2: exciter.lower}
+    struck = [support_x[s] for s in motion["impact_support"].values.tolist()]
     taus, before, after = (
         motion[name].values for name in ("impact_tau", "impact_velocity", "impact_velocity_after")
     )
     rests = rests_of(motion)
     leave = [(0.0, x0, v0), *zip(taus.tolist(), struck, after.tolist(), strict=True)]
-    leave += [(end, place[s], 0.0) for _, end, s in rests if end < tau_end]
+    leave += [(end, support_x[s], 0.0) for _, end, s in rests if end < tau_end]
     leave.sort(key=lambda item: item[0])
     meet = list(zip(taus.tolist(), struck, before.tolist(), strict=True))
     if not any(start <= tau_end <= end for start, end, _ in rests):
@@ -132,28 +138,30 @@ def flights(
     return came, arrived
 
 
-def with_force(p: Exciter, states: Floats) -> Floats:
+def with_force(exciter: Exciter, states: Floats) -> Floats:
     """States (tau, x, x') as (x, x', f sin, f cos)."""
-    turned = p.nu * states[:, 0]
-    return np.column_stack([states[:, 1:], p.f * np.sin(turned), p.f * np.cos(turned)])
+    turned = exciter.nu * states[:, 0]
+    return np.column_stack([states[:, 1:], exciter.f * np.sin(turned), exciter.f * np.cos(turned)])
 
 
-def flight_error(p: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float) -> float:
+def flight_error(
+    exciter: Exciter, motion: xr.Dataset, tau_end: float, x0: float, v0: float
+) -> float:
     """How far the flights of a motion are from the closed form, relative to the motion's size.
 
     Each is propagated from where it begins: it must arrive where it ends, and stay between the supports.
     """
-    came, arrived = flights(p, motion, tau_end, x0, v0)
+    came, arrived = flights(exciter, motion, tau_end, x0, v0)
     if not arrived.size:
         return 0.0
     sizes = np.abs(np.concatenate([came, arrived])[:, 1:]).max(axis=0) + 1e-300
-    states = with_force(p, came)
-    part = propagators(p, (arrived[:, 0] - came[:, 0]) / INSIDE)
+    states = with_force(exciter, came)
+    part = propagators(exciter, (arrived[:, 0] - came[:, 0]) / INSIDE)
     beyond = 0.0
     for _ in range(INSIDE):
         states = np.einsum("nij,nj->ni", part, states)
-        beyond = max(beyond, float((states[:, 0] - p.upper).max(initial=0.0)))
-        beyond = max(beyond, float((p.lower - states[:, 0]).max(initial=0.0)))
+        beyond = max(beyond, float((states[:, 0] - exciter.upper).max(initial=0.0)))
+        beyond = max(beyond, float((exciter.lower - states[:, 0]).max(initial=0.0)))
     miss = np.abs(states[:, :2] - arrived[:, 1:]) / sizes
     return max(float(np.max(miss)), beyond / float(sizes[0]))
 
@@ -164,7 +172,7 @@ def rests_of(motion: xr.Dataset) -> list[tuple[float, float, int]]:
     return list(zip(*columns, strict=True))
 
 
-def breaches(p: Exciter, motion: xr.Dataset) -> int:
+def violations(exciter: Exciter, motion: xr.Dataset) -> int:
     """How often a motion breaks what any method must keep, whatever its step.
 
     Finite numbers; samples and end between the supports; impacts in order, at approaching velocities, reset by
@@ -174,11 +182,11 @@ def breaches(p: Exciter, motion: xr.Dataset) -> int:
     v = np.append(motion["velocity"].values, float(motion["velocity_end"]))
     before, after = motion["impact_velocity"].values, motion["impact_velocity_after"].values
     upper = motion["impact_support"].values == 1
-    restitution = np.where(upper, p.R1, p.R2)
+    restitution = np.where(upper, exciter.R1, exciter.R2)
     rounding = 4.0 * np.finfo(float).eps * np.abs(before)
     wrong = [
         ~np.isfinite(x) | ~np.isfinite(v),
-        (x > p.upper) | (x < p.lower),
+        (x > exciter.upper) | (x < exciter.lower),
         np.diff(motion["impact_tau"].values) < 0,
         (before > 0) != upper,
         ~(np.abs(after + restitution * before) <= rounding),

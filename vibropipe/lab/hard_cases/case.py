@@ -37,17 +37,17 @@ class Solver:
     runs: list[tuple[Status, int]] = field(default_factory=list)
 
     def motion(
-        self, p: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **more: Any
+        self, exciter: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **more: Any
     ) -> xr.Dataset:
         """One motion by this solver, without samples unless they are asked for."""
-        asked: dict[str, Any] = {"samples_per_period": 0, **more}
+        options: dict[str, Any] = {"samples_per_period": 0, **more}
         if self.steps is not None:
-            asked |= {"method": "newmark", "steps_per_period": self.steps}
-        return self._counted(self.simulate(p, tau_end=tau_end, x0=x0, v0=v0, **asked))
+            options |= {"method": "newmark", "steps_per_period": self.steps}
+        return self._counted(self.simulate(exciter, tau_end=tau_end, x0=x0, v0=v0, **options))
 
-    def settled(self, p: Exciter, x0: float = 0.0, v0: float = 0.0) -> xr.Dataset:
+    def solve_steady(self, exciter: Exciter, x0: float = 0.0, v0: float = 0.0) -> xr.Dataset:
         """The steady state from a start."""
-        return self._counted(self.steady_state(p, x0=x0, v0=v0))
+        return self._counted(self.steady_state(exciter, x0=x0, v0=v0))
 
     def _counted(self, found: xr.Dataset) -> xr.Dataset:
         self.runs.append((Status(int(found["status"])), int(found.sizes.get("impact", 0))))
@@ -78,8 +78,8 @@ class Case(NamedTuple):
     """asked and known are text for people; measure gives one number >= 0, inf where what happens is wrong."""
 
     name: str
-    asked: str
-    known: str
+    description: str
+    expected: str
     measure: Measure
     bound: Bound
 
@@ -136,7 +136,7 @@ def solvers() -> list[Solver]:
     return [Solver("exact"), *(Solver(f"newmark {n}", n) for n in NEWMARK_STEPS)]
 
 
-def judge(case: Case, solver: Solver) -> Measured:
+def evaluate_case(case: Case, solver: Solver) -> Measured:
     """Measure one case by one solver; nan, or an error where none is allowed, does not pass."""
     bound = case.bound.of(solver)
     if math.isnan(bound):

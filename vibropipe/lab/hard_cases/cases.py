@@ -6,7 +6,7 @@ from functools import partial
 
 from vibropipe.lab.hard_cases import chatter, contacts, energy, labels, smooth
 from vibropipe.lab.hard_cases.case import Bound, Case
-from vibropipe.lab.hard_cases.invariants import flies
+from vibropipe.lab.hard_cases.invariants import flight_check
 
 STRIKES_AS_IT_IS = "struck above, missed below, by the method's own peak"
 FLIGHTS = (
@@ -38,7 +38,7 @@ CASES = (
          "released where f sin(nu tau) = x of the support, whatever the method",
          chatter.chatter_released, Bound(1e-12, 1e-12)),
     Case("chatter_interrupted", "chatter interrupted by release, R = 0.9 to 0.99",
-         FLIGHTS, partial(flies, tasks=chatter.INTERRUPTED), Bound(1e-12, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=chatter.INTERRUPTED), Bound(1e-12, 0.0)),
     Case("plastic", "R = 0 on either or both supports",
          "rests from the impact on; released where the force turns", chatter.plastic, Bound(1e-12, 1e-12)),
     Case("plastic_for_ever", "R = 0, pushed for ever",
@@ -53,17 +53,17 @@ CASES = (
     Case("growth_impacts", "resonance of the struck mass: R = 1, h = 0, nu = 2, support at the equilibrium",
          "impact n at 4n/3; exact 1000 of them, newmark 20", smooth.grows_by_impacts, Bound(1e-12, 0.5, 2)),
     Case("near_resonance", "h = 0, nu = 1 and 1 +- 1e-6, 1e-9, 1e-12; 6 periods",
-         PROPAGATED, partial(smooth.meets_linear, exciters=smooth.NEUTRAL, periods=6), Bound(1e-12, 1e-11)),
+         PROPAGATED, partial(smooth.linear_check, exciters=smooth.NEUTRAL, periods=6), Bound(1e-12, 1e-11)),
     Case("near_critical", "h = 2 and 2 +- 1e-6, 1e-12; 2 periods",
-         PROPAGATED, partial(smooth.meets_linear, exciters=smooth.CRITICAL, periods=2), Bound(1e-12, 1e-11)),
+         PROPAGATED, partial(smooth.linear_check, exciters=smooth.CRITICAL, periods=2), Bound(1e-12, 1e-11)),
     Case("damping", "h = 0, 1e-12, 2, 2 + 1e-12, 50, 1e4, with impacts",
-         FLIGHTS, partial(flies, tasks=smooth.DAMPED), Bound(1e-10, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=smooth.DAMPED), Bound(1e-10, 0.0)),
     Case("extremes", "nu = 1e4; f = 0, 1e-300, 1e6, 1e8; l = 1e-9, 1e9",
-         FLIGHTS, partial(flies, tasks=smooth.EXTREME), Bound(1e-10, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=smooth.EXTREME), Bound(1e-10, 0.0)),
     Case("slow_force", "nu = 1e-4 over two periods",
-         FLIGHTS, partial(flies, tasks=smooth.SLOW), Bound(1e-9, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=smooth.SLOW), Bound(1e-9, 0.0)),
     Case("offset", "delta = l, -l, and beyond both",
-         FLIGHTS, partial(flies, tasks=smooth.OFFSET), Bound(1e-12, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=smooth.OFFSET), Bound(1e-12, 0.0)),
     Case("scale_of_length", "l, f, delta times 2^-1000 to 2^500",
          "the same motion, scaled", smooth.scales, Bound(1e-12, 1e-12)),
     Case("million_periods", "1e6 periods, nu = 0.7, 1, 3^(1/2); newmark as many as 1e8 steps are",
@@ -94,5 +94,5 @@ CASES = (
     Case("split", "motions cut in two and gone on with",
          "the same end", labels.split, Bound(1e-9, 1e-9)),
     Case("refused", "nan, inf, negative h or l, R outside [0, 1], nu < 0, start outside the supports",
-         f"refused by name; wrong of {len(labels.BAD)}", labels.refuses, Bound(0.0, 0.0)),
+         f"refused by name; wrong of {len(labels.BAD)}", labels.rejects_bad_input, Bound(0.0, 0.0)),
 )  # fmt: skip

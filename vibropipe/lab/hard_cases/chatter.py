@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibropipe.lab.hard_cases.case import Solver, expect, largest
-from vibropipe.lab.hard_cases.invariants import flights_or_breaches
+from vibropipe.lab.hard_cases.invariants import flights_or_violations
 from vibropipe.physics.exciter import Exciter
 
 # the mass falls from 3/2 to a support 1 from the equilibrium, and the spring presses it on
@@ -32,11 +32,11 @@ def chatter_series(R: float, impacts: int) -> tuple[float, float]:
 def chatter_ends(solver: Solver) -> Iterator[float]:
     """Error of the time of accumulation; the mass must then rest for ever, after bounded work."""
     for R in (0.05, 0.2, 0.5, 0.8, 0.9, 0.95, 0.99):
-        known, _ = chatter_series(R, 20 + math.ceil(math.log(1e-20) / math.log(R)))
-        found = solver.motion(Exciter(**PRESSED, R1=R), 2.0 * known, x0=FALL)
+        expected, _ = chatter_series(R, 20 + math.ceil(math.log(1e-20) / math.log(R)))
+        found = solver.motion(Exciter(**PRESSED, R1=R), 2.0 * expected, x0=FALL)
         expect(found["rest_end"].values.tolist() == [math.inf])
         expect(found.sizes["impact"] <= 20 + math.log(1e-9) / math.log(R))
-        yield abs(float(found["rest_start"][0]) - known) / known
+        yield abs(float(found["rest_start"][0]) - expected) / expected
 
 
 @largest
@@ -48,11 +48,11 @@ def chatter_cut(solver: Solver) -> Iterator[float]:
     for R, whole in itertools.product((0.5, 0.8, 0.95), (False, True)):
         last, speed = chatter_series(R, 11)
         tau_end = 0.5 * (last + chatter_series(R, 12)[0])
-        p = Exciter(**PRESSED, R1=R, nu=2.0 * math.pi / tau_end if whole else 1.0)
+        exciter = Exciter(**PRESSED, R1=R, nu=2.0 * math.pi / tau_end if whole else 1.0)
         if solver.steps is not None:
-            yield flights_or_breaches(solver, p, tau_end, FALL)
+            yield flights_or_violations(solver, exciter, tau_end, FALL)
             continue
-        found = solver.motion(p, tau_end, x0=FALL)
+        found = solver.motion(exciter, tau_end, x0=FALL)
         expect(found.sizes["impact"] == 12 and not found.sizes["rest"])
         yield abs(float(found["impact_tau"][-1]) - last) / last
         yield abs(float(found["impact_velocity_after"][-1]) + speed) / speed
@@ -84,14 +84,14 @@ def chatter_released(solver: Solver) -> Iterator[float]:
 def plastic(solver: Solver) -> Iterator[float]:
     """A plastic support: pushed, the mass rests from the impact on, and leaves when the force turns."""
     for R1, R2 in ((0.0, 0.0), (0.0, 0.8), (0.8, 0.0)):
-        p = Exciter(nu=0.7, f=1.2, h=0.2, l=0.5, R1=R1, R2=R2)
-        found = solver.motion(p, 60.0)
+        exciter = Exciter(nu=0.7, f=1.2, h=0.2, l=0.5, R1=R1, R2=R2)
+        found = solver.motion(exciter, 60.0)
         dead = np.where(found["impact_support"].values == 1, R1, R2) == 0.0
         expect(not np.any(found["impact_velocity_after"].values[dead]))
         sudden = found["rest_support"].values == (1 if R1 == 0.0 else 2)
         starts = found["rest_start"].values[sudden]
         expect(bool(np.isin(starts, found["impact_tau"].values[dead]).all()))
-        yield releases(solver, p, 60.0)
+        yield releases(solver, exciter, 60.0)
 
 
 @largest
@@ -99,8 +99,8 @@ def plastic_for_ever(solver: Solver) -> Iterator[float]:
     """Pressed into a plastic support by the spring: one impact, at a known time, and rest for ever."""
     one = Exciter(**PRESSED, R1=0.0)
     both = Exciter(**PRESSED, R1=0.0, R2=0.0)
-    for p, x0 in ((one, FALL), (one.mirrored(), -FALL), (both, FALL)):
-        found = solver.motion(p, 50.0, x0=x0)
+    for exciter, x0 in ((one, FALL), (one.mirrored(), -FALL), (both, FALL)):
+        found = solver.motion(exciter, 50.0, x0=x0)
         expect(found.sizes["impact"] == 1)
         expect(found["rest_end"].values.tolist() == [math.inf])
         yield abs(float(found["rest_start"][0]) / FIRST_TAU - 1.0)

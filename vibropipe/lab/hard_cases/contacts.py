@@ -53,12 +53,12 @@ def starts(solver: Solver) -> Iterator[bool]:
 def ends_on_impact(solver: Solver) -> Iterator[bool]:
     """Wrong numbers of impacts when the end falls on an impact, 1e-9 before it, and 1e-9 after it."""
     for R, x0 in itertools.product((0.0, 0.6), (0.0, 0.2)):
-        p = Exciter(l=0.5, R1=R, nu=1.3, f=0.2, h=0.1)
-        struck = solver.motion(p, 4.0, x0=x0, v0=1.0)["impact_tau"].values
+        exciter = Exciter(l=0.5, R1=R, nu=1.3, f=0.2, h=0.1)
+        struck = solver.motion(exciter, 4.0, x0=x0, v0=1.0)["impact_tau"].values
         expect(struck.size > 0)
-        for off, known in ((-1e-9, 0), (0.0, 1), (1e-9, 1)):
-            found = solver.motion(p, float(struck[0]) + off, x0=x0, v0=1.0)
-            yield found.sizes["impact"] != known
+        for off, expected in ((-1e-9, 0), (0.0, 1), (1e-9, 1)):
+            found = solver.motion(exciter, float(struck[0]) + off, x0=x0, v0=1.0)
+            yield found.sizes["impact"] != expected
 
 
 @count
@@ -67,13 +67,13 @@ def strikes_at_release(solver: Solver) -> Iterator[bool]:
 
     It must strike once, and be off the support a little later.
     """
-    p = Exciter(f=1.0, l=0.5, R1=0.0, R2=0.0)
+    exciter = Exciter(f=1.0, l=0.5, R1=0.0, R2=0.0)
     release, ahead = math.pi - math.asin(0.5), 0.3
     for off in (0.0, 1e-9, -1e-9):
         tau = release + off
-        at_contact = np.array([0.5, 1.0, p.f * math.sin(tau), p.f * math.cos(tau)])
-        x0, v0 = (propagators(p, np.array([-ahead]))[0] @ at_contact)[:2]
-        found = solver.motion(p, release + 1.0, float(x0), float(v0), tau_start=tau - ahead)
+        at_contact = np.array([0.5, 1.0, exciter.f * math.sin(tau), exciter.f * math.cos(tau)])
+        x0, v0 = (propagators(exciter, np.array([-ahead]))[0] @ at_contact)[:2]
+        found = solver.motion(exciter, release + 1.0, float(x0), float(v0), tau_start=tau - ahead)
         yield found["impact_support"].values.tolist() != [1]
         yield not float(found["displacement_end"]) < 0.5
 
@@ -84,8 +84,8 @@ def supports_together(solver: Solver) -> Iterator[float]:
     for length in (1e-3, 1e-6, 1e-9, 1e-12):
         flight = 2.0 * math.asin(length)
         # a force too small to move the mass keeps the motion off its closed form
-        p = Exciter(l=length, f=1e-300)
-        found = solver.motion(p, 100.0 * flight, v0=1.0)
-        known = flight * (np.arange(100) + 0.5)
+        exciter = Exciter(l=length, f=1e-300)
+        found = solver.motion(exciter, 100.0 * flight, v0=1.0)
+        expected = flight * (np.arange(100) + 0.5)
         expect(found["impact_support"].values.tolist() == [1, 2] * 50)
-        yield float(np.max(np.abs(found["impact_tau"].values - known))) / flight
+        yield float(np.max(np.abs(found["impact_tau"].values - expected))) / flight

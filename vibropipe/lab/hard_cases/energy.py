@@ -25,52 +25,54 @@ MOTIONS = (
 )
 
 
-def work_of_flights(p: Exciter, came: Floats, arrived: Floats) -> tuple[float, float]:
+def work_of_flights(exciter: Exciter, came: Floats, arrived: Floats) -> tuple[float, float]:
     """Work of the force and loss by damping over flights of the exact motion, by Gauss quadrature."""
     spans = arrived[:, 0] - came[:, 0]
-    pieces = max(1, math.ceil(float(spans.max(initial=0.0)) * max(1.0, p.nu, p.h)))
-    part = propagators(p, spans / pieces)
-    inner = [propagators(p, spans / pieces * (0.5 + 0.5 * node)) for node in NODES]
-    states = with_force(p, came)
+    pieces = max(1, math.ceil(float(spans.max(initial=0.0)) * max(1.0, exciter.nu, exciter.h)))
+    part = propagators(exciter, spans / pieces)
+    inner = [propagators(exciter, spans / pieces * (0.5 + 0.5 * node)) for node in NODES]
+    states = with_force(exciter, came)
     work = loss = 0.0
     for _ in range(pieces):
         for weight, to_node in zip(WEIGHTS, inner, strict=True):
             _, v, force, _ = np.einsum("nij,nj->in", to_node, states)
             share = 0.5 * weight * spans / pieces
             work += float(np.sum(share * force * v))
-            loss += float(np.sum(share * p.h * v * v))
+            loss += float(np.sum(share * exciter.h * v * v))
         states = np.einsum("nij,nj->ni", part, states)
     return work, loss
 
 
-def work_of_steps(p: Exciter, motion: xr.Dataset) -> tuple[float, float]:
+def work_of_steps(exciter: Exciter, motion: xr.Dataset) -> tuple[float, float]:
     """The same by Newmark's steps, from samples at their ends and the contacts between them.
 
     A step of constant average acceleration closes its own balance: its mean force works over its way.
     """
-    place = {1: p.upper, 2: p.lower}
+    support_x = {1: exciter.upper, 2: exciter.lower}
     columns = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
     samples = (motion[name].values for name in ("tau", "displacement", "velocity"))
     nodes = list(zip(*samples, strict=True))
     for tau, support, before, after in zip(*(motion[n].values for n in columns), strict=True):
-        nodes += [(tau, place[int(support)], v) for v in (before, after)]
+        nodes += [(tau, support_x[int(support)], v) for v in (before, after)]
     for start, end, support in rests_of(motion):
-        nodes += [(at, place[support], 0.0) for at in (start, end) if at < float(motion["tau"][-1])]
+        nodes += [
+            (at, support_x[support], 0.0) for at in (start, end) if at < float(motion["tau"][-1])
+        ]
     tau, x, v = np.array(sorted(nodes, key=lambda node: node[0])).T
-    force, way = p.f * np.sin(p.nu * tau), np.diff(x)
-    work = 0.5 * (force[1:] + force[:-1]) * way
-    return float(np.sum(work)), float(np.sum(0.5 * p.h * (v[1:] + v[:-1]) * way))
+    force, path = exciter.f * np.sin(exciter.nu * tau), np.diff(x)
+    work = 0.5 * (force[1:] + force[:-1]) * path
+    return float(np.sum(work)), float(np.sum(0.5 * exciter.h * (v[1:] + v[:-1]) * path))
 
 
 @largest
 def balance(solver: Solver) -> Iterator[float]:
     """Largest gap in the balance of a motion, relative to all that was put in and stored."""
-    for p, tau_end, x0, v0 in MOTIONS:
-        found = solver.motion(p, tau_end, x0, v0, samples_per_period=solver.steps or 0)
+    for exciter, tau_end, x0, v0 in MOTIONS:
+        found = solver.motion(exciter, tau_end, x0, v0, samples_per_period=solver.steps or 0)
         if solver.steps is None:
-            work, damped = work_of_flights(p, *flights(p, found, tau_end, x0, v0))
+            work, damped = work_of_flights(exciter, *flights(exciter, found, tau_end, x0, v0))
         else:
-            work, damped = work_of_steps(p, found)
+            work, damped = work_of_steps(exciter, found)
         lost = found["impact_velocity"].values ** 2 - found["impact_velocity_after"].values ** 2
         at_supports = 0.5 * float(np.sum(lost))
         x, v = end_state(found)
@@ -82,6 +84,6 @@ def balance(solver: Solver) -> Iterator[float]:
 @largest
 def balance_of_orbits(solver: Solver) -> Iterator[float]:
     """Largest gap in the balance of an orbit, relative to the work of the force in it."""
-    for p, _, _, _ in MOTIONS[:3]:
-        found = solver.settled(p)
+    for exciter, _, _, _ in MOTIONS[:3]:
+        found = solver.solve_steady(exciter)
         yield abs(float(found["energy_residual"]) / float(found["energy_input"]))

@@ -15,7 +15,7 @@ import numpy as np
 from vibropipe.lab.hard_cases.case import Solver, end_state
 from vibropipe.orbits.outputs import regime_of
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
-from vibropipe.orbits.settling import GROWTH
+from vibropipe.orbits.settling import GROWTH_FACTOR
 from vibropipe.physics.exciter import Exciter
 from vibropipe.words.regimes import Regime
 
@@ -27,7 +27,7 @@ WINDOW = 4 * MAX_MULTIPLE
 LEFT, ROUNDING = 1e-6, 1e-12
 
 
-class Ended(NamedTuple):
+class MarchedState(NamedTuple):
     """regime, period_multiple (0: nothing repeats); of a motion that is only marched section (x, v) at the last
     whole period, and the velocity of the last impact (nan: none); else the orbit that was closed."""
 
@@ -38,33 +38,37 @@ class Ended(NamedTuple):
     orbit: xr.Dataset | None = None
 
 
-def fate_of(solver: Solver, p: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0) -> Ended:
-    """What the motion from (x0, v0) becomes: the steady state of the exact method, else `end_of` a march."""
+def fate_of(
+    solver: Solver, exciter: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0
+) -> MarchedState:
+    """What the motion from (x0, v0) becomes: the steady state of the exact method, else `marched_state` a march."""
     if solver.steps is not None:
-        return end_of(solver, p, periods, x0, v0)
-    found = solver.settled(p, x0, v0)
-    return Ended(int(found["regime"]), int(found["period_multiple"]), orbit=found)
+        return marched_state(solver, exciter, periods, x0, v0)
+    found = solver.solve_steady(exciter, x0, v0)
+    return MarchedState(int(found["regime"]), int(found["period_multiple"]), orbit=found)
 
 
-def end_of(solver: Solver, p: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0) -> Ended:
+def marched_state(
+    solver: Solver, exciter: Exciter, periods: int, x0: float = 0.0, v0: float = 0.0
+) -> MarchedState:
     """What the motion from (x0, v0) has become after `periods` forcing periods and a window."""
     half = periods // 2
-    early, x, v = _marched(solver, p, half, x0, v0)
-    late, x, v = _marched(solver, p, periods - half, x, v)
-    window = solver.motion(p, WINDOW * p.period, x, v, samples_per_period=1)
+    early, x, v = _marched(solver, exciter, half, x0, v0)
+    late, x, v = _marched(solver, exciter, periods - half, x, v)
+    window = solver.motion(exciter, WINDOW * exciter.period, x, v, samples_per_period=1)
     sections = np.column_stack([window["displacement"], window["velocity"]])
     size = max(float(np.abs(sections).sum(axis=1).max()), _fastest(window))
     m = multiple_of(sections, size)
     regime = Regime.APERIODIC
     if m > 0:
-        regime = Regime(regime_of(*_contacts(p, window, WINDOW - m)))
-    elif late > GROWTH * early:
+        regime = Regime(regime_of(*_contacts(exciter, window, WINDOW - m)))
+    elif late > GROWTH_FACTOR * early:
         # What loses energy by its speed is bounded: if it grows, it has only not settled yet.
-        struck = {1: p.R1, 2: p.R2}
+        struck = {1: exciter.R1, 2: exciter.R2}
         lossy = any(struck[int(support)] < 1.0 for support in window["impact_support"])
-        regime = Regime.UNRESOLVED if p.h > 0.0 or lossy else Regime.UNBOUNDED
+        regime = Regime.UNRESOLVED if exciter.h > 0.0 or lossy else Regime.UNBOUNDED
     last = np.append(math.nan, window["impact_velocity"].values)[-1]
-    return Ended(regime, m, (float(sections[-1, 0]), float(sections[-1, 1])), float(last))
+    return MarchedState(regime, m, (float(sections[-1, 0]), float(sections[-1, 1])), float(last))
 
 
 def multiple_of(sections: np.ndarray, size: float) -> int:
@@ -88,21 +92,21 @@ def _has_arrived(sections: np.ndarray, m: int, size: float) -> bool:
 
 
 def _marched(
-    solver: Solver, p: Exciter, periods: int, x: float, v: float
+    solver: Solver, exciter: Exciter, periods: int, x: float, v: float
 ) -> tuple[float, float, float]:
     """(size, x, v) after so many forcing periods more, each counted from tau = 0: it is the same phase."""
-    found = solver.motion(p, periods * p.period, x, v)
+    found = solver.motion(exciter, periods * exciter.period, x, v)
     x, v = end_state(found)
-    return max(abs(x) + abs(v), _fastest(found)), min(max(x, p.lower), p.upper), v
+    return max(abs(x) + abs(v), _fastest(found)), min(max(x, exciter.lower), exciter.upper), v
 
 
 def _fastest(motion: xr.Dataset) -> float:
     return float(np.max(np.abs(motion["impact_velocity"].values), initial=0.0))
 
 
-def _contacts(p: Exciter, window: xr.Dataset, since: int) -> tuple[np.ndarray, np.ndarray]:
+def _contacts(exciter: Exciter, window: xr.Dataset, since: int) -> tuple[np.ndarray, np.ndarray]:
     """Impacts and rests on each support since a whole period."""
-    begin = since * p.period
+    begin = since * exciter.period
     struck = window["impact_support"].values[window["impact_tau"].values > begin]
     rested = window["rest_support"].values[window["rest_end"].values > begin]
     impacts, rests = (np.array([np.sum(s == 1), np.sum(s == 2)], float) for s in (struck, rested))

@@ -10,12 +10,12 @@ from vibropipe.physics.limits import STEPS_PER_PERIOD
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
-from vibropipe.scenes.keys.values import Name, Within
+from vibropipe.scenes.keys.values import Name, NumberRange
 from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod
 
 Methods = Annotated[list[ComparedMethod], Field(min_length=1), AfterValidator(each_once)]
-Steps = Annotated[int, Within(*STEPS_PER_PERIOD, whole=True)]
-Tolerance = Annotated[float, Within(1e-14, 0.1)]
+Steps = Annotated[int, NumberRange(*STEPS_PER_PERIOD, whole=True)]
+Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
 
 
 class AccuracyScene(SetOfMotions):
@@ -36,10 +36,10 @@ class AccuracyScene(SetOfMotions):
     tolerances: Annotated[list[Tolerance], Field(min_length=1)] = Field(
         default=[1e-4, 1e-7, 1e-10], description="Settings of the other packages."
     )
-    peer_periods: Annotated[int, Within(1, 10**6, whole=True)] = Field(
+    peer_periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
         default=4, description="Forcing periods that the other packages run over at most."
     )
-    repeats: Annotated[int, Within(1, 1000, whole=True)] = Field(
+    repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(
         default=7, description="How often each time is taken."
     )
 

@@ -80,11 +80,11 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset) -> None:
         ax.errorbar(x, y, xerr=spread, elinewidth=0.6, **style)
         if np.isfinite(order[place]):
             # below the last point, where the line has ended
-            told = ax.annotate(
+            annotation = ax.annotate(
                 f"{order[place]:.1f}", (x[-1], y[-1]), (0, -4), textcoords="offset points",
                 ha="center", va="top", color=style["color"], fontsize=SMALL_FONT_SIZE,
             )  # fmt: skip
-            told.set_in_layout(False)
+            annotation.set_in_layout(False)
         failed = ~good[place] & np.isfinite(time[place])
         if failed.any():
             at = np.full(failed.sum(), FAILED_AT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
-from vibropipe.words.measurements import PEERS
+from vibropipe.words.measurements import PEER_METHODS
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ BYTES_PER_RUN = 89
 def plan(scene: AccuracyScene) -> Work:
     """Return the work of an accuracy scene: its runs, those of peers apart."""
     peers = len(scene.motions) * sum(
-        len(scene.settings(method)) for method in scene.methods if method in PEERS
+        len(scene.settings(method)) for method in scene.methods if method in PEER_METHODS
     )
     return Work(
         size=count(len(scene.motions), "motion"),

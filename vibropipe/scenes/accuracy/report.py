@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import digits, number
+from vibropipe.figures.text import digits, format_number
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table, breakable
 from vibropipe.scenes.accuracy.summary import time_to_reach
@@ -40,7 +40,7 @@ def race_table(dataset: xr.Dataset) -> Table:
     for place, method in methods:
         cells = [median_words(column) for column in times.values[:, place].T]
         rows.append([MEDIAN_OF_ALL, method, *cells])
-    accuracies = [number(float(a), 1) for a in times["accuracy"].values]
+    accuracies = [format_number(float(a), 1) for a in times["accuracy"].values]
     widths = ("auto", "auto", *["1fr"] * len(accuracies))
     return Table(["motion", "method", *accuracies], rows, CAPTION, widths, left=2)
 
@@ -55,8 +55,8 @@ def median_words(times: np.ndarray) -> str:
     known = times[np.isfinite(times)]
     if not known.size:
         return NOT_REACHED
-    told = digits(float(np.median(known)))
-    return told if known.size == times.size else f"{told} ({known.size} of {times.size})"
+    text = digits(float(np.median(known)))
+    return text if known.size == times.size else f"{text} ({known.size} of {times.size})"
 
 
 def sections(datasets: Datasets) -> list[Section]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from vibropipe.lab.work_precision import solve_accuracy
-from vibropipe.lab.work_precision_methods import Motion
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 
 if TYPE_CHECKING:
     from vibropipe.scenes.accuracy.keys import AccuracyScene
@@ -22,7 +22,7 @@ def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
 def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:
     """Return a scene as the arguments of `lab.work_precision.solve_accuracy`."""
     return {
-        "motions": {name: Motion(*start) for name, start in scene.starts().items()},
+        "motions": {name: BenchmarkMotion(*start) for name, start in scene.starts().items()},
         "methods": scene.methods,
         "steps": scene.steps_per_period,
         "tolerances": scene.tolerances,

@@ -11,7 +11,7 @@ ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
 # Errors between which an order is read off: below rounding enters, above steps are too coarse.
 CLEAN = (1e-12, 5e-2)
-FEWEST_POINTS, MOST_POINTS = 3, 4
+MIN_POINTS, MAX_POINTS = 3, 4
 
 
 def worst_error(dataset: xr.Dataset) -> xr.DataArray:
@@ -43,8 +43,8 @@ def time_to_reach(dataset: xr.Dataset) -> xr.DataArray:
 def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray:
     """Power of the step with which an error falls, over (motion, method), by least squares.
 
-    From the MOST_POINTS finest sound runs of the methods in steps whose error is within CLEAN; nan
-    for fewer than FEWEST_POINTS of them, and for methods that are set by a tolerance. Where no support
+    From the MAX_POINTS finest sound runs of the methods in steps whose error is within CLEAN; nan
+    for fewer than MIN_POINTS of them, and for methods that are set by a tolerance. Where no support
     is struck, the end state stands for impacts.
     """
     end, setting = dataset["error_end"].values, dataset["setting_value"].values
@@ -53,8 +53,8 @@ def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray
     good = sound(dataset).values & (values > CLEAN[0]) & (values < CLEAN[1])
     found = np.full(values.shape[:2], np.nan)
     for place in np.ndindex(found.shape):
-        kept = np.flatnonzero(good[place] & (setting[place[1]] > 1))[-MOST_POINTS:]
-        if kept.size >= FEWEST_POINTS:
+        kept = np.flatnonzero(good[place] & (setting[place[1]] > 1))[-MAX_POINTS:]
+        if kept.size >= MIN_POINTS:
             steps, errors = np.log(setting[place[1]][kept]), np.log(values[place][kept])
             found[place] = -np.polyfit(steps, errors, 1)[0]
     return xr.DataArray(found, {n: dataset[n] for n in ("motion", "method")}, ("motion", "method"))
@@ -62,7 +62,7 @@ def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray
 
 def failures(dataset: xr.Dataset) -> dict[str, dict[Outcome, list[str]]]:
     """For each method the motions on which all its settings failed, by how the last one failed."""
-    told: dict[str, dict[Outcome, list[str]]] = {}
+    methods: dict[str, dict[Outcome, list[str]]] = {}
     for method in dataset["method"].values:
         runs = dataset.sel({"method": method})["outcome"]
         for motion in dataset["motion"].values:
@@ -70,5 +70,5 @@ def failures(dataset: xr.Dataset) -> dict[str, dict[Outcome, list[str]]]:
             tried = codes[codes != Outcome.NOT_TRIED]
             if tried.size and (tried != Outcome.OK).all():
                 outcome = Outcome(int(tried[-1]))
-                told.setdefault(str(method), {}).setdefault(outcome, []).append(str(motion))
-    return told
+                methods.setdefault(str(method), {}).setdefault(outcome, []).append(str(motion))
+    return methods

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import (
-    number,
+    format_number,
 )
 from vibropipe.scenes.accuracy.summary import (
     ACCURACIES,
@@ -65,9 +65,9 @@ def exact_words(dataset: xr.Dataset) -> str:
         return "The exact method got through none of the motions"
     worst = int(np.nanargmax(np.where(good, errors, -1.0)))
     return (
-        f"The exact method errs by {number(float(np.median(errors[good])), 2)} (median), at most by "
-        f"{number(float(errors[worst]), 2)} ({named(dataset, worst)}), in "
-        f"{number(float(np.median(times[good])), 3)} ns per forcing period (median)"
+        f"The exact method errs by {format_number(float(np.median(errors[good])), 2)} (median), at most by "
+        f"{format_number(float(errors[worst]), 2)} ({named(dataset, worst)}), in "
+        f"{format_number(float(np.median(times[good])), 3)} ns per forcing period (median)"
     )
 
 
@@ -98,12 +98,12 @@ def needed_words(dataset: xr.Dataset, accuracy: float) -> str:
         places = np.flatnonzero(both)[ratio < 1]
         quicker |= {f"{method} on {named(dataset, int(place))}" for place in places}
         often = count(int(both.sum()), "motion")
-        said.append(f"{method} {number(float(np.median(ratio)), 2)} ({often})")
+        said.append(f"{method} {format_number(float(np.median(ratio)), 2)} ({often})")
     if not said:
-        return f"No other method gets to an error of {number(accuracy, 1)}"
+        return f"No other method gets to an error of {format_number(accuracy, 1)}"
     less = f"; less than exact needs {series(sorted(quicker))}" if quicker else ""
     return (
-        f"For an error of {number(accuracy, 1)} the others take, as a multiple of the exact "
+        f"For an error of {format_number(accuracy, 1)} the others take, as a multiple of the exact "
         f"method's time and on the motions where they get there: {series(said)}{less}"
     )
 

@@ -20,7 +20,7 @@ from vibropipe.figures.style import (
     GREEN,
     NEUTRAL,
     REGIME_STYLES,
-    hold_zero,
+    keep_zero_scale,
     legend,
     new_figure,
 )
@@ -85,7 +85,7 @@ def draw_amplitude_frequency(dataset: xr.Dataset) -> Figure:
         for ax, (says, values) in zip(grid[:, column], curves, strict=True):
             draw_parts(ax, x, values, regime)
             ax.set_ylabel(says)
-            hold_zero(ax, float(np.nanmax(np.abs(values))), largest)
+            keep_zero_scale(ax, float(np.nanmax(np.abs(values))), largest)
         grid[-1, column].set_xlabel(label("eigenfrequency"))
         figure.align_ylabels(grid[:, column])
     figure.suptitle(parameter_line(dataset, leave_out=("nu", "f", "h", "R1", "R2")))

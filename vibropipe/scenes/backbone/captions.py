@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import number, regime_name, sentences
+from vibropipe.figures.text import format_number, regime_name, sentences
 from vibropipe.scenes.backbone.amplitude_frequency import parts
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
@@ -20,7 +20,7 @@ def describe_backbone(dataset: xr.Dataset) -> str:
         if drawn.any() and not drawn.all():
             longest = float(dataset["tau_bar"].values[drawn].max())
             ends.append(
-                f"{number(longest)} at {PLAIN_SYMBOLS['delta_over_l']} = {number(float(value))}"
+                f"{format_number(longest)} at {PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
             )
     return sentences(
         "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
@@ -35,8 +35,10 @@ def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
     amplitude, frequency = dataset["amplitude"].values, dataset["eigenfrequency"].values
     said: list[str] = []
     for code, piece in parts(dataset["regime"].values):
-        until = f"{'then ' if said else ''}up to A = {number(float(amplitude[piece][-1]), 3)}"
-        reaches = number(float(frequency[piece][-1]), 3)
+        until = (
+            f"{'then ' if said else ''}up to A = {format_number(float(amplitude[piece][-1]), 3)}"
+        )
+        reaches = format_number(float(frequency[piece][-1]), 3)
         name = regime_name(code)
         if name == "no_impact":
             said.append(f"{until} no support is reached and the frequency is 1 at any amplitude")
@@ -62,5 +64,7 @@ def even_words(dataset: xr.Dataset) -> str:
     top = int(np.nanargmax(mean))
     if mean[top] <= ROUNDING * largest:
         return "By symmetry the constant part and the even harmonics vanish"
-    at = number(float(dataset["eigenfrequency"].values[top]), 3)
-    return f"The constant part is largest, {number(float(mean[top]), 3)}, at the frequency {at}"
+    at = format_number(float(dataset["eigenfrequency"].values[top]), 3)
+    return (
+        f"The constant part is largest, {format_number(float(mean[top]), 3)}, at the frequency {at}"
+    )

@@ -10,8 +10,8 @@ from pydantic import Field
 from vibropipe.scenes.keys.base import BaseScene, Harmonics
 from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.problems import Path, Problem
-from vibropipe.scenes.keys.values import Within, Written
+from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS
 
 
@@ -21,16 +21,16 @@ class BackboneScene(BaseScene):
     GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
 
     kind: Literal["backbone"] = Field(description="Free motion without force and loss.")
-    delta_over_l: Annotated[Grid | None, Written] = Field(
+    delta_over_l: Annotated[Grid | None, NotNull] = Field(
         default=None, description="Offsets of the curves of eq. (10), within (-1, 1)."
     )
-    tau_bar: Annotated[Grid | None, Written] = Field(
+    tau_bar: Annotated[Grid | None, NotNull] = Field(
         default=None, description="Periods of the curves, above 0; with `delta_over_l`."
     )
-    check_points: Annotated[int, Within(0, 1000, whole=True)] = Field(
+    check_points: Annotated[int, NumberRange(0, 1000, whole=True)] = Field(
         default=6, description="Simulated motions set on each curve."
     )
-    amplitude: Annotated[Grid | None, Written] = Field(
+    amplitude: Annotated[Grid | None, NotNull] = Field(
         default=None,
         description="Amplitudes of the free motion, above 0; instead of the two above.",
     )
@@ -110,7 +110,7 @@ def _supports(scene: BackboneScene) -> Iterator[Problem]:
         yield from check_exciter(scene)
 
 
-_GRIDS: tuple[Path, ...] = tuple((name,) for name in BackboneScene.GRIDS)
+_GRIDS: tuple[KeyPath, ...] = tuple((name,) for name in BackboneScene.GRIDS)
 CHECKS = (
     Check((*SUPPORTS, ("amplitude",)), _supports),
     Check(_GRIDS, check_rows),

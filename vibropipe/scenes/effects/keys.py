@@ -8,14 +8,14 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import effects_of, names_of
+from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
-from vibropipe.scenes.keys.values import Name, Within, Written
+from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.outputs import OF_MOTION, OF_STEADY_STATE, Output
 
@@ -30,11 +30,11 @@ class TimedMotion(MotionKeys):
         default=["impacts"],
         description="Outputs: of a motion impacts, motion; of a row all but motion.",
     )
-    against: Annotated[Name | None, Written] = Field(
+    against: Annotated[Name | None, NotNull] = Field(
         default=None,
         description="Motion whose time is the 1 of `at_most`; left out, the kernel of all effects.",
     )
-    at_most: Annotated[float | None, Within(0, 1e6, above=True), Written] = Field(
+    at_most: Annotated[float | None, NumberRange(0, 1e6, above=True), NotNull] = Field(
         default=None, description="Ratio of times that is aimed at."
     )
 
@@ -49,7 +49,7 @@ class EffectsScene(SetOfMotions):
     full: Name = Field(
         default="full", description="The motion that has all effects, the 1 of every ratio."
     )
-    repeats: Annotated[int, Within(1, 1000, whole=True)] = Field(
+    repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(
         default=15, description="How often each time is taken."
     )
 
@@ -62,7 +62,7 @@ class EffectsScene(SetOfMotions):
         """Return the effects that one motion calls for."""
         timed, values = self.motions[motion], self.exciter_of(motion)
         span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
-        return names_of(
+        return effect_names(
             effects_of(values, largest_start(values, timed.start.x0), timed.start.v0, span)
         )
 

@@ -20,7 +20,7 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import (
-    number,
+    format_number,
 )
 from vibropipe.scenes.kind import only_picture
 from vibropipe.words.wording import count, series, share
@@ -103,7 +103,10 @@ def describe_effects(dataset: xr.Dataset) -> str:
 def missed_words(one: xr.Dataset) -> str:
     """Say by how much a motion misses its target."""
     name, against = str(one["motion"].item()).replace("_", " "), str(one["target_against"].item())
-    found, aimed = number(float(one["target_ratio"]), 2), number(float(one["target"]), 3)
+    found, aimed = (
+        format_number(float(one["target_ratio"]), 2),
+        format_number(float(one["target"]), 3),
+    )
     return f"{name} ({found} of {against_words(against)}, aimed at {aimed})"
 
 

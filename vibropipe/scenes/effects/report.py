@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from vibropipe.figures.text import digits, number
+from vibropipe.figures.text import digits, format_number
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.effects.pictures import describe_effects
@@ -61,10 +61,12 @@ def effect_table(dataset: xr.Dataset) -> Table:
                 str(one["outputs_asked"].item()) or DASH,
                 spread_words(own, "kernel_time"),
                 spread_words(all_effects, "time_ratio"),
-                number(float(full["time_ratio"]), 2),
+                format_number(float(full["time_ratio"]), 2),
                 digits(float(own["bytes_per_row"])),
-                number(float(full["bytes_ratio"]), 2),
-                f"{number(float(one['target']), 3)} of {breakable(against)}" if asked else DASH,
+                format_number(float(full["bytes_ratio"]), 2),
+                f"{format_number(float(one['target']), 3)} of {breakable(against)}"
+                if asked
+                else DASH,
                 spread_words(one, "target_ratio") if asked or against != "all effects" else DASH,
                 VERDICTS.get(int(one["target_met"]), DASH),
             ]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.lab.effect_costs import solve_effects
-from vibropipe.lab.effect_work import Trial
-from vibropipe.lab.work_precision_methods import Motion
+from vibropipe.lab.effect_work import TimingCase
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 
 if TYPE_CHECKING:
     from vibropipe.scenes.effects.keys import EffectsScene
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 def solve(scene: EffectsScene, progress: Progress | None = None) -> xr.Dataset:
     """Measure what the motions of a scene cost; the times are of this run alone."""
-    motions = {name: Motion(*start) for name, start in scene.starts().items()}
+    motions = {name: BenchmarkMotion(*start) for name, start in scene.starts().items()}
     trials = {
-        name: Trial(
+        name: TimingCase(
             motions[name],
             timed.of == "row",
             tuple(timed.outputs),

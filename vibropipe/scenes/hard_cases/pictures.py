@@ -102,8 +102,8 @@ def describe_hard_cases(dataset: xr.Dataset) -> str:
     total = count(int(dataset.sizes["case"]), "case")
     said = f"not passed: {series(names)}" if names else "all passed"
     short = int(dataset["short_flight_motions"].values.sum())
-    told = f"{short} had flights shorter than the step"
-    return f"{total}, {said}. Of {count(int(dataset['motions'].values.sum()), 'motion')} {told}."
+    clause = f"{short} had flights shorter than the step"
+    return f"{total}, {said}. Of {count(int(dataset['motions'].values.sum()), 'motion')} {clause}."
 
 
 PICTURES = (only_picture("margins", draw_hard_cases, describe_hard_cases),)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import number
+from vibropipe.figures.text import format_number
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -53,15 +53,15 @@ def verdict(cell: xr.Dataset) -> str:
         return DASH
     measured, bound = float(cell["measured"]), float(cell["bound"])
     if passed == 0:
-        return f"{FAILED}{number(measured, 2)} >{JOINED}{power(bound)}"
+        return f"{FAILED}{format_number(measured, 2)} >{JOINED}{power(bound)}"
     if measured == 0.0 and bound == 0.0:
         return "0"
-    return f"{number(measured, 2)} ≤{JOINED}{power(bound)}"
+    return f"{format_number(measured, 2)} ≤{JOINED}{power(bound)}"
 
 
 def power(value: float) -> str:
     """Write a number; a power of ten without its 1."""
-    return number(value, 2).removeprefix("1 × ")
+    return format_number(value, 2).removeprefix("1 × ")
 
 
 def passed_words(case: xr.Dataset) -> str:

@@ -11,15 +11,15 @@ from pydantic import AfterValidator, Field, PrivateAttr
 
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.start import largest_start
-from vibropipe.scenes.keys.grids import Keys, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions
-from vibropipe.scenes.keys.values import Within, Words, refuse
+from vibropipe.scenes.keys.values import NumberRange, TextRule, refuse
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS
 
-Title = Annotated[str, Words(200)]
-Prose = Annotated[str, Words(4000, one_line=False)]
-Harmonics = Annotated[int, Within(*HARMONICS, whole=True)]
+Title = Annotated[str, TextRule(200)]
+Prose = Annotated[str, TextRule(4000, one_line=False)]
+Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 
 # No data depend on these; what is left of the exciter is told by `data_exciter`.
 NO_DATA = ("title", "caption", "figure", "exciter")
@@ -35,7 +35,7 @@ def each_once(names: list[Any]) -> list[Any]:
 Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(each_once)]
 
 
-class BaseScene(Keys):
+class BaseScene(StudyModel):
     """What scenes of every kind have; `name` is the scene's key in the study."""
 
     title: Title = Field(default="", description="Title of the scene.")
@@ -72,7 +72,7 @@ class BaseScene(Keys):
 
     def given_exciter(self) -> dict[str, float]:
         """Return the parameters that are written down: the scene's own, else the study's."""
-        return {**self._shared, **self.exciter.given()}
+        return {**self._shared, **self.exciter.explicit()}
 
     def resolved_exciter(self) -> dict[str, float]:
         """Return all seven parameters: the scene's own, else the study's, else "effect absent".
@@ -121,7 +121,7 @@ class BaseScene(Keys):
 
 def plain(value: Any) -> Any:
     """Return a value of a study as mappings, lists, text and numbers."""
-    if isinstance(value, Keys):
+    if isinstance(value, StudyModel):
         return {name: plain(getattr(value, name)) for name in type(value).model_fields}
     if isinstance(value, dict):
         return {name: plain(entry) for name, entry in value.items()}

@@ -15,12 +15,12 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS
-from vibropipe.scenes.keys.problems import Path, Problem
-from vibropipe.scenes.keys.values import takes
+from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.parameters import PARAMETERS
 
-EXCITER: tuple[Path, ...] = tuple(("exciter", name) for name in PARAMETERS)
-SUPPORTS: tuple[Path, ...] = (
+EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
+SUPPORTS: tuple[KeyPath, ...] = (
     ("exciter", "l"),
     ("exciter", "delta"),
     ("over", "l"),
@@ -31,7 +31,7 @@ SUPPORTS: tuple[Path, ...] = (
 class Check(NamedTuple):
     """A rule: the keys that it reads, and what yields its faults by paths within the scene."""
 
-    reads: tuple[Path, ...]
+    reads: tuple[KeyPath, ...]
     problems: Callable[[Any], Iterator[Problem]]
 
 
@@ -42,7 +42,7 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
         yield Problem(("exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
         return
     for corner in corners(scene):
-        if not all(takes(name, value) for name, value in corner.items()):
+        if not all(is_allowed(name, value) for name, value in corner.items()):
             return  # said where that one parameter stands
         try:
             Exciter(**corner)
@@ -87,7 +87,7 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
     yield Problem(("start", "x0"), repr(x0), allowed)
 
 
-def check_rows(scene: BaseScene, path: Path = ()) -> Iterator[Problem]:
+def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
     """See that a scene has no more rows than can be counted on."""
     if scene.row_count > MAX_ROWS:
         sizes = " x ".join(str(grid.size) for grid in scene.grids().values())
@@ -110,7 +110,7 @@ def check_solver(scene: ForcedScene) -> Iterator[Problem]:
 
 def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Iterator[Problem]:
     """See that a scene is given no parameters but those allowed; `why` says what is allowed instead."""
-    for name, value in scene.exciter.given().items():
+    for name, value in scene.exciter.explicit().items():
         if name not in allowed:
             yield Problem(("exciter", name), repr(value), why)
 

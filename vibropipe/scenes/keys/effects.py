@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator
 
-from vibropipe.physics.effects import absent_supports, contradiction, effects_of, names_of
+from vibropipe.physics.effects import absent_supports, effect_names, effects_of, missing_effect
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.values import Written
+from vibropipe.scenes.keys.values import NotNull
 from vibropipe.words.effects import Effect
 
-StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), Written]
+StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]
 EFFECTS_WORDS = "Physics to compute with, nothing else; left out, what the scene calls for."
 
 
@@ -51,7 +51,7 @@ class ForcedScene(BaseScene):
         if self.effects is not None:
             return tuple(self.effects)
         arguments, keywords = self.effect_arguments()
-        return names_of(effects_of(*arguments, **keywords))
+        return effect_names(effects_of(*arguments, **keywords))
 
 
 def check_effects(scene: ForcedScene) -> Iterator[Problem]:
@@ -59,12 +59,12 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
     if scene.effects is None or not scene.has_l():
         return
     arguments, keywords = scene.effect_arguments()
-    missing = contradiction(scene.effects, *arguments, **keywords)
+    missing = missing_effect(scene.effects, *arguments, **keywords)
     if missing is not None:
         yield Problem(("effects",), *missing)
     for support in absent_supports(scene.effects):
         name = f"R{support[-1]}"
-        if name in scene.exciter.given() or name in scene.grids():
+        if name in scene.exciter.explicit() or name in scene.grids():
             key = "over" if name in scene.grids() else "exciter"
             found = repr(scene.resolved_exciter()[name])
             yield Problem((key, name), found, f"it with {support} among the effects only")

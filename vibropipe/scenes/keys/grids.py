@@ -19,13 +19,13 @@ from pydantic import (
     model_validator,
 )
 
-from vibropipe.scenes.keys.values import Number, Within, refuse
+from vibropipe.scenes.keys.values import Number, NumberRange, refuse
 
 MAX_ROWS = 10**8
 A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
 
 
-class Keys(BaseModel):
+class StudyModel(BaseModel):
     """A mapping of a study: it knows its keys and takes no others."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -48,7 +48,7 @@ def comma_hint(values: list[float]) -> str:
     return f"if {values[0]:g}.{values[1]:g} is meant, write it with a point" if pairs else ""
 
 
-class ValueGrid(Keys):
+class ValueGrid(StudyModel):
     """The values themselves, increasing."""
 
     values: Annotated[list[Number], AfterValidator(_increasing)] = Field(
@@ -75,12 +75,12 @@ class ValueGrid(Keys):
         return np.array(self.values, dtype=np.float64)
 
 
-class RangeGrid(Keys):
+class RangeGrid(StudyModel):
     """`points` values from `start` to `stop`, both included; equally spaced as asked."""
 
     start: Number = Field(description="First value.")
     stop: Number = Field(description="Last value, included, above start.")
-    points: Annotated[int, Within(2, MAX_ROWS, whole=True)] = Field(
+    points: Annotated[int, NumberRange(2, MAX_ROWS, whole=True)] = Field(
         description="How many values, both ends included."
     )
     spacing: Literal["linear", "log"] = Field(
@@ -89,7 +89,7 @@ class RangeGrid(Keys):
     )
 
     @model_validator(mode="after")
-    def _apart(self) -> Self:
+    def _check_spacing(self) -> Self:
         if not self.start < self.stop:
             found = f"start {self.start!r}, stop {self.stop!r}"
             refuse("a start below the stop", found)

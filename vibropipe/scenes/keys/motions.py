@@ -10,22 +10,22 @@ from pydantic import Field
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
-from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, Start
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.values import Within
+from vibropipe.scenes.keys.values import NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 
 
-class MotionKeys(Keys):
+class MotionKeys(StudyModel):
     """One motion of a set."""
 
     exciter: ExciterKeys = Field(
         default_factory=ExciterKeys, description="Parameters that differ from the scene's."
     )
     start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
-    periods: Annotated[int, Within(1, 10**6, whole=True)] = Field(
+    periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
         default=20, description="How long it is, in forcing periods."
     )
 
@@ -38,7 +38,7 @@ class SetOfMotions(BaseScene):
 
     def exciter_of(self, motion: str) -> dict[str, float]:
         """Return the parameters of one motion: its own, else the scene's, else the study's."""
-        return {**self.resolved_exciter(), **self.motions[motion].exciter.given()}
+        return {**self.resolved_exciter(), **self.motions[motion].exciter.explicit()}
 
     def starts(self) -> dict[str, tuple[Exciter, float, float, int]]:
         """Return exciter, x0, v0 and forcing periods of each motion."""
@@ -64,7 +64,7 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
     shared = scene.given_exciter()
     for name, motion in scene.motions.items():
         path = ("motions", name)
-        if "l" not in shared and "l" not in motion.exciter.given():
+        if "l" not in shared and "l" not in motion.exciter.explicit():
             hint = "in the motion, in the scene or in the study's exciter"
             yield Problem((*path, "exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
             continue

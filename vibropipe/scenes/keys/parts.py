@@ -10,16 +10,16 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
-from vibropipe.scenes.keys.grids import Keys
+from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.spelling import latin
-from vibropipe.scenes.keys.values import Number, Parameter, Within
+from vibropipe.scenes.keys.values import Number, NumberRange, Parameter
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
 
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
 
 
-class ExciterKeys(Keys):
+class ExciterKeys(StudyModel):
     """Parameters of the exciter; one left out takes the shared value, else the effect is absent."""
 
     nu: Annotated[float | None, Parameter("nu")] = Field(
@@ -45,17 +45,17 @@ class ExciterKeys(Keys):
         default=None, description="Restitution of support 2 (1)."
     )
 
-    def given(self) -> dict[str, float]:
+    def explicit(self) -> dict[str, float]:
         """Return the parameters that are written down here."""
         return {
             name: getattr(self, name) for name in words.PARAMETERS if name in self.model_fields_set
         }
 
 
-class Start(Keys):
+class Start(StudyModel):
     """Where a motion begins."""
 
-    x0: Annotated[float | None, Within()] = Field(
+    x0: Annotated[float | None, NumberRange()] = Field(
         default=None,
         description="Displacement at the start, within the supports; left out, the equilibrium or, where that lies "
         "beyond, the support nearest to it.",
@@ -63,23 +63,23 @@ class Start(Keys):
     v0: Number = Field(default=0.0, description="Velocity at the start.")
 
 
-class Follow(Keys):
+class Follow(StudyModel):
     """Each row is started from the steady state of its neighbour."""
 
     along: ParameterName = Field(description="The swept parameter that is followed.")
     direction: Literal["up", "down"] = Field(description="From its smallest value up, or down.")
 
 
-class Solver(Keys):
+class Solver(StudyModel):
     """How a motion is computed: a method with its step, or the accuracy that is wanted."""
 
     method: Method = Field(
         default="exact", description="The closed-form flow, or constant average acceleration."
     )
-    steps_per_period: Annotated[int | None, Within(*STEPS_PER_PERIOD, whole=True)] = Field(
+    steps_per_period: Annotated[int | None, NumberRange(*STEPS_PER_PERIOD, whole=True)] = Field(
         default=None, description="Steps of newmark in a forcing period; needed by newmark only."
     )
-    accuracy: Annotated[float | None, Within(*ACCURACY)] = Field(
+    accuracy: Annotated[float | None, NumberRange(*ACCURACY)] = Field(
         default=None, description="Error allowed; method and step are then chosen. Stands alone."
     )
 
@@ -92,7 +92,7 @@ class Solver(Keys):
         return {"method": "newmark", "steps_per_period": self.steps_per_period}
 
 
-class FigureOptions(Keys):
+class FigureOptions(StudyModel):
     """What the pictures of a scene show beyond its data; a kind of scene may have its own."""
 
     def chosen(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from vibropipe.scenes.keys.spelling import nearest, only_looks_right
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 _LONGEST = 60
 
@@ -31,7 +31,7 @@ def describe(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def path_text(path: Path) -> str:
+def path_text(path: KeyPath) -> str:
     """Return a key's path as it is said in messages: `scenes.offset.over.nu[3]`."""
     text = ""
     for step in path:
@@ -50,7 +50,7 @@ class Problem:
     `covers` tells that faults beneath the path would only follow from this one.
     """
 
-    path: Path
+    path: KeyPath
     found: str
     allowed: str
     hint: str = ""
@@ -81,19 +81,19 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
     return f"did you mean {near!r}?{disguised}"
 
 
-def repeated(path: Path, spelling: str = "") -> Problem:
+def repeated(path: KeyPath, spelling: str = "") -> Problem:
     """Return the fault of a key that stands twice; its first value is kept and checked."""
     again = f", as {describe(spelling)}" if spelling else ""
     return Problem(path, f"this key a second time{again}", "each key once", covers=False)
 
 
-def decimal_comma(path: Path, written: str) -> Problem:
+def decimal_comma(path: KeyPath, written: str) -> Problem:
     """Return the fault of a number with a comma where the point should be."""
     hint = f"write {written.replace(',', '.')}, with a point"
     return Problem(path, describe(written), "a number", hint)
 
 
-def unknown(path: Path, known: Sequence[str]) -> Problem:
+def unknown(path: KeyPath, known: Sequence[str]) -> Problem:
     """Return the fault of a key that nothing knows, with the nearest known one."""
     return Problem(
         path, "an unknown key", ", ".join(known) or "no key here", did_you_mean(path[-1], known)

@@ -49,13 +49,13 @@ class Rule(ABC):
         """The rule as JSON schema."""
 
     @abstractmethod
-    def take(self, value: Any) -> Any:
+    def convert(self, value: Any) -> Any:
         """Return the value as the study keeps it, or refuse it."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.take)
+        return core_schema.no_info_plain_validator_function(self.convert)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -92,7 +92,7 @@ def number_hint(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Within(Rule):
+class NumberRange(Rule):
     """A finite number from `low` to `high`; without the low end itself if `above`."""
 
     low: float = -math.inf
@@ -119,7 +119,7 @@ class Within(Rule):
             schema["maximum"] = self.high
         return schema
 
-    def take(self, value: Any) -> float | int:  # noqa: D102
+    def convert(self, value: Any) -> float | int:  # noqa: D102
         number = as_number(value)
         if number is None:
             refuse(self.allowed, hint=number_hint(value))
@@ -142,24 +142,24 @@ class Parameter(Rule):
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102
-        return Within(*PARAMETERS[self.name].range).schema
+        return NumberRange(*PARAMETERS[self.name].range).schema
 
-    def take(self, value: Any) -> float:  # noqa: D102
+    def convert(self, value: Any) -> float:  # noqa: D102
         number = as_number(value)
         if number is None:
             refuse(self.allowed, hint=number_hint(value))
-        if not takes(self.name, number):
+        if not is_allowed(self.name, number):
             refuse(self.allowed)
         return number
 
 
-def takes(name: str, value: float) -> bool:
+def is_allowed(name: str, value: float) -> bool:
     """Tell whether an exciter takes `value` for its parameter `name`, whatever the others are."""
     return PARAMETERS[name].range.contains(value)
 
 
 @dataclass(frozen=True)
-class Words(Rule):
+class TextRule(Rule):
     """Text for people: without control characters, at most `longest` characters."""
 
     longest: int
@@ -174,7 +174,7 @@ class Words(Rule):
     def schema(self) -> dict[str, Any]:  # noqa: D102
         return {"type": "string", "minLength": 1, "maxLength": self.longest}
 
-    def take(self, value: Any) -> str:  # noqa: D102
+    def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str):
             refuse(
                 self.allowed, hint="put it in quotes if text is meant" if value is not None else ""
@@ -201,7 +201,7 @@ class NameRule(Rule):
     def schema(self) -> dict[str, Any]:  # noqa: D102
         return {"type": "string", "pattern": f"^{NAME.pattern}$"}
 
-    def take(self, value: Any) -> str:  # noqa: D102
+    def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not NAME.fullmatch(value):
             # a file where a name is asked for, or a capital letter
             stem = PurePath(value).stem.lower() if isinstance(value, str) else ""
@@ -216,6 +216,6 @@ def _written(value: Any) -> Any:
 
 
 # A key with an empty value is a slip of the pen, not a way to say "default".
-Written = BeforeValidator(_written)
-Number = Annotated[float, Within()]
+NotNull = BeforeValidator(_written)
+Number = Annotated[float, NumberRange()]
 Name = Annotated[str, NameRule()]

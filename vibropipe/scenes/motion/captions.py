@@ -11,7 +11,7 @@ from vibropipe.figures.text import (
     REGIME_WORDS,
     SAMPLES_NOT_ASKED,
     departure,
-    number,
+    format_number,
     regime_name,
     sentences,
     times,
@@ -29,7 +29,7 @@ def describe_motion(dataset: xr.Dataset) -> str:
     )
     begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
     return sentences(
-        f"{shown} over τ = {number(begin)} … {number(end)}",
+        f"{shown} over τ = {format_number(begin)} … {format_number(end)}",
         impacts_words(dataset),
         grazing_words(dataset),
         rest_words(dataset, shaded=True),
@@ -62,7 +62,7 @@ def impacts_words(dataset: xr.Dataset) -> str:
         if at.any():
             hardest = float(np.abs(dataset["impact_velocity"].values[at]).max())
             struck.append(
-                f"support {support} is struck {times(int(at.sum()))} at up to {number(hardest)}"
+                f"support {support} is struck {times(int(at.sum()))} at up to {format_number(hardest)}"
             )
     text = series(struck)
     return text[0].upper() + text[1:] if text else NO_SUPPORT_STRUCK
@@ -75,7 +75,7 @@ def grazing_words(dataset: xr.Dataset) -> str:
     for support in (1, 2):
         at = touched == support
         if at.any():
-            first = number(float(dataset["grazing_tau"].values[at][0]))
+            first = format_number(float(dataset["grazing_tau"].values[at][0]))
             said.append(
                 f"support {support} is only grazed, touched at zero velocity, "
                 f"{times(int(at.sum()))} (first at τ = {first})"
@@ -89,7 +89,7 @@ def rest_words(dataset: xr.Dataset, shaded: bool) -> str:
     if not dataset.sizes.get("rest"):
         return ""
     longest = float(np.max(dataset["rest_end"].values - dataset["rest_start"].values))
-    length = "for ever" if np.isinf(longest) else f"for up to {number(longest)}"
+    length = "for ever" if np.isinf(longest) else f"for up to {format_number(longest)}"
     text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
     return f"{text} (shaded)" if shaded else text
 
@@ -116,5 +116,5 @@ def exact_words(dataset: xr.Dataset) -> str:
     method = str(dataset.attrs.get("method", "this method"))
     return (
         f"The wide pale line under the curve is the exact motion; {method} departs from it "
-        f"by at most {number(departure(dataset), 2)} in displacement"
+        f"by at most {format_number(departure(dataset), 2)} in displacement"
     )

@@ -14,7 +14,7 @@ from vibropipe.figures.style import (
     SUPPORT_MARKERS,
     legend,
     new_figure,
-    write_words,
+    write_text,
 )
 from vibropipe.figures.text import (
     IMPACTS_NOT_ASKED,
@@ -70,5 +70,5 @@ def draw_words(dataset: xr.Dataset) -> Figure:
     ax = figure.subplots()
     ax.set_axis_off()
     impacts = NO_SUPPORT_STRUCK if "impact_tau" in dataset else IMPACTS_NOT_ASKED
-    write_words(ax, SAMPLES_NOT_ASKED, impacts)
+    write_text(ax, SAMPLES_NOT_ASKED, impacts)
     return figure

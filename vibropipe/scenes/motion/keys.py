@@ -21,8 +21,8 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
-from vibropipe.scenes.keys.problems import Path, Problem
-from vibropipe.scenes.keys.values import Within
+from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.values import NumberRange
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
@@ -36,7 +36,7 @@ class MotionFigure(FigureOptions):
     show: Annotated[
         list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
     ] = Field(default=[], description="Panels of the curves; left out, all that differ from zero.")
-    periods: Annotated[float | None, Within(0, 10**6, above=True)] = Field(
+    periods: Annotated[float | None, NumberRange(0, 10**6, above=True)] = Field(
         default=None, description="Forcing periods drawn, from the end of the record (all of it)."
     )
 
@@ -52,15 +52,15 @@ class MotionScene(ForcedScene):
         default_factory=MotionFigure,
         description="Options of the pictures; no data depends on them.",
     )
-    tau_end: Annotated[float, Within(0, MAX_TAU, above=True)] = Field(
+    tau_end: Annotated[float, NumberRange(0, MAX_TAU, above=True)] = Field(
         default=60.0, description="How long the recorded motion is, after the settling."
     )
-    settle_periods: Annotated[int, Within(0, 10**9, whole=True)] = Field(
+    settle_periods: Annotated[int, NumberRange(0, 10**9, whole=True)] = Field(
         default=0, description="Forcing periods run before the record begins; tau is counted on."
     )
     start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
     solver: Solver = Field(default_factory=Solver, description="How it is computed.")
-    samples_per_period: Annotated[int, Within(*SAMPLES_PER_PERIOD, whole=True)] = Field(
+    samples_per_period: Annotated[int, NumberRange(*SAMPLES_PER_PERIOD, whole=True)] = Field(
         default=256, description="Recorded samples in a forcing period; 0 records no motion."
     )
     harmonics: Harmonics = Field(
@@ -87,7 +87,7 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
     begin, end = scene.tau_span()
     period = 2 * math.pi / scene.resolved_exciter()["nu"]
     if end > MAX_TAU:
-        path: Path = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
+        path: KeyPath = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
         yield Problem(path, f"a motion until tau = {end:g}", f"at most tau = {MAX_TAU:g}")
         return
     samples = scene.tau_end / period * scene.samples_per_period

@@ -11,7 +11,7 @@ from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_WORDS,
     departure,
-    number,
+    format_number,
     regime_name,
     scalar_parameters,
 )
@@ -47,19 +47,21 @@ def steady_table(datasets: Datasets) -> Table:
     """Return one table: a row per quantity, the parameters in which the scenes differ on top."""
     scenes = list(datasets.values())
     rows = [
-        [name, *(number(value, DIGITS) for value in values)]
+        [name, *(format_number(value, DIGITS) for value in values)]
         for name, values in differing(datasets).items()
     ]
     rows.append(["regime", *(REGIME_WORDS[regime_name(int(d["regime"]))] for d in scenes)])
     rows.append(["multiple", *(str(int(d["period_multiple"])) for d in scenes)])
     for support in (1, 2):
-        cells = [", ".join(number(v, DIGITS) for v in struck(d, support)) or DASH for d in scenes]
+        cells = [
+            ", ".join(format_number(v, DIGITS) for v in struck(d, support)) or DASH for d in scenes
+        ]
         rows.append([f"impacts_{support}", *cells])
     if any(rests(d) for d in scenes):
-        rows.append(["rests", *(number(rests(d)) for d in scenes)])
-    rows.append(["mean", *(number(mean(d), DIGITS) for d in scenes)])
+        rows.append(["rests", *(format_number(rests(d)) for d in scenes)])
+    rows.append(["mean", *(format_number(mean(d), DIGITS) for d in scenes)])
     for k in range(HARMONICS):
-        rows.append([f"harmonic {k + 1}", *(number(harmonic(d, k), DIGITS) for d in scenes)])
+        rows.append([f"harmonic {k + 1}", *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
     rows.append(["multipliers", *(multipliers_words(d) for d in scenes)])
     rows.append(["stable", *("yes" if largest_multiplier(d) < 1.0 else "no" for d in scenes)])
     return Table(["", *map(breakable, datasets)], rows, STEADY_CAPTION)
@@ -123,8 +125,8 @@ def multipliers_words(dataset: xr.Dataset) -> str:
     values = np.atleast_1d(dataset["floquet_multiplier"].values)
     complex_pair = values.size == 2 and abs(values[0].imag) > 1e-12
     if complex_pair:
-        return f"{number(values[0].real, DIGITS)} ± {number(abs(values[0].imag), DIGITS)} i"
-    return ", ".join(number(float(value.real), DIGITS) for value in values)
+        return f"{format_number(values[0].real, DIGITS)} ± {format_number(abs(values[0].imag), DIGITS)} i"
+    return ", ".join(format_number(float(value.real), DIGITS) for value in values)
 
 
 def asymmetry(datasets: Datasets) -> dict[str, Any]:
@@ -159,7 +161,7 @@ def compare(base: xr.Dataset, other: xr.Dataset) -> str:
     """Say in one sentence what the other parameters change."""
     given, was = scalar_parameters(other), scalar_parameters(base)
     changed = series(
-        f"{PLAIN_SYMBOLS[key]} = {number(value)} instead of {number(was[key])}"
+        f"{PLAIN_SYMBOLS[key]} = {format_number(value)} instead of {format_number(was[key])}"
         for key, value in given.items()
         if value != was.get(key)
     )
@@ -179,7 +181,7 @@ def compare(base: xr.Dataset, other: xr.Dataset) -> str:
 
 def step(before: float, after: float, share: bool = False) -> str:
     """Write a change from one value to another, with its share of the first where asked."""
-    text = f"from {number(before)} to {number(after)}"
+    text = f"from {format_number(before)} to {format_number(after)}"
     if share and before:
         return f"{text} ({signed_percent(after / before - 1.0)})"
     return text
@@ -187,7 +189,7 @@ def step(before: float, after: float, share: bool = False) -> str:
 
 def signed_percent(share: float) -> str:
     """Write a share as a signed percentage: +5.7 %."""
-    return f"{'+' if share >= 0 else ''}{number(100.0 * share, 2)} %"
+    return f"{'+' if share >= 0 else ''}{format_number(100.0 * share, 2)} %"
 
 
 def strongest(datasets: Datasets) -> str:
@@ -202,11 +204,11 @@ def strongest(datasets: Datasets) -> str:
     first, second = (harmonic(datasets[uneven], k) for k in (0, 1))
     beside = ""
     if first > 0.0 and not np.isnan(second):  # a mass that never moves has no harmonics to compare
-        beside = f"; the second harmonic has {number(100 * second / first, 2)} % of the first there"
+        beside = f"; the second harmonic has {format_number(100 * second / first, 2)} % of the first there"
     return (
         f"The constant part is largest in {breakable(displaced)}, "
-        f"{number(mean(datasets[displaced]))}. The impacts on the two supports differ most in "
-        f"{breakable(uneven)}, by {number(100 * unequal[uneven], 2)} % of the harder one{beside}."
+        f"{format_number(mean(datasets[displaced]))}. The impacts on the two supports differ most in "
+        f"{breakable(uneven)}, by {format_number(100 * unequal[uneven], 2)} % of the harder one{beside}."
     )
 
 
@@ -227,7 +229,7 @@ def accuracy_notes(datasets: Datasets) -> list[str]:
     worst = max(departures, key=lambda name: departures[name])
     return [
         f"Motions computed in steps depart from the exact motion of the same start by at most "
-        f"{number(departures[worst], 2)} in displacement, in {breakable(worst)}."
+        f"{format_number(departures[worst], 2)} in displacement, in {breakable(worst)}."
     ]
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from vibropipe.physics.effects import asked_effects
+from vibropipe.physics.effects import resolve_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion import simulate
-from vibropipe.solve.run import Task
+from vibropipe.solve.run import MotionRequest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.outputs import OF_ORBIT
 from vibropipe.words.status import Status
@@ -36,10 +36,10 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
     """Record one motion, after its settling, with what else its outputs ask for."""
     exciter = Exciter(**scene.resolved_exciter())
     chosen = scene.solver.arguments()
-    told = None if progress is None else added_up(progress, periods_to_march(scene))
-    motion = recorded(scene, exciter, chosen, told)
+    told = None if progress is None else accumulate_progress(progress, periods_to_march(scene))
+    motion = simulate_scene(scene, exciter, chosen, told)
     if chosen.get("method") == "newmark" and "displacement" in motion:
-        exact = recorded(scene, exciter, {"method": "exact"}, told)
+        exact = simulate_scene(scene, exciter, {"method": "exact"}, told)
         motion["displacement_exact"] = exact["displacement"]
         motion["velocity_exact"] = exact["velocity"]
     if "impacts" not in scene.outputs:
@@ -63,19 +63,19 @@ def periods_to_march(scene: MotionScene) -> int:
     return end + ("energy" in scene.outputs) * (end - begin) + ("motion" in scene.outputs) * end
 
 
-def added_up(progress: Progress, total: int) -> Callable[[int], None]:
+def accumulate_progress(progress: Progress, total: int) -> Callable[[int], None]:
     """Return what to tell each piece of a work of `total`, 0 if that is not known."""
     done = 0
 
-    def told(more: int) -> None:
+    def on_progress(more: int) -> None:
         nonlocal done
         done += more
         progress(min(done, total) if total else done, total)
 
-    return told
+    return on_progress
 
 
-def recorded(
+def simulate_scene(
     scene: MotionScene,
     exciter: Exciter,
     solver: dict[str, Any],
@@ -89,8 +89,8 @@ def recorded(
     energy = "energy" in scene.outputs
     if "accuracy" in solver:
         at, how = scene.effect_arguments()
-        with_effects = asked_effects(effects, *at, **how)
-        task = Task(
+        with_effects = resolve_effects(effects, *at, **how)
+        task = MotionRequest(
             begin, end, x0, v0, samples, effects=with_effects, energy=energy, progress=progress
         )
         return settle_to_accuracy(exciter, task, solver["accuracy"])

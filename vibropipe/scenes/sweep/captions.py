@@ -11,13 +11,13 @@ from vibropipe.figures.text import (
     CURVES_NOT_ASKED,
     REGIME_WORDS,
     UNRESOLVED_WORDS,
-    grid_words,
-    number,
+    format_number,
+    grid_text,
     plain_parameters,
     regime_name,
     sentences,
 )
-from vibropipe.scenes.sweep.curves import axis_and_rest, panels_of, row_kinds, swept
+from vibropipe.scenes.sweep.curves import axis_and_others, panels_of, row_kinds, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
@@ -28,8 +28,8 @@ def describe_sweep(
     dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
 ) -> str:
     """Say what is swept, where the first harmonic peaks, and which rows are no plain orbits."""
-    along, rest = axis_and_rest(dataset)
-    lines = series(f"{PLAIN_SYMBOLS[name]} = {grid_words(dataset[name].values)}" for name in rest)
+    along, others = axis_and_others(dataset)
+    lines = series(f"{PLAIN_SYMBOLS[name]} = {grid_text(dataset[name].values)}" for name in others)
     beside = "The wide grey line is the conservative exciter" if backbone is not None else ""
     return sentences(
         f"Steady states against {PLAIN_SYMBOLS[along]}" + (f" for {lines}" if lines else ""),
@@ -48,7 +48,7 @@ def peak_words(dataset: xr.Dataset) -> str:
     first = dataset["displacement_amplitude"].isel(harmonic=0)
     if not bool(np.isfinite(first).any()):
         return ""
-    return f"The first harmonic is largest, {number(float(first.max()))}, at {place_words(first)}"
+    return f"The first harmonic is largest, {format_number(float(first.max()))}, at {place_words(first)}"
 
 
 def place_words(values: xr.DataArray) -> str:
@@ -111,7 +111,7 @@ def shares_words(dataset: xr.Dataset) -> str:
     order = np.argsort(-amounts, kind="stable")
     total = dataset["regime"].size
     return series(
-        f"{number(100 * float(amounts[n]) / total, 3)} % {REGIME_WORDS[regime_name(int(codes[n]))]}"
+        f"{format_number(100 * float(amounts[n]) / total, 3)} % {REGIME_WORDS[regime_name(int(codes[n]))]}"
         for n in order
     )
 
@@ -124,7 +124,7 @@ def hardest_words(dataset: xr.Dataset) -> str:
     for support in dataset["support"].values:
         struck = dataset["impact_velocity_max"].sel(support=support)
         if bool(np.isfinite(struck).any()):
-            top = number(float(struck.max()))
+            top = format_number(float(struck.max()))
             said.append(f"support {support} is struck hardest, {top}, at {place_words(struck)}")
     text = "; ".join(said)
     return text[:1].upper() + text[1:]

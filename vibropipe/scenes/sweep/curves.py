@@ -19,11 +19,11 @@ from vibropipe.figures.style import (
     BLACK,
     GREY,
     LINES,
-    hold_zero,
+    keep_zero_scale,
     legend,
     line_style,
     new_figure,
-    write_words,
+    write_text,
 )
 from vibropipe.figures.text import (
     ORDINALS,
@@ -33,7 +33,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.sweep.strips import draw_strips, regime_patches, scale_of
 from vibropipe.words.vocabulary import REGIMES, label, quantity
 
-MOST_LINES = len(LINES)
+MAX_LINES = len(LINES)
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 PANEL_HEIGHT_CM = 3.0
 COLUMN_HEIGHT_CM = 3.6
@@ -48,7 +48,7 @@ def swept(dataset: xr.Dataset) -> list[str]:
     return [str(name) for name in dataset["regime"].dims]
 
 
-def axis_and_rest(dataset: xr.Dataset) -> tuple[str, list[str]]:
+def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
     """Return the parameter of the abscissa (the finest grid) and the other swept ones."""
     dims = swept(dataset)
     along = max(dims, key=lambda name: dataset.sizes[name])
@@ -95,10 +95,10 @@ def draw_sweep(
 
     show: quantities of the panels, those of `panels_of` if empty; backbone: drawn under the curves.
     """
-    along, rest = axis_and_rest(dataset)
+    along, others = axis_and_others(dataset)
     dataset = dataset.sortby(along)
-    lines_dim = rest[0] if rest else None
-    columns = stack_columns(dataset, rest[1:])
+    lines_dim = others[0] if others else None
+    columns = stack_columns(dataset, others[1:])
     panels = panels_of(dataset, show)
     figure, spots, bottoms = lay_out(len(panels), len(columns), lines_of(dataset, lines_dim))
     shared: Axes | None = None
@@ -120,7 +120,7 @@ def draw_sweep(
         shared = shared or bottom
         draw_strips(bottom, part, along, lines_dim, named=column == 0)
         bottom.set_xlabel(label(along))
-    settle_ordinates(first_of_row, panels, dataset)
+    scale_ordinates(first_of_row, panels, dataset)
     # bars name their values themselves
     lines = line_handles(dataset, along, lines_dim, backbone) if panels else []
     marks = mark_handles(dataset) if panels else []
@@ -184,7 +184,7 @@ def draw_panel(
     """Draw one quantity: stable orbits of one forcing period as lines, all else as marks."""
     draw_backbone(ax, panel, along, backbone)
     if not np.isfinite(values_of(part, panel)).any():
-        write_words(ax, nothing_words(panel))
+        write_text(ax, nothing_words(panel))
     for position in range(lines_of(part, lines_dim)):
         row = part if lines_dim is None else part.isel({lines_dim: position})
         x, y = row[along].values, values_of(row, panel).values
@@ -215,7 +215,7 @@ def isolated(mask: np.ndarray) -> np.ndarray:
     return mask & ~padded[:-2] & ~padded[2:]
 
 
-def settle_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:
+def scale_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:
     """Start amplitudes at zero, once all is drawn; a vanishing quantity gets a calm axis."""
     sizes = [
         float(np.nanmax(np.abs(values_of(dataset, panel).values), initial=0.0)) for panel in panels
@@ -223,7 +223,7 @@ def settle_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dat
     for place, ax in axes.items():
         if panels[place][1] != "displacement_mean":
             ax.set_ylim(bottom=0.0)
-        hold_zero(ax, sizes[place], max(sizes))
+        keep_zero_scale(ax, sizes[place], max(sizes))
 
 
 ROW_MARKS: dict[str, dict[str, Any]] = {

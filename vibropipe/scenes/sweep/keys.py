@@ -23,7 +23,7 @@ from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffe
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
 from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
-from vibropipe.scenes.keys.values import NameRule, Within, Written, takes
+from vibropipe.scenes.keys.values import NameRule, NotNull, NumberRange, is_allowed
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import PARAMETERS
 
@@ -62,7 +62,7 @@ class SweepScene(ForcedScene):
     start: Start = Field(
         default_factory=Start, description="Start of every row; or else `follow`, never both."
     )
-    follow: Annotated[Follow | None, Written] = Field(
+    follow: Annotated[Follow | None, NotNull] = Field(
         default=None, description="Start each row from its neighbour."
     )
     harmonics: Harmonics = Field(default=3, description="How many harmonics.")
@@ -73,7 +73,7 @@ class SweepScene(ForcedScene):
     solver: Solver = Field(
         default_factory=Solver, description="Exact, or an accuracy, which exact meets."
     )
-    patience: Annotated[int, Within(*PATIENCE, whole=True)] = Field(
+    patience: Annotated[int, NumberRange(*PATIENCE, whole=True)] = Field(
         default=300, description="Forcing periods after which a chaotic row is left as aperiodic."
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
@@ -117,13 +117,13 @@ def _swept(scene: SweepScene) -> Iterator[Problem]:
     """See that swept values are allowed and that no parameter is both swept and set."""
     for name, grid in scene.over.items():
         for value in dict.fromkeys((grid.low, grid.high)):
-            if not takes(name, value):
+            if not is_allowed(name, value):
                 hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
                 yield Problem(("over", name), repr(value), PARAMETERS[name].range.text, hint)
                 break
-        if name in scene.exciter.given():
+        if name in scene.exciter.explicit():
             allowed = "it left out here, since it is swept"
-            yield Problem(("exciter", name), repr(scene.exciter.given()[name]), allowed)
+            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), allowed)
 
 
 def _follow(scene: SweepScene) -> Iterator[Problem]:

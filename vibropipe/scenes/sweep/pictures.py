@@ -7,15 +7,15 @@ import xarray as xr
 
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
-from vibropipe.scenes.sweep.curves import MOST_LINES, axis_and_rest, draw_sweep
+from vibropipe.scenes.sweep.curves import MAX_LINES, axis_and_others, draw_sweep
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.regime_map import draw_regime_map
 
 
 def is_map(dataset: xr.Dataset) -> bool:
     """Whether a sweep has more lines than can be told apart."""
-    _, others = axis_and_rest(dataset)
-    return any(dataset.sizes[name] > MOST_LINES for name in others)
+    _, others = axis_and_others(dataset)
+    return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
 def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

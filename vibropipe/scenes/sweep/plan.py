@@ -29,7 +29,7 @@ SECONDS_PER_ROW = 4e-5
 BLOCK_ROWS, BLOCK_BYTES = 4096, 12e6
 # An orbit lists no more than so many. Where the force is slower than this, or the spring presses the mass on a
 # support, it comes to rest by a chatter from about the first velocity to the second, at which it is completed.
-MOST_IMPACTS = 8192
+MAX_IMPACTS_KEPT = 8192
 SLOW = 1.0
 CHATTER = 1.0, 1e-7
 FIRST_SAMPLE, GROWTH = 64, 4
@@ -83,7 +83,7 @@ def most_impacts(scene: SweepScene) -> float:
         return USUAL_IMPACTS
     first, last = CHATTER
     chatters = 2 * math.log(first / last) / math.log(1 / lossy.max())
-    return min(max(USUAL_IMPACTS, chatters), MOST_IMPACTS)
+    return min(max(USUAL_IMPACTS, chatters), MAX_IMPACTS_KEPT)
 
 
 def estimate(scene: SweepScene, sampler: Sampler) -> Estimate:
@@ -119,18 +119,18 @@ def growing_samples(scene: SweepScene) -> Iterator[SweepScene]:
     arrays = scene.over_arrays()
     followed: str | None = scene.follow.along if scene.follow else None
     others = [name for name in arrays if name != followed]
-    wanted = FIRST_SAMPLE
+    n_wanted = FIRST_SAMPLE
     while True:
         part: dict[str, NDArray[np.float64]] = {}
-        left = wanted
+        left = n_wanted
         if followed is not None:
             along = np.sort(arrays[followed])
-            length = min(along.size, max(SEGMENT, wanted // SEGMENT))
+            length = min(along.size, max(SEGMENT, n_wanted // SEGMENT))
             first = (along.size - length) // 2
             part[followed] = along[first : first + length]
-            left = max(1, wanted // length)
-        for place, name in enumerate(others):
-            each = int(np.ceil(left ** (1 / (len(others) - place))))
+            left = max(1, n_wanted // length)
+        for index, name in enumerate(others):
+            each = int(np.ceil(left ** (1 / (len(others) - index))))
             part[name] = spread(arrays[name], each)
             left = max(1, left // part[name].size)
         grids = {name: ValueGrid(values=part[name].tolist()) for name in arrays}
@@ -138,7 +138,7 @@ def growing_samples(scene: SweepScene) -> Iterator[SweepScene]:
         yield scene.model_copy(update={"over": grids, "effects": list(scene.called_effects())})
         if all(part[name].size == arrays[name].size for name in arrays):
             return
-        wanted *= GROWTH
+        n_wanted *= GROWTH
 
 
 def spread(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:

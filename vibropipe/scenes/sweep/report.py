@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import REGIME_WORDS, number, regime_name
+from vibropipe.figures.text import REGIME_WORDS, format_number, regime_name
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -57,7 +57,7 @@ def regime_table(sweeps: Datasets) -> Table:
 
 def share(amount: int, total: int) -> str:
     """Write an amount and its percentage of the total; 0 alone."""
-    return f"{amount} ({number(100.0 * amount / total, 3)} %)" if amount else "0"
+    return f"{amount} ({format_number(100.0 * amount / total, 3)} %)" if amount else "0"
 
 
 def extremes(dataset: xr.Dataset) -> str:

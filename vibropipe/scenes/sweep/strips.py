@@ -15,7 +15,7 @@ from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
 from vibropipe.figures.text import REGIME_WORDS, mathtext, regime_name
 from vibropipe.words.vocabulary import quantity
 
-FEWEST_OF_LOG = 4
+MIN_LOG_POINTS = 4
 
 
 def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, named: bool) -> None:
@@ -64,7 +64,7 @@ def cell_edges(values: np.ndarray) -> np.ndarray:
 
 def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
     """Return the scale of an axis over ``values``: log where they grow by a constant factor."""
-    if values.size < FEWEST_OF_LOG or values.min() <= 0.0 or values.max() < 5.0 * values.min():
+    if values.size < MIN_LOG_POINTS or values.min() <= 0.0 or values.max() < 5.0 * values.min():
         return "linear"
     steps = np.diff(np.log(np.sort(values)))
     return "log" if np.ptp(steps) <= 1e-6 * steps.mean() else "linear"

@@ -14,15 +14,21 @@ import numpy as np
 
 from vibropipe.march.grid import newmark_grid
 from vibropipe.march.log import EVALUATIONS, POLYNOMIALS, STEPS
-from vibropipe.physics.exciter import Exciter, ParameterError, number
+from vibropipe.physics.exciter import Exciter, ParameterError, as_float
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
-from vibropipe.solve.accuracy.motion_errors import Errors, deviation, exact_errors, misses, sizes_of
+from vibropipe.solve.accuracy.motion_errors import (
+    Errors,
+    deviation,
+    exact_errors,
+    largest_relative_error,
+    motion_scales,
+)
 from vibropipe.solve.motion_dataset import to_variables
-from vibropipe.solve.run import Run, Task, run_motion
+from vibropipe.solve.run import MotionRequest, MotionResult, run_motion
 from vibropipe.words.status import Status
 
-FEWEST_STEPS = 4
+MIN_STEPS = 4
 # Each trial takes so many times the steps of the one before: the first that does is near the fewest.
 GROWTH = 2**0.5
 
@@ -47,7 +53,8 @@ NEWMARK_PRICES = Prices(4.7, 31.0, 82.0, 302.0, 6.0)
 
 class Choice(NamedTuple):
     """method: "exact" or "newmark"; steps_per_period: None for exact; error: what is reached, in the measure
-    of `misses`; reached: whether that is as accurate as asked; nanoseconds: of the march, by the prices."""
+    of `largest_relative_error`; reached: whether that is as accurate as asked; nanoseconds: of the march, by the
+    prices."""
 
     method: str
     steps_per_period: int | None
@@ -71,44 +78,48 @@ def choose(
     Raises ParameterError for what `simulate` does not take either.
     """
     x, v = exciter.check_start(x0, v0)
-    task = Task(tau_start, tau_end, x, v, samples_per_period=0)
-    choice, _run, _errors = choose_for(exciter, task, check_accuracy(accuracy))
+    request = MotionRequest(tau_start, tau_end, x, v, samples_per_period=0)
+    choice, _run, _errors = choose_method(exciter, request, check_accuracy(accuracy))
     return choice
 
 
 def check_accuracy(accuracy: Any) -> float:
     """An accuracy as a float, or a ParameterError."""
     allowed, (least, most) = within_text(ACCURACY, "a finite number"), ACCURACY
-    value = number("accuracy", accuracy, allowed)
+    value = as_float("accuracy", accuracy, allowed)
     if not least <= value <= most:
         raise ParameterError(f"accuracy = {accuracy!r}: allowed is {allowed}")
     return value
 
 
-def choose_for(exciter: Exciter, task: Task, accuracy: float) -> tuple[Choice, Run, Errors]:
+def choose_method(
+    exciter: Exciter, request: MotionRequest, accuracy: float
+) -> tuple[Choice, MotionResult, Errors]:
     """The choice for a task, with the exact motion and its errors, on which it rests."""
-    exact = run_motion(exciter, task)
-    errors = exact_errors(exciter, task, exact)
-    variables = to_variables(exciter, task, exact)
-    sizes = sizes_of(exciter, task, variables)
-    reached = misses(variables, errors, sizes, accuracy)
+    exact = run_motion(exciter, request)
+    errors = exact_errors(exciter, request, exact)
+    variables = to_variables(exciter, request, exact)
+    sizes = motion_scales(exciter, request, variables)
+    reached = largest_relative_error(variables, errors, sizes, accuracy)
     nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
     best = Choice("exact", None, reached, reached <= accuracy, nanoseconds)
     if not best.reached or exact.status != Status.OK:
         return best, exact, errors
-    steps = FEWEST_STEPS
-    short = task._replace(samples_per_period=0)
-    periods = (task.tau_end - task.tau_start) / exciter.period
+    steps = MIN_STEPS
+    short = request._replace(samples_per_period=0)
+    periods = (request.tau_end - request.tau_start) / exciter.period
     while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
-        grid = newmark_grid(task.effects, exciter.parameters(), steps)
+        grid = newmark_grid(request.effects, exciter.parameters(), steps)
         run = run_motion(exciter, short, grid)
         spent = cost(NEWMARK_PRICES, steps, run)
         if spent < nanoseconds and run.status == Status.OK:
             found = to_variables(exciter, short, run)
             error = max(
-                misses(found, deviation(found, variables, errors), sizes, accuracy),
+                largest_relative_error(found, deviation(found, variables, errors), sizes, accuracy),
                 # Impacts of the exact motion that the method does not have.
-                misses(variables, deviation(variables, found, errors), sizes, accuracy),
+                largest_relative_error(
+                    variables, deviation(variables, found, errors), sizes, accuracy
+                ),
             )
             if error <= accuracy:
                 return Choice("newmark", steps, error, True, spent), exact, errors
@@ -116,14 +127,14 @@ def choose_for(exciter: Exciter, task: Task, accuracy: float) -> tuple[Choice, R
     return best, exact, errors
 
 
-def cost(prices: Prices, steps: int, run: Run) -> float:
+def cost(prices: Prices, steps: int, run: MotionResult) -> float:
     """Nanoseconds of a march on a grid of so many steps a period, by its counts; 0 for a closed form."""
     counts, struck = run.counts, run.contacts["impact_tau"].size
     worked = np.array([counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], struck, steps])
     return float(worked @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
 
 
-def least_cost(steps: int, periods: float, exact: Run) -> float:
+def least_cost(steps: int, periods: float, exact: MotionResult) -> float:
     """Nanoseconds that Newmark's method takes at least: its steps, its tables, its impacts."""
     prices, struck = NEWMARK_PRICES, exact.contacts["impact_tau"].size
     met = struck * (prices.polynomial + prices.impact)

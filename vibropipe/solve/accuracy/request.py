@@ -9,10 +9,10 @@ import numpy as np
 from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
-from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_for
+from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_method
 from vibropipe.solve.accuracy.motion_errors import deviation
 from vibropipe.solve.motion_dataset import to_dataset, to_variables
-from vibropipe.solve.run import Task, run_motion
+from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def simulate_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Dataset:
+def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
     """The dataset of `simulate` with `<name>_error` beside every quantity.
 
     Attributes: `method` and `steps_per_period` (of newmark) that were chosen, `accuracy_asked`, and
@@ -29,14 +29,14 @@ def simulate_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Data
     rounding beyond it: `status` is then `inaccurate`, and the errors still hold.
     """
     asked = check_accuracy(accuracy)
-    choice, exact, errors = choose_for(exciter, task, asked)
+    choice, exact, errors = choose_method(exciter, request, asked)
     run = exact
     if choice.steps_per_period is not None:
-        grid = newmark_grid(task.effects, exciter.parameters(), choice.steps_per_period)
-        run = run_motion(exciter, task, grid)
-        found = to_variables(exciter, task, run)
-        errors = deviation(found, to_variables(exciter, task, exact), errors)
-    dataset = to_dataset(exciter, task, run)
+        grid = newmark_grid(request.effects, exciter.parameters(), choice.steps_per_period)
+        run = run_motion(exciter, request, grid)
+        found = to_variables(exciter, request, run)
+        errors = deviation(found, to_variables(exciter, request, exact), errors)
+    dataset = to_dataset(exciter, request, run)
     if dataset["status"] == Status.OK and not choice.reached:
         dataset["status"] = np.int8(Status.INACCURATE)
     for name, error in errors.items():
@@ -51,17 +51,19 @@ def simulate_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Data
     return describe(dataset)
 
 
-def settle_to_accuracy(exciter: Exciter, task: Task, accuracy: Any) -> xr.Dataset:
+def settle_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
     """The dataset of a task that begins after a settling: (x, v) is the start at tau = 0, the record runs from
     tau_start to tau_end, and what the settling leaves in doubt is carried on into its errors."""
-    if task.tau_start == 0.0:
-        return simulate_to_accuracy(exciter, task, accuracy)
-    settling = task._replace(
-        tau_start=0.0, tau_end=task.tau_start, samples_per_period=0, energy=False
+    if request.tau_start == 0.0:
+        return simulate_to_accuracy(exciter, request, accuracy)
+    settling = request._replace(
+        tau_start=0.0, tau_end=request.tau_start, samples_per_period=0, energy=False
     )
     # What is left of its error is then small beside that of the record.
     end = simulate_to_accuracy(exciter, settling, max(check_accuracy(accuracy) / 10, ACCURACY[0]))
     names = ("displacement_end", "velocity_end", "displacement_end_error", "velocity_end_error")
-    x, v, x_doubt, v_doubt = (float(end[name]) for name in names)
-    rest_of_it = task._replace(x=x, v=v, x_doubt=x_doubt, v_doubt=v_doubt)
+    x, v, x_uncertainty, v_uncertainty = (float(end[name]) for name in names)
+    rest_of_it = request._replace(
+        x=x, v=v, x_uncertainty=x_uncertainty, v_uncertainty=v_uncertainty
+    )
     return simulate_to_accuracy(exciter, rest_of_it, accuracy)

@@ -21,10 +21,10 @@ from vibropipe.words.status import Status
 
 SAFETY = 4.0
 # What must be the same for two rows to be the same motion.
-KINDS = ("regime", "period_multiple", "row_size")
+IDENTITY = ("regime", "period_multiple", "row_size")
 
 
-def nudged_rows(parameters: np.ndarray) -> np.ndarray:
+def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
     """Parameters (rows, 7), each moved by one unit in its last place; an effect that is absent, and
     restitution 1, stay so, and an equilibrium at a support stays there."""
     moved = parameters * (1 + ULP * np.array(SIGNS[0][: parameters.shape[1]]))
@@ -39,21 +39,21 @@ def nudged_rows(parameters: np.ndarray) -> np.ndarray:
     return moved
 
 
-def row_errors(parameters: np.ndarray, variables: Variables, again: Variables) -> np.ndarray:
+def row_errors(parameters: np.ndarray, variables: Variables, perturbed: Variables) -> np.ndarray:
     """The error of each row, from its quantities and those of the row solved again."""
     sizes = row_sizes(parameters, variables)
     floor = 8 * ULP + np.nan_to_num(variables["residual"][1], nan=0.0, posinf=0.0)
     error = np.zeros(len(parameters))
     same = np.ones(len(parameters), bool)
-    for name in KINDS:
+    for name in IDENTITY:
         if name in variables:
-            same &= variables[name][1] == again[name][1]
-    for name, apart in differences(variables, again, same).items():
+            same &= variables[name][1] == perturbed[name][1]
+    for name, distance in differences(variables, perturbed, same).items():
         scale = np.minimum(1.0, sizes.get(name, np.ones(len(error))))
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(apart > 0, apart / scale, 0.0)
+            share = np.where(distance > 0, distance / scale, 0.0)
         error = np.maximum(error, share)
-    same &= is_solved(variables["status"][1]) & is_solved(again["status"][1])
+    same &= is_solved(variables["status"][1]) & is_solved(perturbed["status"][1])
     return np.where(same, SAFETY * error + floor, np.inf)
 
 
@@ -76,34 +76,36 @@ def row_sizes(parameters: np.ndarray, variables: Variables) -> dict[str, np.ndar
     return {**sizes, "energy": sizes["velocity"] ** 2}
 
 
-def differences(variables: Variables, again: Variables, same: np.ndarray) -> dict[str, np.ndarray]:
+def differences(
+    variables: Variables, perturbed: Variables, same: np.ndarray
+) -> dict[str, np.ndarray]:
     """Largest difference per row of displacements, velocities, energies, and numbers without unit."""
-    found: dict[str, list[np.ndarray]] = {
+    distances: dict[str, list[np.ndarray]] = {
         name: [np.zeros(len(same))] for name in ("displacement", "velocity", "energy", "number")
     }
 
     def compare(kind: str, name: str) -> None:
         if name in variables:
-            found[kind].append(apart(variables[name][1], again[name][1]))
+            distances[kind].append(row_distance(variables[name][1], perturbed[name][1]))
 
     for kind in ("displacement", "velocity"):
         compare(kind, f"{kind}_strobe")
         compare(kind, f"{kind}_mean")
         if f"{kind}_amplitude" in variables:
-            one, two = (amplitudes(of, kind) for of in (variables, again))
-            found[kind].append(apart(one, two))
+            one, two = (complex_amplitudes(of, kind) for of in (variables, perturbed))
+            distances[kind].append(row_distance(one, two))
     compare("displacement", "displacement")
     compare("number", "floquet_multiplier")
     for name in ("energy_input", "energy_damping", "energy_impact"):
         compare("energy", name)
     if "row_size" in variables:
-        velocity, phase = of_impacts(variables, again, same)
-        found["velocity"].append(velocity)
-        found["number"].append(phase)
-    return {kind: np.max(values, axis=0) for kind, values in found.items()}
+        velocity, phase = impact_differences(variables, perturbed, same)
+        distances["velocity"].append(velocity)
+        distances["number"].append(phase)
+    return {kind: np.max(values, axis=0) for kind, values in distances.items()}
 
 
-def amplitudes(variables: Variables, kind: str) -> np.ndarray:
+def complex_amplitudes(variables: Variables, kind: str) -> np.ndarray:
     """Complex amplitudes (row, harmonic)."""
     values: np.ndarray = variables[f"{kind}_amplitude"][1] * np.exp(
         1j * variables[f"{kind}_phase"][1]
@@ -111,19 +113,19 @@ def amplitudes(variables: Variables, kind: str) -> np.ndarray:
     return values
 
 
-def apart(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def row_distance(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """Largest |one - two| of each row; values that neither row has do not count."""
     distance: np.ndarray = np.nan_to_num(np.abs(one - two), nan=0.0, posinf=np.inf)
     return distance if distance.ndim == 1 else distance.max(axis=tuple(range(1, distance.ndim)))
 
 
-def of_impacts(
-    variables: Variables, again: Variables, same: np.ndarray
+def impact_differences(
+    variables: Variables, perturbed: Variables, same: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest difference per row of impact velocities, and of times of impact in forcing periods."""
     rows = np.arange(len(same))
     mine = np.repeat(rows, variables["row_size"][1])
-    theirs = np.repeat(rows, again["row_size"][1])
+    theirs = np.repeat(rows, perturbed["row_size"][1])
     kept, other = same[mine], same[theirs]
 
     def largest(distance: np.ndarray) -> np.ndarray:
@@ -132,14 +134,14 @@ def of_impacts(
         return worst
 
     def moved(name: str) -> np.ndarray:
-        distance: np.ndarray = np.abs(variables[name][1][kept] - again[name][1][other])
+        distance: np.ndarray = np.abs(variables[name][1][kept] - perturbed[name][1][other])
         return distance
 
     turns = moved("impact_phase")
     return largest(moved("impact_velocity")), largest(np.minimum(turns, np.abs(1 - turns)))
 
 
-def told(variables: Variables, error: np.ndarray, accuracy: float) -> Variables:
+def with_error(variables: Variables, error: np.ndarray, accuracy: float) -> Variables:
     """The variables with the error, and rows that miss the accuracy marked in their status."""
     status = variables["status"][1].copy()
     status[(error > accuracy) & (status == Status.OK)] = Status.INACCURATE

@@ -33,7 +33,7 @@ from vibropipe.study import (
     load_config,
     load_study,
 )
-from vibropipe.study.values import NAME
+from vibropipe.scenes.keys.values import NAME
 
 CONFIG = "config/config.yaml"
 # A sweep is worth a thread for each four seconds of its work.

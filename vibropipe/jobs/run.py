@@ -21,6 +21,7 @@ from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.jobs.solving import code_hash
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.keys.values import NAME
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import NotWrittenError
 from vibropipe.store.atomic import remove_leftovers
@@ -33,7 +34,6 @@ from vibropipe.study import (
     load_config,
     load_study,
 )
-from vibropipe.scenes.keys.values import NAME
 
 CONFIG = "config/config.yaml"
 # A sweep is worth a thread for each four seconds of its work.

@@ -8,7 +8,7 @@ import pytest
 from documents import ROOT, Page
 
 from vibropipe.cli.run import new
-from vibropipe.scenes import solve_to_file
+from vibropipe.jobs.solving import solve_to_file
 from vibropipe.study import load_study
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from documents import Block, Page, all_blocks
 
-from vibropipe.figures import draw_study
-from vibropipe.report import build_report
+from vibropipe.jobs.drawing import draw_study
+from vibropipe.jobs.reporting import build_report
 from vibropipe.study import load_study
 
 PYTHON, STUDIES = all_blocks("python"), all_blocks("yaml")

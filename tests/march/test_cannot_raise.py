@@ -80,7 +80,7 @@ def functions() -> dict[str, Any]:
 
 def test_nothing_that_solves_can_raise(functions: dict[str, Any]) -> None:
     for needed in (
-        "solve.rows.drive", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
+        "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
     ):  # fmt: skip

@@ -57,7 +57,7 @@ def show_progress(
                 print(f"{title}: {said}", file=stream, flush=True)
             else:
                 due = elapsed + BAR_SECONDS
-                bar(completed=done, total=total or None, said=said, visible=True, refresh=True)
+                bar(completed=done, total=total or None, text=said, visible=True, refresh=True)
 
         yield on_progress
 

@@ -49,7 +49,7 @@ def test_sizes_of_scenes():
 
 def test_a_cut_into_one_shard_too_many():
     scene = study_with(s={"kind": "sweep", "over": {"nu": [1, 2]}}).scenes["s"]
-    with pytest.raises(PlanError, match=r"^3 shards: this scene can be cut into 1 to 2"):
+    with pytest.raises(PlanError, match=r"^scenes\.s: must be cut into 1 to 2 shards, got 3$"):
         row_range(scene, 1, 3)
 
 

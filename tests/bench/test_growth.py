@@ -27,7 +27,7 @@ def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
 def test_what_is_no_number_of_points_is_named(words):
     assert growth.parse_points(["1e3", "20"]) == [1000, 20]
     assert growth.parse_points([]) == growth.POINTS
-    with pytest.raises(SystemExit, match=rf"found {words[0]}.* allowed numbers of points"):
+    with pytest.raises(SystemExit, match=rf"points: must be numbers from 1 to .*, got {words[0]}"):
         growth.parse_points(words)
 
 

@@ -74,20 +74,20 @@ BOTH = [["figure", "mine.yaml"], ["report", "mine.yaml", "-o", "report.pdf"]]
 @pytest.mark.parametrize("verb", BOTH)
 def test_a_dataset_that_is_missing(verb, place, capsys):
     (place / "results" / "mine" / "response.nc").unlink()
-    words = ["results/mine holds no dataset of response", "solve the study first"]
+    words = ["results/mine: holds no dataset of response", "solve the study first"]
     refused(place, capsys, words, *verb)
 
 
 @pytest.mark.parametrize("verb", BOTH)
 def test_a_folder_without_results(verb, place, capsys):
-    words = ["there is no folder shards/mine", "solve the study first"]
+    words = ["shards/mine: does not exist", "solve the study first"]
     refused(place, capsys, words, *verb, "--results", "shards")
 
 
 @pytest.mark.parametrize("verb", BOTH)
 def test_a_dataset_of_another_study(verb, place, capsys):
     (place / "mine.yaml").write_text(OTHER)
-    words = ["results/mine/forced.nc was made of another study", "solve the scene again"]
+    words = ["results/mine/forced.nc: was made from another study", "recompute the scene"]
     refused(place, capsys, words, *verb)
 
 
@@ -97,13 +97,13 @@ def test_datasets_of_other_scenes(verb, place, capsys):
     (results / "forced.nc").rename(results / "kept.nc")
     (results / "response.nc").rename(results / "forced.nc")
     (results / "kept.nc").rename(results / "response.nc")
-    refused(place, capsys, ["forced.nc was made of another study"], *verb)
+    refused(place, capsys, ["forced.nc: was made from another study"], *verb)
 
 
 @pytest.mark.parametrize("verb", BOTH)
 def test_a_shard_in_the_place_of_its_sweep(verb, place, capsys):
     shutil.copy(place / "shards" / "mine_1.nc", place / "results" / "mine" / "response.nc")
-    refused(place, capsys, ["response.nc is a shard of a sweep", "join"], *verb)
+    refused(place, capsys, ["response.nc: is a shard of a sweep", "join"], *verb)
 
 
 @pytest.mark.parametrize(
@@ -113,14 +113,14 @@ def test_a_shard_in_the_place_of_its_sweep(verb, place, capsys):
 def test_a_truncated_dataset(verb, place, capsys):
     path = place / "results" / "mine" / "response.nc"
     path.write_bytes(path.read_bytes()[:-500])
-    refused(place, capsys, ["response.nc is truncated", "delete it and run again"], *verb)
+    refused(place, capsys, ["response.nc: is truncated", "delete it and rerun"], *verb)
 
 
 @pytest.mark.parametrize("left", [0, 100, -20])
 def test_a_damaged_figure(left, place, capsys):
     path = place / "results" / "mine" / "figures" / "forced.pdf"
     path.write_bytes(path.read_bytes()[:left])
-    words = ["figures/forced.pdf is damaged", "draw the figures of the study again"]
+    words = ["figures/forced.pdf: is damaged", "draw the figures of the study again"]
     refused(place, capsys, words, "report", "mine.yaml", "-o", "report.pdf")
 
 
@@ -129,8 +129,8 @@ def test_a_damaged_figure(left, place, capsys):
     ("target", "words"),
     [
         ("nowhere", ["nowhere"]),
-        (".", [". holds no scene (no file *.nc)", "solve the study first"]),
-        ("mine.yaml", ["mine.yaml is no dataset"]),
+        (".", [".: holds no scene (no file *.nc)", "solve the study first"]),
+        ("mine.yaml", ["mine.yaml: is no dataset"]),
     ],
 )
 def test_no_dataset_to_show_or_verify(verb, target, words, place, capsys):
@@ -150,17 +150,20 @@ def test_nobody_is_told_to_delete_a_file_that_is_no_dataset(place, capsys):
     ("shards", "words"),
     [
         (["mine_1.nc"], ["rows 2 to 3 of 4 are not in the only shard"]),
-        (["mine_1.nc", "absent.nc"], ["shards/absent.nc cannot be read"]),
+        (["mine_1.nc", "absent.nc"], ["shards/absent.nc: cannot be read"]),
         (
             ["mine_1.nc", "other_2.nc"],
-            ["other_2.nc was solved with nu = 1.15 in row 2, where the study has 1.1"],
+            ["other_2.nc: nu of row 2 differs from the study (must be 1.1, got 1.15)"],
         ),
-        (["other_1.nc", "other_2.nc"], ["other_2.nc was solved with nu = 1.15 in row 2"]),
-        (["mine_1.nc", "../results/mine/response.nc"], ["response.nc is no shard"]),
-        (["../results/mine/forced.nc"], ["forced.nc is no shard"]),
-        (["mine_1.nc", "cut.nc"], ["cut.nc is truncated"]),
-        (["mine_1.nc", "../mine.yaml"], ["mine.yaml is no dataset"]),
-        (["../shards"], ["shards cannot be read"]),
+        (
+            ["other_1.nc", "other_2.nc"],
+            ["other_2.nc: nu of row 2 differs from the study (must be 1.1, got 1.15)"],
+        ),
+        (["mine_1.nc", "../results/mine/response.nc"], ["response.nc: is no shard"]),
+        (["../results/mine/forced.nc"], ["forced.nc: is no shard"]),
+        (["mine_1.nc", "cut.nc"], ["cut.nc: is truncated"]),
+        (["mine_1.nc", "../mine.yaml"], ["mine.yaml: is not a netCDF4 file"]),
+        (["../shards"], ["shards: cannot be read"]),
     ],
 )
 def test_shards_that_do_not_join(shards, words, place, capsys):

@@ -66,7 +66,7 @@ def test_a_mistake_is_told_before_anything_is_begun(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("a/mine.yaml", "b/mine.yaml"), "each study once"),
+        (("a/mine.yaml", "b/mine.yaml"), "studies: must have each study once, got mine, mine"),
         (("mine.yaml", "--results", "re{s}ults"), "results: must be"),
         (("mine.yaml", "--results", "mine.yaml"), "results: must be a folder"),
         (("nowhere.yaml",), "nowhere.yaml: "),

@@ -30,7 +30,7 @@ def test_a_damaged_shard_is_never_joined_and_solved_again_alone(damage, work, sa
         assert work.join(output) == 2
         told = said()
         assert str(shard) in told
-        assert "delete it and run again: only what is missing is computed" in told
+        assert "delete it and rerun; only missing files are recomputed" in told
         assert not list(tmp_path.iterdir())
         shard.unlink()
         assert work.solve_shard(2) == 0
@@ -47,8 +47,8 @@ def test_on_a_full_disk_nothing_is_left_and_with_room_the_same_is_made(work, sai
     for verb in (work.join, work.solve):
         assert verb(place / "response.nc") == 1
         told = said()
-        assert "response.nc was not written: the disk is full" in told
-        assert "Make room and run again" in told
+        assert "response.nc: was not written: the disk is full" in told
+        assert "Free disk space and rerun the command; completed files are kept" in told
         assert [path.name for path in place.iterdir()] == ["other.bin"]
     disk("size=4m")
     assert work.join(place / "response.nc") == 0

@@ -59,7 +59,7 @@ def test_the_command_line_names_files_and_the_folder_of_results(folder):
     run = read_run(None, given, ["made/second/one.nc"])
     assert list(run.studies) == ["third", "first", "second"]
     assert run.report("third") == "made/third/report.pdf"
-    with pytest.raises(PlanError, match="result: must be studies or results"):
+    with pytest.raises(PlanError, match="--config: must be studies or results, got result "):
         read_run(None, {"result": "made"})
 
 
@@ -96,7 +96,7 @@ def test_a_folder_that_takes_no_file_is_told_of_and_one_that_does_is_made(tmp_pa
     assert list(tmp_path.joinpath("new/results").iterdir()) == []
     tmp_path.joinpath("file").touch()
     with pytest.raises(
-        NotWrittenError, match=r"file/results cannot be written \(Not a directory\)"
+        NotWrittenError, match=r"file/results: cannot be written \(Not a directory\): change"
     ):
         check_writable(str(tmp_path / "file" / "results"))
 

@@ -134,8 +134,8 @@ def test_a_damaged_file_is_told_and_the_others_are_verified(results, capsys):
     (results / "forced.nc").write_bytes(flipped)
     assert run(results) == 1
     said = capsys.readouterr().out
-    assert "free.nc is truncated" in said
-    assert "forced.nc is damaged (its checksum does not match)" in said
+    assert "free.nc: is truncated" in said
+    assert "forced.nc: is damaged (its checksum does not match)" in said
     assert said.count("same, bit for bit") == len(SCENES) - 2
 
 
@@ -145,14 +145,16 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     changed(path, kernel_hash="0123456789abcdef", versions=json.dumps(versions), machine="z80")
     assert run(path) == 0
     said = capsys.readouterr().out
-    assert "can differ here: kernel hash was 0123456789abcdef, here " in said
+    assert (
+        "differences are possible on this system: kernel hash was 0123456789abcdef, here " in said
+    )
     assert "machine was z80, here " in said
     assert "numba was 0.1, here " in said
 
     dataset = read(path)
     write(dataset.assign(displacement=dataset["displacement"] + 1), path)
     assert run(path) == 1
-    assert "a difference is expected here: kernel hash was" in capsys.readouterr().out
+    assert "differences are expected on this system: kernel hash was" in capsys.readouterr().out
 
 
 def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsys):
@@ -169,14 +171,17 @@ def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsy
     assert "machine was " in said
     assert " and z80, here " in said
     assert run(shards[0]) == 0
-    assert "1: not verified\n  not compared: it is a shard" in capsys.readouterr().out
+    assert "1: not verified\n  not compared: is a shard" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("attrs", "words"),
     [
         ({"study": STUDY.replace("tau_end: 20", "tau_end: 21")}, "study_hash differs"),
-        ({"title": "tiny: other"}, "names no scene"),
+        (
+            {"title": "tiny: other"},
+            "title: must name a scene of the study in the file, got 'tiny: other'",
+        ),
     ],
 )
 def test_an_origin_that_contradicts_itself_is_a_fault(attrs, words, results, capsys):
@@ -190,7 +195,7 @@ def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
     assert run(tmp_path) == 0
     said = capsys.readouterr().out
     assert "bare: not verified" in said
-    assert "it holds no study" in said
+    assert "contains no study text, so it cannot be recomputed" in said
 
 
 @pytest.mark.parametrize("place", ["absent", "empty"])

@@ -116,12 +116,15 @@ def test_too_many_contacts_are_told_and_leave_no_end():
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"exciters": []}, "exciters is empty"),
-        ({"tau_end": [1.0, 2.0]}, "tau_end has shape (2,)"),
-        ({"tau_end": -1.0}, "tau_end = -1.0"),
-        ({"x0": 7.0}, "x0 = 7.0"),
-        ({"steps_per_period": 0}, "steps_per_period = 0"),
-        ({"max_impacts": -1}, "max_impacts = -1"),
+        ({"exciters": []}, "exciters: must have at least one entry, got []"),
+        (
+            {"tau_end": [1.0, 2.0]},
+            "tau_end: must be a number, or one for each of 1 exciters, got shape (2,)",
+        ),
+        ({"tau_end": -1.0}, "tau_end: must be a finite number >= 0.0, got -1.0"),
+        ({"x0": 7.0}, "(between the supports), got 7.0"),
+        ({"steps_per_period": 0}, "steps_per_period: must be a whole number from 1 to 1e8, got 0"),
+        ({"max_impacts": -1}, "max_impacts: must be a whole number >= 0, got -1"),
     ],
 )
 def test_bad_input_is_named(changed, said):

@@ -88,11 +88,12 @@ def test_all_effects_where_nothing_is_stated() -> None:
 @pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
 def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
     names = [other for other in EFFECT_NAMES if other != name]
-    found, allowed = missing_effect(names, FORCED, 0.0, 0.0) or ("", "")
-    assert name in found
-    assert name in allowed
-    with pytest.raises(vp.ParameterError, match=f"no {name}.*allowed is {name} among them"):
+    must, found = missing_effect(names, FORCED, 0.0, 0.0) or ("", "")
+    assert must.startswith(f"must include {name} unless ")
+    assert found.startswith(f"{', '.join(names)} with ")
+    with pytest.raises(vp.ParameterError) as error:
         resolve_effects(names, FORCED, 0.0, 0.0)
+    assert str(error.value) == f"effects: {must}, got {found}"
 
 
 def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
@@ -109,7 +110,9 @@ def test_more_than_is_called_for_may_be_stated() -> None:
 
 
 def test_an_unknown_effect_is_named() -> None:
-    with pytest.raises(vp.ParameterError, match=r"'friction'.*damping, forcing"):
+    with pytest.raises(
+        vp.ParameterError, match=r"effects: must be among damping, forcing.*, got 'friction'"
+    ):
         effects_from_names(["friction"])
 
 

@@ -69,8 +69,8 @@ def test_its_keys_are_checked_and_documented(folder):
     with pytest.raises(StudyError) as error:
         load_study("clock.yaml")
     assert sorted(str(error.value).splitlines()) == [
-        "clock.yaml: scenes.swing.exciter.h: found 1.0, allowed no exciter: a pendulum has none",
-        "clock.yaml: scenes.swing.gravity: found 0, allowed a finite number above 0 up to 100",
+        "clock.yaml: scenes.swing.exciter.h: must be left out, since a pendulum has no exciter, got 1.0",
+        "clock.yaml: scenes.swing.gravity: must be a finite number above 0 up to 100, got 0",
     ]
     assert "### `kind: pendulum`" in table_of_keys()
     assert "PendulumScene" in json_schema()["$defs"]
@@ -80,7 +80,9 @@ def test_it_is_gone_with_its_registration(tmp_path):
     assert "pendulum" not in kinds()
     file = tmp_path / "clock.yaml"
     file.write_text(STUDY)
-    with pytest.raises(StudyError, match=r"swing.kind: found 'pendulum', allowed motion, sweep"):
+    with pytest.raises(
+        StudyError, match=r"swing.kind: must be one of motion, sweep, .*, got 'pendulum'"
+    ):
         load_study(file)
 
 

@@ -66,26 +66,34 @@ def test_a_bad_argument_is_named_with_its_value(name: str, value: Any) -> None:
 def test_a_march_that_would_take_days_is_refused(solver: dict[str, Any]) -> None:
     exciter = vp.Exciter(l=0.5, nu=1e4, f=2.0, h=0.1)
     with pytest.raises(
-        vp.ParameterError, match=r"tau_end = .* steps of the march; allowed are 1e\+11"
+        vp.ParameterError,
+        match=r"tau_end: must be reached in at most 1e\+11 steps of the march, got 1000000000.0 with \S+ steps",
     ):
         vp.simulate(exciter, tau_end=1e9, v0=2.0, samples_per_period=0, **solver)
 
 
 def test_newmark_without_a_step_says_so() -> None:
-    with pytest.raises(ValueError, match="steps_per_period"):
+    told = (
+        r"steps_per_period: is required \(a whole number from 1 to 1e8\), since method is newmark$"
+    )
+    with pytest.raises(vp.ParameterError, match=told):
         vp.simulate(vp.Exciter(l=0.5), method="newmark")
 
 
 @pytest.mark.parametrize("follow", ["nu", ("nu",), ("nu", "up", "down"), 1])
 def test_follow_is_a_pair(follow: Any) -> None:
-    with pytest.raises(vp.ParameterError, match=r"follow = .* a pair of a swept parameter and a"):
+    with pytest.raises(
+        vp.ParameterError, match=r"follow: must be a pair of a swept parameter and a .*, got "
+    ):
         vp.sweep(vp.Exciter(l=0.5, h=0.1), {"nu": [0.8, 0.9]}, follow=follow)
 
 
 @pytest.mark.parametrize("accuracy", [9e-16, 0.11])
 def test_python_and_studies_have_the_same_limits(accuracy: float) -> None:
     """... of which there is one place."""
-    with pytest.raises(vp.ParameterError, match=r"accuracy = .* a finite number from 1e-15 to 0.1"):
+    with pytest.raises(
+        vp.ParameterError, match=r"accuracy: must be a finite number from 1e-15 to 0.1, got "
+    ):
         vp.simulate(vp.Exciter(l=0.5), accuracy=accuracy)
     with pytest.raises(vp.ParameterError, match="from 1 to 1e8"):
         vp.simulate(vp.Exciter(l=0.5), method="newmark", steps_per_period=10**9)

@@ -83,7 +83,7 @@ def test_dask_arrays_and_followed_chains(client: Client) -> None:
 
 
 def test_a_mistake_is_named_as_without_a_cluster(client: Client) -> None:
-    with pytest.raises(vp.ParameterError, match=r"R1 = 1\.5: .*allowed"):
+    with pytest.raises(vp.ParameterError, match=r"R1: must be .*, got 1\.5"):
         vp.sweep(EXCITER, {"R1": [0.5, 1.5]}, client=client)
 
 
@@ -95,7 +95,7 @@ def test_a_worker_with_other_kernels_is_refused(client: Client) -> None:
 
 def test_what_is_no_client_is_refused() -> None:
     with pytest.raises(
-        vp.ParameterError, match=r"client = 'tcp://.*allowed is a dask\.distributed"
+        vp.ParameterError, match=r"client: must be a dask\.distributed\.Client .*, got 'tcp://"
     ):
         vp.sweep(EXCITER, OVER, client="tcp://127.0.0.1:8786")
 

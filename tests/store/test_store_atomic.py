@@ -55,7 +55,7 @@ def test_each_flipped_byte_is_found(path):
         damaged = bytearray(content)
         damaged[place] ^= 1
         path.write_bytes(damaged)
-        with pytest.raises(StoreError, match=r"a\.nc is (damaged|truncated)"):
+        with pytest.raises(StoreError, match=r"a\.nc: is (damaged|truncated)"):
             store.read(path)
 
 
@@ -63,7 +63,7 @@ def test_each_flipped_byte_is_found(path):
 @pytest.mark.parametrize("every_byte", [True, False])
 def test_a_truncated_file_is_found(path, missing, every_byte):
     path.write_bytes(path.read_bytes()[:-missing])
-    with pytest.raises(StoreError, match=r"a\.nc is truncated.*delete it and run again"):
+    with pytest.raises(StoreError, match=r"a\.nc: is truncated.*delete it and rerun"):
         store.check_intact(path, every_byte=every_byte)
 
 
@@ -75,7 +75,7 @@ def test_an_added_tail_is_found(path):
 
 def test_an_empty_file_is_found(path):
     path.write_bytes(b"")
-    with pytest.raises(StoreError, match=r"a\.nc is empty"):
+    with pytest.raises(StoreError, match=r"a\.nc: is empty"):
         store.read(path)
 
 
@@ -86,7 +86,7 @@ def test_a_foreign_file_is_found(path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(StoreError, match=r"b\.nc cannot be read: No such file"):
+    with pytest.raises(StoreError, match=r"b\.nc: cannot be read: No such file"):
         store.read(tmp_path / "b.nc")
 
 
@@ -128,7 +128,7 @@ def test_a_failing_write_leaves_nothing(tmp_path, monkeypatch):
         raise RuntimeError("NetCDF: HDF error")
 
     monkeypatch.setattr("vibropipe.store.files.define_variables", fail)
-    with pytest.raises(StoreError, match=r"a\.nc was not written: NetCDF: HDF error"):
+    with pytest.raises(StoreError, match=r"a\.nc: was not written: NetCDF: HDF error"):
         store.write(motion(), tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
 
@@ -202,7 +202,7 @@ def test_a_folder_that_cannot_be_written_is_explained(tmp_path, monkeypatch, num
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(Path, "touch", refuse)
-    with pytest.raises(StoreError, match=r"a\.nc was not written: .* does not allow it .*Change"):
+    with pytest.raises(StoreError, match=r"a\.nc: was not written: .* does not allow it .*Change"):
         store.write(motion(), tmp_path / "a.nc")
 
 
@@ -214,7 +214,10 @@ def test_a_full_disk_is_explained_though_hdf5_hides_it(tmp_path, monkeypatch):
         raise RuntimeError("NetCDF: HDF error")
 
     monkeypatch.setattr("vibropipe.store.files.define_variables", fail)
-    with pytest.raises(StoreError, match=r"the disk is full \(0\.0 MB free .*Make room"):
+    with pytest.raises(
+        StoreError,
+        match=r"the disk is full \(0\.0 MB free .*Free disk space and rerun the command; completed files are kept",
+    ):
         store.write(motion(), tmp_path / "a.nc")
 
 
@@ -233,7 +236,7 @@ def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
         "    print(error)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert f"{path} was not written" in done.stdout
+    assert f"{path}: was not written" in done.stdout
     assert list(tmp_path.iterdir()) == []
 
 

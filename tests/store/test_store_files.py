@@ -260,7 +260,7 @@ def test_a_closed_study_can_be_written_again(study):
 
 
 def test_a_missing_study_is_named_with_the_nearest_one(study):
-    with pytest.raises(StoreError, match=r"there is no folder .*papre \(there is .*paper\)"):
+    with pytest.raises(StoreError, match=r"papre: does not exist \(there is .*paper\): solve"):
         store.open_study(study.with_name("papre"))
 
 
@@ -272,5 +272,5 @@ def test_a_study_without_scenes_says_so(tmp_path):
 def test_a_study_with_a_truncated_scene_names_it(study):
     content = (study / "forced.nc").read_bytes()
     (study / "forced.nc").write_bytes(content[:-100])
-    with pytest.raises(StoreError, match=r"forced\.nc is truncated"):
+    with pytest.raises(StoreError, match=r"forced\.nc: is truncated"):
         store.open_study(study)

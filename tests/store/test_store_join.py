@@ -160,8 +160,8 @@ def test_shards_of_other_swept_values_are_refused(tmp_path, follow, name, point,
     path = paths[np.searchsorted([10, 20], row, "right")].name
     held, wanted = float(other.values[name][point]), float(DIMS[name][point])
     told = (
-        rf"{path} was solved with {name} = {held!r} in row {row}, where the study has {wanted!r}: "
-        "delete it and run again"
+        rf"{path}: {name} of row {row} differs from the study \(must be {wanted!r}, got {held!r}\): "
+        "recompute this shard"
     )
     refused(paths, tmp_path, told, grid)
     store.join(paths, tmp_path / "joined.nc", other)
@@ -171,15 +171,15 @@ def test_one_shard_of_another_order_of_rows_is_refused(tmp_path):
     values = rows_of_sweep(ROWS)
     paths = write_shards(tmp_path / "shards", values, [10, 20], GRID)
     store.write(shard(values, 10, 20, grid_of(DIMS, "nu")), paths[1])
-    refused(paths, tmp_path, r"0010\.nc was solved with nu = .* in row 10, where the study has")
+    refused(paths, tmp_path, r"0010\.nc: nu of row 10 differs from the study \(must be .*, got ")
 
 
 @pytest.mark.parametrize("values", [{"h": 0.3}, {"h": 0.2, "R1": 0.7}])
 def test_shards_of_other_shared_values_are_refused(tmp_path, shards, values):
     """... and those that do not hold a parameter, though they agree with each other."""
     told = {
-        1: r"0000\.nc was solved with h = 0\.2 in every row, where the study has 0\.3: delete it",
-        2: r"0000\.nc does not say what R1 its rows have: delete it",
+        1: r"0000\.nc: h of every row differs from the study \(must be 0\.3, got 0\.2\): recompute",
+        2: r"0000\.nc: does not hold the R1 of its rows: delete it",
     }
     refused(shards, tmp_path, told[len(values)], SweepGrid(DIMS, shared=values))
     store.join(shards, tmp_path / "joined.nc", SweepGrid(DIMS, shared={"h": 0.2, "l": 0.5}))
@@ -187,7 +187,7 @@ def test_shards_of_other_shared_values_are_refused(tmp_path, shards, values):
 
 def test_shards_without_their_swept_parameters_are_refused(tmp_path):
     paths = write_shards(tmp_path / "shards", rows_of_sweep(ROWS), [])
-    refused(paths, tmp_path, r"0000\.nc does not say what nu its rows have: delete it")
+    refused(paths, tmp_path, r"0000\.nc: does not hold the nu of its rows: delete it")
 
 
 def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
@@ -250,12 +250,13 @@ def test_rows_held_twice_are_named_with_both_files(tmp_path, shards):
     values = rows_of_sweep(ROWS)
     store.write(shard(values, 15, 20), tmp_path / "shards" / "again.nc")
     again = [*shards, tmp_path / "shards" / "again.nc"]
-    refused(again, tmp_path, r"0010\.nc and .*again\.nc both hold row 15")
-    refused([shards[0], *shards], tmp_path, r"0000\.nc and .*0000\.nc both hold row 0")
+    refused(again, tmp_path, r"0010\.nc and .*again\.nc: both hold row 15")
+    refused([shards[0], *shards], tmp_path, r"0000\.nc and .*0000\.nc: both hold row 0")
 
 
 def test_rows_beyond_the_grid_are_refused(tmp_path, shards):
-    refused(shards, tmp_path, "holds rows up to 41 of 12 rows", SweepGrid({"nu": np.arange(12.0)}))
+    told = "must hold rows up to 11, got rows up to 41"
+    refused(shards, tmp_path, told, SweepGrid({"nu": np.arange(12.0)}))
 
 
 @pytest.mark.parametrize("damage", ["truncated", "damaged", "empty"])
@@ -264,30 +265,30 @@ def test_a_damaged_shard_is_named(tmp_path, shards, damage):
     if damage == "damaged":
         content[len(content) // 2] ^= 4
     shards[2].write_bytes({"truncated": content[:-1], "empty": b""}.get(damage, content))
-    refused(shards, tmp_path, rf"0020\.nc is {damage}")
+    refused(shards, tmp_path, rf"0020\.nc: is {damage}")
 
 
 def test_a_missing_shard_is_named(tmp_path, shards):
     shards[1].unlink()
-    refused(shards, tmp_path, r"0010\.nc cannot be read: No such file")
+    refused(shards, tmp_path, r"0010\.nc: cannot be read: No such file")
 
 
 def test_a_dataset_that_is_no_shard_is_named(tmp_path, shards):
     store.write(motion(), tmp_path / "shards" / "motion.nc")
-    refused([*shards, tmp_path / "shards" / "motion.nc"], tmp_path, r"motion\.nc is no shard")
+    refused([*shards, tmp_path / "shards" / "motion.nc"], tmp_path, r"motion\.nc: is no shard")
 
 
 def test_a_shard_that_lies_about_its_rows_is_named(tmp_path, shards):
     wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID).assign_attrs(row_stop=31)
     store.write(wrong, shards[2])
-    refused(shards, tmp_path, r"0020\.nc says rows 20 to 30 but holds 10")
+    refused(shards, tmp_path, r"0020\.nc: must hold rows 20 to 30, got 10 rows")
 
 
 def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
     wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID)
     wrong["row_size"][0] += 1
     store.write(wrong, shards[2])
-    refused(shards, tmp_path, r"0020\.nc holds \d+ of 'impact' but row_size counts another sum")
+    refused(shards, tmp_path, r"0020\.nc: must hold as many 'impact' as row_size counts, got \d+")
 
 
 @pytest.mark.parametrize(
@@ -296,18 +297,25 @@ def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
         (lambda ds: ds.assign_attrs(kernel_hash="f"), "kernel_hash differs"),
         (lambda ds: ds.assign_attrs(fingerprint="f"), "fingerprint differs"),
         (lambda ds: ds.drop_vars("stable"), "only one holds stable"),
-        (lambda ds: ds.assign_coords(h=0.3), "h has other values"),
-        (lambda ds: ds.isel(harmonic=[0, 1]), "displacement_amplitude has another size|harmonic"),
-        (lambda ds: ds.assign(status=ds.status.astype("i4")), "status has other dimensions or an"),
+        (lambda ds: ds.assign_coords(h=0.3), "values of h differ"),
+        (lambda ds: ds.isel(harmonic=[0, 1]), "size of displacement_amplitude differs|harmonic"),
+        (
+            lambda ds: ds.assign(status=ds.status.astype("i4")),
+            "dimensions or type of status differ",
+        ),
     ],
 )
 def test_shards_of_two_sweeps_are_not_joined(tmp_path, shards, change, match):
     store.write(change(shard(rows_of_sweep(ROWS), 20, 30, GRID)), shards[2])
-    refused(shards, tmp_path, rf"0000\.nc and .*0020\.nc are not of one sweep: .*({match})")
+    refused(
+        shards,
+        tmp_path,
+        rf"0000\.nc and .*0020\.nc belong to different sweeps \(.*({match}).*\): recompute",
+    )
 
 
 def test_shards_of_another_fingerprint_than_the_study_s_are_not_joined(tmp_path, shards):
-    with pytest.raises(StoreError, match=r"0000\.nc is a shard of another study, or of this one"):
+    with pytest.raises(StoreError, match=r"0000\.nc: is a shard of another study, or of this one"):
         store.join(shards, tmp_path / "joined.nc", GRID, {"fingerprint": "other"})
     assert not (tmp_path / "joined.nc").exists()
 
@@ -320,7 +328,7 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("vibropipe.store.ragged.SequentialWriter.finish", fail)
-    with pytest.raises(StoreError, match=r"joined\.nc was not written: the disk is full"):
+    with pytest.raises(StoreError, match=r"joined\.nc: was not written: the disk is full"):
         store.join(shards, tmp_path / "joined.nc", GRID)
     assert (tmp_path / "joined.nc").read_bytes() == before
     assert sorted(item.name for item in tmp_path.iterdir()) == ["joined.nc", "shards"]

@@ -134,5 +134,5 @@ def test_times_and_hosts_go_to_a_sidecar(tmp_path):
 @pytest.mark.parametrize("content", ["{", "[1]", ""])
 def test_a_broken_sidecar_is_named(tmp_path, content):
     (tmp_path / "a.json").write_text(content)
-    with pytest.raises(StoreError, match=r"a\.json .*delete it"):
+    with pytest.raises(StoreError, match=r"a\.json: .*: delete it"):
         store.read_sidecar(tmp_path / "a.nc")

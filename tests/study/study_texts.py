@@ -1,5 +1,7 @@
 """A valid study to change, and what is said of a bad one."""
 
+import re
+
 import pytest
 
 from vibropipe.study import StudyError, load_study
@@ -20,6 +22,14 @@ scenes:
     kind: backbone
     amplitude: [0.1, 0.4, 0.6]
 """
+
+
+# What must hold and the value found; or a key that is missing, unknown or out of place, which has no value to show.
+A_FAULT = re.compile(
+    r": (must .*, got \S|must (be left out|not be combined|lie between)|file name must .*, got \S"
+    r"|is required \(\S|is an unknown key; must \S|cannot be read \()",
+    re.DOTALL,
+)
 
 
 def study_of(text, folder, name="mine"):

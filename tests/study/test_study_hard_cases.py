@@ -19,10 +19,16 @@ def study(tmp_path, scene: str, more: str = ""):
 @pytest.mark.parametrize(
     ("scene", "told"),
     [
-        ("{kind: hard_cases, cases: [grazing_fre]}", "scenes.s.cases[0]: found 'grazing_fre'"),
-        ("{kind: hard_cases, cases: [split, split]}", "scenes.s.cases: found split, split"),
-        ("{kind: hard_cases, exciter: {h: 1}}", "scenes.s.exciter.h: found 1.0, allowed no exc"),
-        ("{kind: hard_cases, tau_end: 1}", "scenes.s.tau_end: found an unknown key"),
+        ("{kind: hard_cases, cases: [grazing_fre]}", ", got 'grazing_fre'"),
+        (
+            "{kind: hard_cases, cases: [split, split]}",
+            "scenes.s.cases: must have each name once, got split, split",
+        ),
+        (
+            "{kind: hard_cases, exciter: {h: 1}}",
+            "s.exciter.h: must be left out, since each case has its own exciter, got 1.0",
+        ),
+        ("{kind: hard_cases, tau_end: 1}", "scenes.s.tau_end: is an unknown key; must be "),
     ],
 )
 def test_what_is_refused(tmp_path, scene, told):

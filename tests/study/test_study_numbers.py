@@ -3,7 +3,7 @@
 import pytest
 from study_texts import BASE, faults, scene_faults, study_of
 
-COMMA = "scenes.s.{}: found '{}', allowed {} (write {}, with a point)"
+COMMA = "scenes.s.{0}: must be {2}, got '{1}' (write {3}, with a point)"
 
 
 @pytest.mark.parametrize(
@@ -16,7 +16,7 @@ COMMA = "scenes.s.{}: found '{}', allowed {} (write {}, with a point)"
 )
 def test_a_tab_as_indentation(tmp_path, text, line):
     assert faults(text, tmp_path) == [
-        f"found a tab at the start of line {line}, allowed indentation by spaces "
+        f"must be indented by spaces, got a tab at the start of line {line} "
         "(put spaces in place of each tab)"
     ]
 
@@ -61,9 +61,9 @@ def test_a_decimal_comma(tmp_path, scene, told):
 @pytest.mark.parametrize(
     ("values", "told"),
     [
-        ("[0,5]", "found 0.0, allowed a finite number > 0"),
-        ("[0,5, 1,5]", "found 1.0 after 5.0, allowed increasing numbers, each once"),
-        ("{values: [0,5, 1,5]}", "found 1.0 after 5.0, allowed increasing numbers, each once"),
+        ("[0,5]", "must be a finite number > 0, got 0.0"),
+        ("[0,5, 1,5]", "must be increasing numbers, each once, got 1.0 after 5.0"),
+        ("{values: [0,5, 1,5]}", "must be increasing numbers, each once, got 1.0 after 5.0"),
     ],
 )
 def test_decimal_commas_in_a_list_that_is_refused(tmp_path, values, told):
@@ -72,17 +72,20 @@ def test_decimal_commas_in_a_list_that_is_refused(tmp_path, values, told):
     assert line == f"{path}: {told} (if 0.5 is meant, write it with a point)"
 
 
-@pytest.mark.parametrize("values", ["[0.5, 0.2]", "[3, 2, 1]", "[-1, -2]"])
-def test_a_list_that_cannot_be_meant_with_commas_has_no_such_hint(tmp_path, values):
+@pytest.mark.parametrize(
+    ("values", "found"),
+    [("[0.5, 0.2]", "0.2 after 0.5"), ("[3, 2, 1]", "2.0 after 3.0"), ("[-1, -2]", "-2.0 after -1.0")],
+)  # fmt: skip
+def test_a_list_that_cannot_be_meant_with_commas_has_no_such_hint(tmp_path, values, found):
     (line,) = scene_faults(f"{{kind: sweep, over: {{f: {values}}}}}", tmp_path)
-    assert line.endswith("allowed increasing numbers, each once")
+    assert line.endswith(f"must be increasing numbers, each once, got {found}")
 
 
 def test_lists_and_mappings_without_spaces_stay_what_they_are(tmp_path):
     study = study_of(BASE.replace("[0.1, 0.4, 0.6]", "[1,5]"), tmp_path)
     assert study.scene("free").over_arrays()["amplitude"].tolist() == [1, 5]
     (line,) = scene_faults("{kind: motion, tau_end: 1,5: 2}", tmp_path)
-    assert line.startswith("scenes.s.5: found an unknown key")
+    assert line.startswith("scenes.s.5: is an unknown key; must be one of title, ")
 
 
 @pytest.mark.parametrize(
@@ -96,7 +99,7 @@ def test_lists_and_mappings_without_spaces_stay_what_they_are(tmp_path):
 )
 def test_a_number_in_quotes(tmp_path, scene, path, allowed):
     assert scene_faults(scene, tmp_path) == [
-        f"scenes.s.{path}: found '20', allowed {allowed} (a number stands without quotes: write 20)"
+        f"scenes.s.{path}: must be {allowed}, got '20' (a number stands without quotes: write 20)"
     ]
 
 

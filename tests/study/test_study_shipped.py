@@ -44,10 +44,10 @@ def test_a_study_without_a_file_is_named_with_the_nearest_that_has_one(tmp_path)
     with pytest.raises(StudyError) as caught:
         load_config(config)
     assert str(caught.value).splitlines() == [
-        f"{config}: studies[0]: found 'papr', for which there is no {tmp_path / 'papr.yaml'}, "
-        "allowed paper, regimes (did you mean 'paper'?)",
-        f"{config}: studies[2]: found 'other', for which there is no {tmp_path / 'other.yaml'}, "
-        "allowed paper, regimes",
+        f"{config}: studies[0]: must be the name of a study beside this file (paper, regimes), "
+        f"got 'papr', but {tmp_path / 'papr.yaml'} does not exist (did you mean 'paper'?)",
+        f"{config}: studies[2]: must be the name of a study beside this file (paper, regimes), "
+        f"got 'other', but {tmp_path / 'other.yaml'} does not exist",
     ]
     config.write_text("studies: [paper, regimes]\n")
     assert load_config(config).studies == ["paper", "regimes"]
@@ -62,13 +62,17 @@ def test_a_file_in_place_of_a_study_is_told_its_name(tmp_path, name):
 
 def test_a_folder_without_studies(tmp_path):
     (tmp_path / "config.yaml").write_text("studies: [mine]\n")
-    with pytest.raises(StudyError, match=r"allowed the name of a study beside .*there is none"):
+    with pytest.raises(
+        StudyError, match=r"must be the name of a study beside .*there is none\), got 'mine'"
+    ):
         load_config(tmp_path / "config.yaml")
 
 
 def test_a_misspelt_key_of_the_configuration(tmp_path):
     (tmp_path / "config.yaml").write_text("studys: [one]\n")
-    with pytest.raises(StudyError, match=r"studys: found an unknown key.*did you mean 'studies'"):
+    with pytest.raises(
+        StudyError, match=r"studys: is an unknown key; must be .*did you mean 'studies'"
+    ):
         load_config(tmp_path / "config.yaml")
 
 
@@ -114,7 +118,7 @@ def test_drift_is_seen_and_mended(tmp_path):
     assert (tmp_path / "study.schema.json").read_bytes() == (
         CONFIG / "study.schema.json"
     ).read_bytes()
-    with pytest.raises(StudyError, match="found no table of keys"):
+    with pytest.raises(StudyError, match=r"must have the lines .*, got no table of keys"):
         readme_text("# Nothing here")
 
 

@@ -129,14 +129,14 @@ def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
     shutil.rmtree(unsolved.path("results"))
     unsolved.path("results").write_text("a file where a folder should be")
     said = unsolved.snakemake(TARGET, code=2)
-    assert "results: must be a folder, but results is a file" in said
+    assert "results: must be a folder, got the file results" in said
     assert "Traceback" not in said
 
     # no folder can be made there, whoever asks
     nowhere = "studies: [tiny]\nresults: /proc/results\n"
     unsolved.path("config/config.yaml").write_text(nowhere)
     said = unsolved.snakemake("/proc/results/tiny/response.nc", code=1)
-    assert "/proc/results cannot be written (No such file or directory): change" in said
+    assert "/proc/results: cannot be written (No such file or directory): change" in said
     assert "Traceback" not in said
     assert not jobs(said, "Started")
 

@@ -258,8 +258,8 @@ def parse_points(words: Sequence[str]) -> Sequence[int]:
     except (ValueError, OverflowError):
         points = [0]
     if not all(1 <= count <= MAX_POINTS for count in points):
-        found = " ".join(words)
-        raise SystemExit(f"found {found}, allowed numbers of points from 1 to {MAX_POINTS:.0e}")
+        must = f"must be numbers from 1 to {MAX_POINTS:.0e}"
+        raise SystemExit(f"points: {must}, got {' '.join(words)}")
     return points or POINTS
 
 

@@ -108,9 +108,7 @@ def simulate(
 
     if plot is not None and plot.suffix not in PLOT_SUFFIXES:
         allowed = ", ".join(PLOT_SUFFIXES)
-        raise typer.BadParameter(
-            f"found {plot.name}, allowed endings {allowed}", param_hint="--plot"
-        )
+        raise typer.BadParameter(f"must end in {allowed}, got {plot.name}", param_hint="--plot")
     exciter = Exciter(l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2)
     motion = solve_motion(
         exciter,
@@ -271,7 +269,7 @@ def shard_of(text: str) -> tuple[int, int]:
     """Read `I/N`, the I-th of N shards."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if found is None:
-        raise typer.BadParameter(f"found {text!r}, allowed I/N such as 3/8", param_hint="--shard")
+        raise typer.BadParameter(f"must be I/N, such as 3/8, got {text!r}", param_hint="--shard")
     return int(found[1]), int(found[2])
 
 

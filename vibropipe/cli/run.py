@@ -74,10 +74,10 @@ def new(
     file = name.with_suffix(".yaml")
     if not NAME.fullmatch(file.stem):
         raise typer.BadParameter(
-            f"found {file.stem!r}, allowed {NameRule().allowed}", param_hint="NAME"
+            f"must be {NameRule().allowed}, got {file.stem!r}", param_hint="NAME"
         )
     if file.exists():
-        raise typer.BadParameter(f"{file} is there already: choose another name", param_hint="NAME")
+        raise typer.BadParameter(f"{file}: exists already: choose another name", param_hint="NAME")
     schema = file.with_name("study.schema.json")
     if not schema.exists():
         with atomic_file(schema) as temporary:

@@ -41,10 +41,10 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
 def _check_figure(path: Path) -> None:
     """Raise StoreError unless ``path`` is a whole PDF."""
     if not path.is_file():
-        raise StoreError(f"there is no figure {path}: draw the figures of the study first")
+        raise StoreError(f"{path}: does not exist: draw the figures of the study first")
     content = path.read_bytes()
     if not (content.startswith(b"%PDF-") and content.rstrip().endswith(b"%%EOF")):
-        raise StoreError(f"{path} is damaged: draw the figures of the study again")
+        raise StoreError(f"{path}: is damaged: draw the figures of the study again")
 
 
 def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:

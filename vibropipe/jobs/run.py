@@ -178,7 +178,9 @@ def _config(config_file: str | None, given: Mapping[str, Any]) -> Config:
     """Return the list of studies: the command line's, else the file's."""
     unknown = sorted(set(given) - {"studies", "results"})
     if unknown:
-        raise PlanError(f"--config {unknown[0]}: must be studies or results; see also --configfile")
+        raise PlanError(
+            f"--config: must be studies or results, got {unknown[0]} (see also --configfile)"
+        )
     if "studies" in given:
         return config_of_files(given["studies"], given.get("results", "results"))
     config = load_config(config_file or CONFIG)
@@ -192,7 +194,7 @@ def check_results_name(results: str) -> None:
     if set(results) & set("{}*"):
         raise PlanError(f"results: must be a folder's name without {{, }} and *, got {results!r}")
     if Path(results).exists() and not Path(results).is_dir():
-        raise PlanError(f"results: must be a folder, but {results} is a file")
+        raise PlanError(f"results: must be a folder, got the file {results}")
 
 
 def check_writable(results: str) -> None:
@@ -203,7 +205,7 @@ def check_writable(results: str) -> None:
             pass
     except OSError as error:
         raise NotWrittenError(
-            f"{results} cannot be written ({error.strerror}): change its permissions, make room, or name"
+            f"{results}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
             f" another folder under `results` in {CONFIG}"
         ) from None
 

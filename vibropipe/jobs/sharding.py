@@ -37,7 +37,7 @@ def shard_seconds() -> float:
     except ValueError:
         seconds = math.nan
     if not 0 < seconds < math.inf:
-        raise PlanError(f"{SHARD_VARIABLE} = {text!r}: allowed is a number of seconds above 0")
+        raise PlanError(f"{SHARD_VARIABLE}: must be a number of seconds above 0, got {text!r}")
     return seconds
 
 
@@ -51,5 +51,7 @@ def as_cut(scene: BaseScene) -> Kind:
     """Return the kind of a scene that can be cut into shards; PlanError if it cannot."""
     kind = kind_of(scene)
     if not kind.can_be_cut:
-        raise PlanError(f"scene {scene.name} is a {scene.kind}: only sweeps are cut into shards")
+        raise PlanError(
+            f"scenes.{scene.name}: must be a sweep to be cut into shards, got a {scene.kind}"
+        )
     return kind

@@ -25,8 +25,8 @@ __all__ = ["ROWS", "Verdict", "new_seed", "verify"]
 
 ROWS = 100
 MAX_REPORTED = 3
-NO_STUDY = "it holds no study, so that nothing tells how it was made"
-A_SHARD = "it is a shard of a sweep: join all of them first"
+NO_STUDY = "contains no study text, so it cannot be recomputed"
+A_SHARD = "is a shard of a sweep: join all its shards first"
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class Verdict:
             lines.append(f"  and {len(self.faults) - MAX_REPORTED} more")
         lines += [f"  not compared: {self.left_out}"] if self.left_out else []
         if self.reasons:
-            word = "can differ here" if self.good else "a difference is expected here"
-            lines.append(f"  {word}: {'; '.join(self.reasons)}")
+            word = "possible" if self.good else "expected"
+            lines.append(f"  differences are {word} on this system: {'; '.join(self.reasons)}")
         return "\n".join(lines)
 
 
@@ -112,9 +112,11 @@ def _asked(attrs: dict[str, Any]) -> tuple[Study, BaseScene]:
     """Return the study that a file holds, and its scene in it."""
     text, title = str(attrs["study"]), str(attrs.get("title", ""))
     if hashlib.sha256(text.encode()).hexdigest() != attrs.get("study_hash"):
-        raise _ForeignError("the study in it is not the one it was made of (study_hash differs)")
+        raise _ForeignError(
+            "study: must be the one the file was made from, but its study_hash differs"
+        )
     name, _, scene = title.partition(": ")
     study = study_of_text(text, name)
     if scene not in study.scenes:
-        raise _ForeignError(f"its title {title!r} names no scene of the study in it")
+        raise _ForeignError(f"title: must name a scene of the study in the file, got {title!r}")
     return study, study.scenes[scene]

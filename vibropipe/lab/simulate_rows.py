@@ -85,9 +85,9 @@ def simulate_rows(
     steps = check_steps(steps_per_period)
     rows = len(exciters)
     if rows == 0:
-        raise ParameterError("exciters is empty: allowed is at least one")
+        raise ParameterError("exciters", exciters, must="must have at least one entry")
     if not isinstance(max_impacts, (int, np.integer)) or max_impacts < 0:
-        raise ParameterError(f"max_impacts = {max_impacts!r}: allowed is a whole number >= 0")
+        raise ParameterError("max_impacts", max_impacts, "a whole number >= 0")
     ends, xs, vs = (
         _per_row(name, value, rows)
         for name, value in (("tau_end", tau_end), ("x0", x0), ("v0", v0))
@@ -109,9 +109,8 @@ def _dim_of(name: str) -> str:
 def _per_row(name: str, value: Any, rows: int) -> np.ndarray:
     array = np.asarray(value)
     if array.ndim > 1 or (array.ndim == 1 and array.size != rows):
-        raise ParameterError(
-            f"{name} has shape {array.shape}: allowed is a number, or one for each of {rows} exciters"
-        )
+        allowed = f"a number, or one for each of {rows} exciters"
+        raise ParameterError(name, value, allowed, got=f"shape {array.shape}")
     return np.broadcast_to(array, rows)
 
 

@@ -54,7 +54,9 @@ def effects_from_names(names: Iterable[str]) -> Effects:
     """Return effects by name, or raise a ParameterError for a name that is none of EFFECT_NAMES."""
     chosen = set(names)
     for name in chosen - set(EFFECT_NAMES):
-        raise ParameterError(f"effects: {name!r}: allowed are any of {', '.join(EFFECT_NAMES)}")
+        raise ParameterError(
+            "effects", names, must=f"must be among {', '.join(EFFECT_NAMES)}", got=repr(name)
+        )
     return Effects(*(1 if name in chosen else None for name in EFFECT_NAMES))
 
 
@@ -111,7 +113,8 @@ def resolve_effects(
     stated = effects_from_names(names)
     missing = missing_effect(names, values, *at, **how)
     if missing is not None:
-        raise ParameterError(f"effects = {', '.join(names)}: {missing[0]}; allowed is {missing[1]}")
+        must, got = missing
+        raise ParameterError("effects", names, must=must, got=got)
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
     marched = {name: 1 for name, bit in WATCHED.items() if (derived.watched or 0) & bit}
     return stated._replace(watched=derived.watched, **marched)
@@ -125,7 +128,10 @@ def absent_supports(names: Sequence[str]) -> tuple[str, ...]:
 def missing_effect(
     names: Sequence[str], values: Mapping[str, Any], *at: Any, **how: Any
 ) -> tuple[str, str] | None:
-    """(what was found, what is allowed) where `names` leave out an effect that the parameters call for."""
+    """Return what must hold and what is the case where `names` leave out an effect that is called for, else None.
+
+    Example: ("must include forcing unless f = 0", "damping with f = 1.0").
+    """
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
     called_for = [name for name in EFFECT_NAMES if getattr(derived, name) is not None]
     missing = [name for name in called_for if name not in (*names, *WATCHED)]
@@ -136,12 +142,13 @@ def missing_effect(
     parameters, otherwise = {
         "damping": (["h"], "h = 0"),
         "forcing": (["f"], "f = 0"),
-        "restitution": (["R1", "R2"], "R = 1 on the supports that are"),
-        "rest": (["f"], "|f| below l - |delta|"),
+        "restitution": (["R1", "R2"], "R = 1 on the supports included"),
+        "rest": (["f"], "|f| < l - |delta|"),
     }[effect]
     # what is farthest from an absent effect
     farthest = np.min if effect == "restitution" else np.max
     values_text = ", ".join(f"{q} = {float(farthest(np.abs(values[q])))!r}" for q in parameters)
     if effect == "rest":
         values_text = f"a force of {values_text} that can press the mass on a support"
-    return f"no {effect}, but {values_text}", f"{effect} among them, or {otherwise}"
+    stated = ", ".join(names) or "no effects"
+    return f"must include {effect} unless {otherwise}", f"{stated} with {values_text}"

@@ -11,7 +11,35 @@ from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, POSITIVE, R
 
 
 class ParameterError(ValueError):
-    """A parameter is outside what the model allows; the message names it, its value and what is allowed."""
+    """A parameter or an argument has a value that is not allowed.
+
+    Its text reads "nu: must be a finite number > 0, got -1.0".
+
+    Parameters
+    ----------
+    name : str
+        Name of the parameter or argument.
+    value : Any
+        Its value.
+    allowed : str
+        What it takes, a noun phrase ("a finite number > 0"); `must` if left out.
+    must : str
+        What must hold, a full predicate; "must be <allowed>" if left out.
+    got : str or None
+        The value as the text shows it, "" for not at all; `repr(value)` if left out.
+    """
+
+    def __init__(
+        self, name: str, value: Any, allowed: str = "", must: str = "", got: str | None = None
+    ) -> None:
+        # All arguments go to the base class: a copy sent to another process is built from them.
+        super().__init__(name, value, allowed, must, got)
+        self.name, self.value, self.allowed = name, value, allowed or must
+        self.must = must or f"must be {allowed}"
+        self.got = repr(value) if got is None else got
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.must}" + (f", got {self.got}" if self.got else "")
 
 
 class Parameters(NamedTuple):
@@ -33,15 +61,15 @@ def as_float(name: str, value: Any, allowed: str) -> float:
             raise TypeError
         return float(value)
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {value!r}: allowed is {allowed}") from None
+        raise ParameterError(name, value, allowed) from None
 
 
 def number_within(name: str, value: Any, within: Range) -> float:
     """Return `value` as a float that lies in a range, or raise a ParameterError naming it."""
-    found = as_float(name, value, within.text)
-    if not within.contains(found):
-        raise ParameterError(f"{name} = {found!r}: allowed is {within.text}")
-    return found
+    number = as_float(name, value, within.text)
+    if not within.contains(number):
+        raise ParameterError(name, number, within.text)
+    return number
 
 
 @dataclass(frozen=True)
@@ -81,10 +109,11 @@ class Exciter:
         for name, known in PARAMETERS.items():
             object.__setattr__(self, name, number_within(name, getattr(self, name), known.range))
         if not self.lower < self.upper:
-            raise ParameterError(
-                f"l = {self.l!r}: with delta = {self.delta!r} the supports fall on one floating-point number; "
-                "allowed is an l of at least 1e-15 |delta|"
+            allowed = (
+                "at least 1e-15 |delta| so that the supports are distinct floating-point numbers"
             )
+            got = f"l = {self.l!r}, delta = {self.delta!r}"
+            raise ParameterError("l", self.l, allowed, got=got)
 
     @classmethod
     def from_physical(
@@ -162,5 +191,5 @@ class Exciter:
             x = as_float("x0", x0, allowed)
             least, most = start_room(self.l, self.delta)
             if not least <= x <= most:
-                raise ParameterError(f"x0 = {x!r}: allowed is {allowed}")
+                raise ParameterError("x0", x, allowed)
         return float(start_at(self.l, self.delta, x, v)), v

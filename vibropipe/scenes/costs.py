@@ -27,7 +27,7 @@ HEAD_BYTES = 9e4
 
 
 class PlanError(ValueError):
-    """A scene cannot be cut as asked; the message says what is allowed."""
+    """A scene cannot be cut into shards as requested, or a run has a wrong setting."""
 
 
 @dataclass(frozen=True)

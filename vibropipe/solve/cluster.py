@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 SHARDS_PER_THREAD = 8
 MAX_ROWS = 8192
+CLIENT = "a dask.distributed.Client that is not asynchronous"
 INSTALL = "pip install 'vibropipe[dask]'"
 
 # Not every threading layer of numba bears two parallel regions at once: tasks of a worker take turns,
@@ -47,8 +48,8 @@ def solve_on_cluster(
         return list(client.gather(futures))
     except KilledWorker as error:
         raise RuntimeError(
-            f"a shard was given up, since every worker that took it was lost ({error}): see the logs of the "
-            "workers; most often their memory is too small"
+            f"shard abandoned: every worker that ran it was lost ({error}). See the worker logs; the usual cause "
+            "is too little memory"
         ) from error
     finally:
         client.cancel(futures)
@@ -70,13 +71,10 @@ def check_client(client: Any) -> None:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ParameterError(
-            f"client = {client!r}: allowed is a dask.distributed.Client, which is not installed: {INSTALL}"
-        ) from error
+        got = f"{client!r}; dask.distributed is not installed: {INSTALL}"
+        raise ParameterError("client", client, CLIENT, got=got) from error
     if not isinstance(client, Client) or client.asynchronous:
-        raise ParameterError(
-            f"client = {client!r}: allowed is a dask.distributed.Client that is not asynchronous"
-        )
+        raise ParameterError("client", client, CLIENT)
 
 
 def _cuts(grid: SweepGrid, threads: int) -> list[int]:

@@ -42,9 +42,9 @@ def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
     try:
         array = np.atleast_1d(np.asarray(values, dtype=float))
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {values!r}: allowed is {allowed}") from None
+        raise ParameterError(name, values, allowed) from None
     if array.ndim != 1 or array.size == 0 or not (np.isfinite(array) & (array > least)).all():
-        raise ParameterError(f"{name} = {values!r}: allowed is {allowed}")
+        raise ParameterError(name, values, allowed)
     return array
 
 
@@ -133,7 +133,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     least = max(0.0, lower, -upper)
     sizes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
     if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
-        raise ParameterError(f"harmonics = {harmonics!r}: allowed is a whole number from 1 to 1000")
+        raise ParameterError("harmonics", harmonics, "a whole number from 1 to 1000")
     frequency, meets = np.empty(sizes.size), np.empty((sizes.size, 2), np.int64)
     coefficients = np.empty((sizes.size, harmonics + 1))
     _arcs(exciter.parameters(), sizes, int(harmonics), frequency, meets, coefficients)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.march.grid import StepGrid, newmark_grid
 from vibropipe.physics.effects import Effects, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.limits import STEPS_PER_PERIOD
+from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
 from vibropipe.solve.motion_dataset import to_dataset
 from vibropipe.solve.run import MotionRequest, check_whole, run_motion, span_in_turns
@@ -127,9 +127,9 @@ def simulate(
     )
     if accuracy is not None:
         if method != "exact" or steps_per_period is not None:
-            raise ParameterError(
-                f"accuracy = {accuracy!r}: allowed without method and steps_per_period, which it chooses"
-            )
+            must = "must not be combined with method or steps_per_period, which it selects"
+            got = f"method = {method!r}, steps_per_period = {steps_per_period!r}"
+            raise ParameterError("accuracy", accuracy, must=must, got=got)
         return simulate_to_accuracy(exciter, request, accuracy)
     grid = _grid(exciter, request.effects, method, steps_per_period)
     return to_dataset(exciter, request, run_motion(exciter, request, grid))
@@ -140,18 +140,18 @@ def _grid(
 ) -> StepGrid | None:
     """Return the grid of Newmark's method; None for the exact method, which chooses its own."""
     if method not in METHODS:
-        raise ParameterError(f"method = {method!r}: allowed is one of {', '.join(METHODS)}")
+        raise ParameterError("method", method, " or ".join(METHODS))
     if method == "newmark":
         return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
     if steps_per_period is not None:
-        raise ParameterError(
-            f"steps_per_period = {steps_per_period!r}: allowed with method 'newmark' only; "
-            "the exact method has no step to choose"
-        )
+        must = "must be left out unless method is newmark; the exact method has no step"
+        raise ParameterError("steps_per_period", steps_per_period, must=must)
     return None
 
 
 def check_steps(steps_per_period: Any) -> int:
     """Return a number of Newmark steps in a forcing period, or raise a ParameterError."""
-    why = " (method 'newmark' needs it)"
-    return check_whole("steps_per_period", steps_per_period, STEPS_PER_PERIOD, why)
+    if steps_per_period is None:
+        must = f"is required ({within_text(STEPS_PER_PERIOD)}), since method is newmark"
+        raise ParameterError("steps_per_period", None, must=must, got="")
+    return check_whole("steps_per_period", steps_per_period, STEPS_PER_PERIOD)

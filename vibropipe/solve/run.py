@@ -176,27 +176,27 @@ def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[f
     start = as_float("tau_start", tau_start, "a finite number >= 0")
     end = as_float("tau_end", tau_end, "a finite number >= tau_start")
     if not (math.isfinite(start) and start >= 0):
-        raise ParameterError(f"tau_start = {start!r}: allowed is a finite number >= 0")
+        raise ParameterError("tau_start", start, "a finite number >= 0")
     if not (math.isfinite(end) and end >= start):
-        raise ParameterError(f"tau_end = {end!r}: allowed is a finite number >= {start!r}")
+        raise ParameterError("tau_end", end, f"a finite number >= {start!r}")
     turns = (start * exciter.nu / (2 * math.pi), end * exciter.nu / (2 * math.pi))
     if turns[1] > 2**52:
-        raise ParameterError(f"tau_end = {end!r}: allowed are at most 2**52 forcing periods")
+        raise ParameterError("tau_end", end, "at most 2**52 forcing periods")
     return turns
 
 
 def _check_steps(request: MotionRequest, steps: float) -> None:
     if steps > MAX_MARCH_STEPS:
-        raise ParameterError(
-            f"tau_end = {request.tau_end!r}: {steps:.3g} steps of the march; allowed are {MAX_MARCH_STEPS:g}"
-        )
+        must = f"must be reached in at most {MAX_MARCH_STEPS:g} steps of the march"
+        got = f"{request.tau_end!r} with {steps:.3g} steps"
+        raise ParameterError("tau_end", request.tau_end, must=must, got=got)
 
 
-def check_whole(name: str, value: Any, limits: tuple[int, int], why: str = "") -> int:
-    """A whole number within limits, or a ParameterError."""
+def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
+    """Return a whole number within limits, or raise a ParameterError."""
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or not limits[0] <= value <= limits[1]:
-        raise ParameterError(f"{name} = {value!r}: allowed is {within_text(limits)}{why}")
+        raise ParameterError(name, value, within_text(limits))
     return int(value)
 
 
@@ -206,9 +206,9 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
     # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
     count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
     if count > MAX_SAMPLES:
-        raise ParameterError(
-            f"samples_per_period = {per_period!r}: {count} samples up to tau_end; allowed are {MAX_SAMPLES}"
-        )
+        must = f"must give at most {MAX_SAMPLES} samples up to tau_end"
+        got = f"{per_period!r} with {count} samples"
+        raise ParameterError("samples_per_period", per_period, must=must, got=got)
     return np.arange(count) / max(per_period, 1)
 
 

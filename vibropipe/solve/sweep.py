@@ -121,34 +121,31 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     arrays = {}
     for name, values in over.items():
         if name not in Parameters._fields:
-            raise ParameterError(f"over: {name!r}: allowed are {', '.join(Parameters._fields)}")
+            must = f"must have keys among {', '.join(Parameters._fields)}"
+            raise ParameterError("over", over, must=must, got=repr(name))
         array = np.atleast_1d(np.asarray(values, dtype=float))
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
-            raise ParameterError(
-                f"over: {name} = {values!r}: allowed is a non-empty list of finite numbers"
-            )
+            raise ParameterError(f"over.{name}", values, "a non-empty list of finite numbers")
         if np.unique(array).size != array.size:
-            raise ParameterError(
-                f"over: {name} = {values!r}: allowed are values that differ from each other"
-            )
+            raise ParameterError(f"over.{name}", values, "values that differ from each other")
         arrays[name] = array
     if not arrays:
-        raise ParameterError("over is empty: allowed is at least one parameter with its values")
+        must = "must have at least one parameter with its values"
+        raise ParameterError("over", over, must=must)
     return arrays
 
 
 def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     if follow is None:
         return None
-    if isinstance(follow, str) or not np.shape(follow) == (2,):
-        raise ParameterError(
-            f'follow = {follow!r}: allowed is a pair of a swept parameter and a direction, like ("nu", "up")'
-        )
+    if isinstance(follow, str) or np.shape(follow) != (2,):
+        allowed = 'a pair of a swept parameter and a direction, like ("nu", "up")'
+        raise ParameterError("follow", follow, allowed)
     along, direction = follow
     if along not in over:
-        raise ParameterError(f"follow: along = {along!r}: allowed is one of {', '.join(over)}")
+        raise ParameterError("follow.along", along, f"a swept parameter ({', '.join(over)})")
     if direction not in DIRECTIONS:
-        raise ParameterError(f"follow: direction = {direction!r}: allowed is up or down")
+        raise ParameterError("follow.direction", direction, "up or down")
     return along, direction
 
 
@@ -186,10 +183,9 @@ def solve_blocks(
     """
     grid = grid_of(exciter, over, follow)
     if not grid.is_cut(row_start, row_stop):
-        raise ParameterError(
-            f"rows {row_start} to {row_stop}: allowed are cuts from 0 to {grid.rows} "
-            f"at multiples of {grid.chain_length}"
-        )
+        must = f"must be cut from 0 to {grid.rows} at multiples of {grid.chain_length}"
+        got = f"{row_start} to {row_stop}"
+        raise ParameterError("rows", (row_start, row_stop), must=must, got=got)
     requested = _check_outputs(outputs)
     _check_whole("harmonics", harmonics, limits.HARMONICS)
     _check_whole("patience", patience, limits.PATIENCE)
@@ -243,12 +239,12 @@ def _label(
 
 def _check_whole(name: str, value: Any, bounds: tuple[int, int]) -> None:
     if not isinstance(value, (int, np.integer)) or not bounds[0] <= value <= bounds[1]:
-        raise ParameterError(f"{name} = {value!r}: allowed is {limits.within_text(bounds)}")
+        raise ParameterError(name, value, limits.within_text(bounds))
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
-        raise ParameterError(f"outputs = {outputs!r}: allowed are any of {', '.join(OUTPUTS)}")
+        raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
     return tuple(name for name in OUTPUTS if name in outputs)
 
 

@@ -32,7 +32,7 @@ FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 FULL_BELOW = 2_000_000
 """A disk with fewer free bytes than this is called full: it cannot take two more chunks."""
 
-AGAIN = "delete it and run again: only what is missing is computed"
+AGAIN = "delete it and rerun; only missing files are recomputed"
 
 
 class StoreError(OSError):
@@ -40,7 +40,7 @@ class StoreError(OSError):
 
 
 class NotWrittenError(StoreError):
-    """The machine does not take a file: the disk is full, the folder may not be written."""
+    """A file cannot be written: the disk is full, or the folder is write-protected."""
 
 
 @contextmanager
@@ -113,17 +113,17 @@ def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
             file.seek(max(0, size - SEAL_LENGTH))
             end = file.read()
     except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror}") from error
+        raise StoreError(f"{path}: cannot be read: {error.strerror}") from error
     if size == 0:
-        raise StoreError(f"{path} is empty: {AGAIN}")
+        raise StoreError(f"{path}: is empty: {AGAIN}")
     if start != HDF5_SIGNATURE and path.suffix not in (".nc", TEMPORARY_ENDING):
-        raise StoreError(f"{path} is no dataset: it is not a netCDF4 file")
+        raise StoreError(f"{path}: is not a netCDF4 file: name a dataset (.nc)")
     if start != HDF5_SIGNATURE:
-        raise StoreError(f"{path} is damaged or is not a netCDF4 file: {AGAIN}")
+        raise StoreError(f"{path}: is damaged or is not a netCDF4 file: {AGAIN}")
     if not re.fullmatch(re.escape(SEAL_START) + rb"[0-9a-f]{64}\n", end):
-        raise StoreError(f"{path} is truncated or was changed since it was written: {AGAIN}")
+        raise StoreError(f"{path}: is truncated or was changed since it was written: {AGAIN}")
     if every_byte and _digest(path, size - SEAL_LENGTH) != end[len(SEAL_START) : -1]:
-        raise StoreError(f"{path} is damaged (its checksum does not match): {AGAIN}")
+        raise StoreError(f"{path}: is damaged (its checksum does not match): {AGAIN}")
 
 
 def _digest(path: Path, length: int) -> bytes:
@@ -197,7 +197,7 @@ def _is_running(process: int) -> bool:
 
 
 def _explain(path: Path, error: OSError | RuntimeError) -> str:
-    """Say why ``path`` was not written, and what to do."""
+    """Return why ``path`` was not written, and the remedy."""
     number = getattr(error, "errno", None)
     folder = path.parent
     while not folder.is_dir() and folder != folder.parent:
@@ -205,12 +205,12 @@ def _explain(path: Path, error: OSError | RuntimeError) -> str:
     free = shutil.disk_usage(folder).free
     if number in FULL or free < FULL_BELOW:
         return (
-            f"{path} was not written: the disk is full ({free / 1e6:.1f} MB free in {folder}). "
-            "Make room and run again: what is whole stays, nothing half-written was left"
+            f"{path}: was not written: the disk is full ({free / 1e6:.1f} MB free in {folder}). "
+            "Free disk space and rerun the command; completed files are kept"
         )
     if number in (errno.EACCES, errno.EPERM, errno.EROFS):
         return (
-            f"{path} was not written: {folder} does not allow it ({os.strerror(number)}). "
-            "Change its permissions, or choose another place for the results"
+            f"{path}: was not written: {folder} does not allow it ({os.strerror(number)}). "
+            "Change its permissions, or choose another folder for the results"
         )
-    return f"{path} was not written: {getattr(error, 'strerror', None) or error}"
+    return f"{path}: was not written: {getattr(error, 'strerror', None) or error}"

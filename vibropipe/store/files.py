@@ -101,15 +101,15 @@ def read_scenes(
     paths = {name: folder / f"{name}{ENDING}" for name in scenes}
     missing = [name for name, path in paths.items() if not path.is_file()]
     if missing:
-        raise StoreError(f"{folder} holds no dataset of {series(missing)}: solve the study first")
+        raise StoreError(f"{folder}: holds no dataset of {series(missing)}: solve the study first")
     datasets = {name: read(path) for name, path in paths.items()}
     for name, dataset in datasets.items():
         if ROW_RANGE_ATTRS[0] in dataset.attrs:
-            raise StoreError(f"{paths[name]} is a shard of a sweep: join all of them first")
+            raise StoreError(f"{paths[name]}: is a shard of a sweep: join all its shards first")
         if name in fingerprints and dataset.attrs.get("fingerprint") != fingerprints[name]:
             raise StoreError(
-                f"{paths[name]} was made of another study, or of this one before it was changed: "
-                "solve the scene again"
+                f"{paths[name]}: was made from another study, or from this one before it was changed: "
+                "recompute the scene"
             )
     return datasets
 
@@ -123,7 +123,7 @@ def scene_files(place: str | PathLike[str]) -> list[Path]:
     if not place.is_file():
         return _files_in(place)
     if place.suffix != ENDING:
-        raise StoreError(f"{place} is no dataset: its name does not end in {ENDING}")
+        raise StoreError(f"{place}: is no dataset: name a file that ends in {ENDING}")
     return [place]
 
 
@@ -149,7 +149,7 @@ def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
 
 def _check_folder(folder: Path) -> None:
     if not folder.is_dir():
-        raise StoreError(f"there is no folder {folder}{_nearest(folder)}: solve the study first")
+        raise StoreError(f"{folder}: does not exist{_nearest(folder)}: solve the study first")
 
 
 def _files_in(folder: Path) -> list[Path]:
@@ -157,7 +157,7 @@ def _files_in(folder: Path) -> list[Path]:
     # temporary files begin with a dot and shards lie in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
     if not paths:
-        raise StoreError(f"{folder} holds no scene (no file *{ENDING}): solve the study first")
+        raise StoreError(f"{folder}: holds no scene (no file *{ENDING}): solve the study first")
     return paths
 
 
@@ -180,7 +180,7 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
                 both = {**words, **dataset}
                 variables = {name: both[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
-        raise StoreError(f"{path} cannot be read: {error}") from error
+        raise StoreError(f"{path}: cannot be read: {error}") from error
     joined = _join_parts(xr.Dataset(variables, dataset.coords, dataset.attrs))
     joined.set_close(dataset.close)
     return joined

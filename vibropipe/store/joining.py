@@ -71,8 +71,8 @@ def join(
     asked = (attrs or {}).get("fingerprint")
     if asked is not None and shards[0].attrs.get("fingerprint") != asked:
         raise StoreError(
-            f"{shards[0].path} is a shard of another study, or of this one before it was changed: "
-            "solve its shards again"
+            f"{shards[0].path}: is a shard of another study, or of this one before it was changed: "
+            "recompute the shards"
         )
     with atomic_file(path) as temporary:
         _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)

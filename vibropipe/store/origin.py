@@ -120,9 +120,9 @@ def read_sidecar(path: str | PathLike[str]) -> dict[str, Any]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise StoreError(f"{place} cannot be read ({error}): delete it") from error
+        raise StoreError(f"{place}: cannot be read ({error}): delete it") from error
     if not isinstance(record, dict):
-        raise StoreError(f"{place} is not a JSON object: delete it")
+        raise StoreError(f"{place}: is not a JSON object: delete it")
     return record
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store.atomic import AGAIN, StoreError, check_intact
 from vibropipe.store.encoding import NO_CACHE, StoredVariable
-from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
     import h5py
@@ -78,7 +77,7 @@ def reading(path: Path) -> Iterator[None]:
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:
-        raise StoreError(f"{path} cannot be read: {error}") from error
+        raise StoreError(f"{path}: cannot be read: {error}") from error
 
 
 @contextmanager
@@ -132,7 +131,9 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
     with open_raw(path) as file:
         attrs = {name: file.getncattr(name) for name in file.ncattrs()}
         if not all(name in attrs for name in ROW_RANGE_ATTRS):
-            raise StoreError(f"{path} is no shard: it has no {' and '.join(ROW_RANGE_ATTRS)}")
+            raise StoreError(
+                f"{path}: is no shard (it has no {' and '.join(ROW_RANGE_ATTRS)}): join shards only"
+            )
         start, stop = (int(attrs.pop(name)) for name in ROW_RANGE_ATTRS)
         items = [_item(variable) for variable in file.variables.values()]
         sampled = {item.attrs.get("sample_dimension") for item in items}
@@ -143,11 +144,15 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
         )
         held = len(file.dimensions[ROW]) if ROW in file.dimensions else None
         if held != stop - start:
-            raise StoreError(f"{path} says rows {start} to {stop - 1} but holds {held}")
+            raise StoreError(
+                f"{path}: must hold rows {start} to {stop - 1}, got {held} rows: {AGAIN}"
+            )
         for dim, name in shard.samples.items():
             samples = len(file.dimensions[dim])
             if file.variables[name][...].sum(dtype=np.int64) != samples:
-                raise StoreError(f"{path} holds {samples} of {dim!r} but {name} counts another sum")
+                raise StoreError(
+                    f"{path}: must hold as many {dim!r} as {name} counts, got {samples}: {AGAIN}"
+                )
         for item in shard.variables.values():
             if not {ROW, *sampled} & set(item.dims):
                 values = np.asarray(file.variables[item.name][...])
@@ -169,7 +174,7 @@ def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> Non
     with raw(path) as file:
         missing = [name for name in (*grid.dims, *grid.shared) if name not in file]
         if missing:
-            raise StoreError(f"{path} does not say what {missing[0]} its rows have: {AGAIN}")
+            raise StoreError(f"{path}: does not hold the {missing[0]} of its rows: {AGAIN}")
         for name, wanted in grid.shared.items():
             if (held := file[name][...]) != wanted:
                 raise _other_value(path, name, held, "every row", wanted)
@@ -184,8 +189,8 @@ def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> Non
 
 def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> StoreError:
     return StoreError(
-        f"{path} was solved with {name} = {float(held)!r} in {where}, where the study has "
-        f"{float(wanted)!r}: {AGAIN}"
+        f"{path}: {name} of {where} differs from the study (must be {float(wanted)!r}, got {float(held)!r}): "
+        f"recompute this shard ({AGAIN})"
     )
 
 
@@ -205,7 +210,7 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
             break
         if shard.start < reached and before is not None:
             raise StoreError(
-                f"{before.path} and {shard.path} both hold row {shard.start}: "
+                f"{before.path} and {shard.path}: both hold row {shard.start}: "
                 "join the shards of one cut only"
             )
         reached = shard.stop
@@ -213,7 +218,8 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
         return
     if reached > rows:
         raise StoreError(
-            f"{shards[-1].path} holds rows up to {reached - 1} of {count(rows, 'row')}"
+            f"{shards[-1].path}: must hold rows up to {rows - 1}, got rows up to {reached - 1}: "
+            "join the shards of one sweep only"
         )
     following = next((shard.start for shard in shards if shard.start > reached), rows)
     held = f"in none of the {len(shards)} shards" if len(shards) > 1 else "not in the only shard"
@@ -224,23 +230,25 @@ def _check_cover(shards: Sequence[Shard], rows: int) -> None:
 
 def _check_alike(first: Shard, other: Shard) -> None:
     """Raise unless two shards come from one sweep."""
-    between = f"{first.path} and {other.path} are not of one sweep"
+    between = f"{first.path} and {other.path} belong to different sweeps"
+    remedy = "recompute the older one"
     for name in IDENTITY_ATTRS:
         if first.attrs.get(name) != other.attrs.get(name):
-            raise StoreError(f"{between}: their {name} differs. Solve the older again")
+            raise StoreError(f"{between} ({name} differs): {remedy}")
     if list(first.variables) != list(other.variables):
         odd = sorted(set(first.variables) ^ set(other.variables))
-        raise StoreError(f"{between}: only one holds {', '.join(odd) or 'them in this order'}")
+        held = f"only one holds {', '.join(odd)}" if odd else "the order of variables differs"
+        raise StoreError(f"{between} ({held}): {remedy}")
     varying = {ROW, *first.samples}
     for name, item in first.variables.items():
         twin = other.variables[name]
         if (item.dims, item.dtype) != (twin.dims, twin.dtype):
-            raise StoreError(f"{between}: {name} has other dimensions or another type")
+            raise StoreError(f"{between} (dimensions or type of {name} differ): {remedy}")
         sizes = zip(item.dims, item.shape, twin.shape, strict=True)
         if any(one != two for dim, one, two in sizes if dim not in varying):
-            raise StoreError(f"{between}: {name} has another size")
+            raise StoreError(f"{between} (size of {name} differs): {remedy}")
         if _bytes(item) != _bytes(twin):
-            raise StoreError(f"{between}: {name} has other values")
+            raise StoreError(f"{between} (values of {name} differ): {remedy}")
 
 
 def _bytes(item: StoredVariable) -> bytes:

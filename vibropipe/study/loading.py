@@ -42,7 +42,7 @@ def _separate(value: Any) -> Any:
 
 def _names_once(names: list[str]) -> list[str]:
     if len(set(names)) < len(names):
-        refuse("each study once", ", ".join(names))
+        refuse(found=", ".join(names), must="must have each study once")
     return names
 
 
@@ -87,8 +87,10 @@ def _missing(config: Config, file: Path) -> Iterator[Problem]:
     )
     for place, name in enumerate(config.studies):
         if not config.study_file(name).is_file():
-            found = f"{name!r}, for which there is no {config.study_file(name)}"
-            allowed = ", ".join(there) or "the name of a study beside this file (there is none)"
+            found = f"{name!r}, but {config.study_file(name)} does not exist"
+            allowed = (
+                f"the name of a study beside this file ({', '.join(there) or 'there is none'})"
+            )
             yield Problem(("studies", place), found, allowed, did_you_mean(name, there))
 
 
@@ -123,7 +125,8 @@ def load_study(path: str | Path) -> Study:
     file = Path(path)
     tree, problems = read_file(file)
     if not NAME.fullmatch(file.stem):
-        problems.append(Problem((), f"the file name {describe(file.name)}", NameRule().allowed))
+        must = f"file name must be {NameRule().allowed}"
+        problems.append(Problem((), describe(file.name), must=must))
     return parse_study(tree, name=file.stem, source=str(file), problems=problems)
 
 
@@ -171,13 +174,13 @@ def spell_out(tree: Any, path: KeyPath = ()) -> tuple[Any, list[Problem]]:
     problems: list[Problem] = []
     for key, value in tree.items():
         if not isinstance(key, str):
-            problems.append(Problem((*path, str(key)), f"the key {describe(key)}", "text as key"))
+            problems.append(Problem((*path, str(key)), describe(key), "a key of text"))
             continue
         if _BRACKETS.search(key):
             allowed = (
                 NameRule().allowed if path == ("scenes",) else "a key of letters, digits and _"
             )
-            problems.append(Problem((*path, key), f"the key {describe(key)}", allowed))
+            problems.append(Problem((*path, key), describe(key), allowed))
             continue
         word = key if path == ("scenes",) else latin(key)
         inner, more = spell_out(value, (*path, word))

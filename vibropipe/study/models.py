@@ -15,7 +15,7 @@ from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 from vibropipe.scenes.keys.base import BaseScene, Prose, Title
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys
-from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean
+from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
@@ -61,10 +61,8 @@ class Study(StudyModel):
     def scene(self, name: str) -> Any:
         """Return a scene by name; StudyError names the nearest one when there is none such."""
         if name not in self.scenes:
-            known = ", ".join(self.scenes)
-            problem = Problem(
-                ("scenes",), f"no scene {name!r}", known, did_you_mean(name, self.scenes)
-            )
+            hint = did_you_mean(name, self.scenes)
+            problem = Problem(("scene",), repr(name), one_of(self.scenes), hint)
             raise StudyError(self._source or "study", [problem])
         return self.scenes[name]
 

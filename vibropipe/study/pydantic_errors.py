@@ -8,7 +8,15 @@ from typing import Any
 from pydantic import BaseModel
 
 from vibropipe.scenes.keys.grids import A_GRID
-from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, did_you_mean, unknown
+from vibropipe.scenes.keys.problems import (
+    KeyPath,
+    Problem,
+    describe,
+    did_you_mean,
+    one_of,
+    required,
+    unknown,
+)
 from vibropipe.scenes.keys.values import REFUSED
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, field_at, model_at, tags
@@ -32,23 +40,22 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
     path = plain_path(loc)
     found = describe(value)
     if kind == REFUSED:
-        return Problem(path, context["found"] or found, context["allowed"], context["hint"])
+        return Problem(path, **{**context, "found": context["found"] or found})
     if kind == "extra_forbidden":
         owner = model_at(loc[:-1], root)
         return unknown(path, list(owner.model_fields) if owner else [])
     if kind == "literal_error":
         choices = re.findall(r"'([^']*)'", context["expected"])
-        known = ", ".join(choices)
         if loc[-1] == "[key]":
             return unknown(path, choices)
-        return Problem(path, found, known, did_you_mean(value, choices))
+        return Problem(path, found, one_of(choices), did_you_mean(value, choices))
     if kind.startswith("union_tag"):
         return _untagged(path, value)
     field = field_at(loc, root)
-    allowed = allowed_text(field) if field else _model_words(loc, root) or error["msg"]
+    allowed = allowed_text(field) if field else _model_words(loc, root)
     if kind == "missing":
-        return Problem(path, "nothing", allowed)
-    return Problem(path, found, allowed)
+        return required(path, allowed)
+    return Problem(path, found, allowed, must="" if allowed else error["msg"])
 
 
 def _model_words(loc: KeyPath, root: type[BaseModel]) -> str:
@@ -62,12 +69,10 @@ def _untagged(path: KeyPath, value: Any) -> Problem:
         return Problem(path, describe(value), A_GRID)
     known = list(kinds())
     if not isinstance(value, dict):
-        return Problem(
-            path, describe(value), f"a mapping with kind ({', '.join(known)}) and its keys"
-        )
+        return Problem(path, describe(value), f"a mapping with kind ({one_of(known)}) and its keys")
     if "kind" not in value:
         slip = next((key for key in value if did_you_mean(key, ["kind"])), None)
         hint = f"is {describe(slip)} meant to be it?" if slip else ""
-        return Problem((*path, "kind"), "nothing", ", ".join(known), hint)
+        return required((*path, "kind"), one_of(known), hint=hint)
     kind = value["kind"]
-    return Problem((*path, "kind"), describe(kind), ", ".join(known), did_you_mean(kind, known))
+    return Problem((*path, "kind"), describe(kind), one_of(known), did_you_mean(kind, known))

@@ -138,9 +138,8 @@ def readme_text(old: str) -> str:
     head, begin, rest = old.partition(BEGIN)
     _, end, tail = rest.partition(END)
     if not begin or not end:
-        raise StudyError(
-            "README.md", [Problem((), "no table of keys", f"the lines {BEGIN} and {END}")]
-        )
+        must = f"must have the lines {BEGIN} and {END}"
+        raise StudyError("README.md", [Problem((), "no table of keys", must=must)])
     return f"{head}{BEGIN}\n\n{table_of_keys()}\n\n{END}{tail}"
 
 

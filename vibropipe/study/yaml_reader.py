@@ -75,14 +75,15 @@ def read_file(file: Path) -> tuple[Any, list[Problem]]:
             raw = stream.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
             raise _StopError(
-                Problem((), f"more than {MAX_BYTES} bytes", f"at most {MAX_BYTES} bytes")
+                Problem((), f"more than {MAX_BYTES}", must=f"must have at most {MAX_BYTES} bytes")
             )
         return read_text(raw.decode("utf-8-sig"), str(file))
     except OSError as error:
-        found = (error.strerror or type(error).__name__).lower()
-        raise StudyError(str(file), [Problem((), found, "a readable YAML file")]) from None
+        reason = (error.strerror or type(error).__name__).lower()
+        must = f"cannot be read ({reason}): name a readable YAML file"
+        raise StudyError(str(file), [Problem((), "", must=must)]) from None
     except UnicodeDecodeError as error:
-        found = f"a byte that is not UTF-8 at place {error.start}"
+        found = f"an invalid byte at position {error.start}"
         raise StudyError(str(file), [Problem((), found, "text in UTF-8")]) from None
     except _StopError as stop:
         raise StudyError(str(file), [stop.args[0]]) from None
@@ -99,14 +100,18 @@ def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
         mark = error.problem_mark or error.context_mark
         if mark and _TAB_INDENT.match(_line(text, mark.line)):
             found = f"a tab at the start of line {mark.line + 1}"
-            tab = Problem((), found, "indentation by spaces", "put spaces in place of each tab")
+            hint = "put spaces in place of each tab"
+            tab = Problem((), found, hint=hint, must="must be indented by spaces")
             raise StudyError(source, [*builder.problems, tab]) from None
         at = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        found = f"broken YAML{at} ({error.problem or error.context})"
-        raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
+        raise _broken(source, builder, f"{at} ({error.problem or error.context})") from None
     except yaml.YAMLError as error:
-        found = f"broken YAML ({str(error).splitlines()[0]})"
-        raise StudyError(source, [*builder.problems, Problem((), found, "YAML")]) from None
+        raise _broken(source, builder, f" ({str(error).splitlines()[0]})") from None
+
+
+def _broken(source: str, builder: _Builder, where: str) -> StudyError:
+    problem = Problem((), f"a syntax error{where}", "valid YAML")
+    return StudyError(source, [*builder.problems, problem])
 
 
 def _line(text: str, number: int) -> str:
@@ -131,7 +136,7 @@ class _Builder:
         next(self.events)  # the document's end
         if not isinstance(next(self.events), yaml.StreamEndEvent):
             raise _StopError(
-                Problem((), "a second YAML document (`---`)", "one document in a file")
+                Problem((), "a second one (`---`)", must="must have one YAML document")
             )
         return value
 
@@ -139,8 +144,8 @@ class _Builder:
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, path)
         if event.tag is not None:
-            tag = describe(event.tag)
-            self.problems.append(Problem(path, f"the YAML tag {tag}", "values without tags"))
+            found = f"the tag {describe(event.tag)}"
+            self.problems.append(Problem(path, found, "a value without a YAML tag"))
         if isinstance(event, yaml.ScalarEvent):
             built = _Built(self.scalar(event, path))
         elif len(path) >= MAX_DEPTH:
@@ -150,7 +155,8 @@ class _Builder:
         else:
             built = self.sequence(path)
         if built.nodes > MAX_NODES:
-            raise _StopError(Problem(path, f"more than {MAX_NODES} values", f"at most {MAX_NODES}"))
+            must = f"must have at most {MAX_NODES} values"
+            raise _StopError(Problem(path, f"more than {MAX_NODES}", must=must))
         if event.anchor is not None:
             self.anchors[event.anchor] = built
         return built
@@ -158,9 +164,9 @@ class _Builder:
     def alias(self, event: Any, path: KeyPath) -> _Built:
         built = self.anchors.get(event.anchor)
         if built is None:
-            found = f"the alias {describe('*' + event.anchor)}"
+            found = describe("*" + event.anchor)
             raise _StopError(
-                Problem(path, found, "aliases of an anchor that is complete before them")
+                Problem(path, found, "an alias of an anchor that is complete before it")
             )
         if len(path) + built.depth > MAX_DEPTH + 1:
             raise _StopError(too_deep(path))
@@ -200,11 +206,12 @@ class _Builder:
     def key(self, event: Any, path: KeyPath) -> str:
         """Return a key as text; what stands there must be text to every reader of YAML."""
         if not isinstance(event, yaml.ScalarEvent):
-            raise _StopError(Problem(path, "a key that is not plain text", "text as key"))
+            found = "a key that is not plain text"
+            raise _StopError(Problem(path, found, must="must have keys of text"))
         key: str = event.value
         if event.tag is not None or (key == "<<" and event.style in (None, "")):
             found = "the merge key `<<`" if event.tag is None else "a YAML tag on a key"
-            raise _StopError(Problem(path, found, "every key written out"))
+            raise _StopError(Problem(path, found, must="must have every key written out"))
         if event.style in (None, "") and (key in _CONSTANTS or _TWO_READINGS.fullmatch(key)):
             self.problems.append(_two_readings((*path, key), key))
         if event.anchor is not None:
@@ -246,11 +253,11 @@ def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
 
 def too_deep(path: KeyPath) -> Problem:
     """Return the fault of nesting that no study needs; its path is cut short."""
-    return Problem(
-        path[:3], f"more than {MAX_DEPTH} levels", f"at most {MAX_DEPTH} levels of nesting"
-    )
+    must = f"must have at most {MAX_DEPTH} levels of nesting"
+    return Problem(path[:3], f"more than {MAX_DEPTH}", must=must)
 
 
 def _two_readings(path: KeyPath, text: str) -> Problem:
     hint = "YAML 1.1 and 1.2 read it differently"
-    return Problem(path, f"{describe(text)} unquoted", "a plain number, or text in quotes", hint)
+    found = describe(text).strip("'\"") or "an empty key"
+    return Problem(path, found, "a plain number or quoted text", hint)

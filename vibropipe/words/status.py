@@ -21,41 +21,41 @@ class Status(IntEnum):
 
     @property
     def remedy(self) -> str:
-        """One sentence for people: what happened and what to change."""
+        """What happened and what to change, in a sentence or two."""
         return _REMEDIES[self]
 
 
 _REMEDIES = {
-    Status.OK: "The motion was computed as asked.",
+    Status.OK: "The motion was computed as requested.",
     Status.MAX_IMPACTS: (
-        "The bound on impacts was reached before tau_end, or within a forcing period of a steady state: shorten "
+        "The limit on impacts was reached before tau_end, or within a forcing period of a steady state. Shorten "
         "tau_end, raise max_impacts, or keep R further from 1."
     ),
     Status.MAX_PERIODS: (
         "No periodic orbit was found within the period limit; outputs are averages over the last `window_periods`."
     ),
     Status.ROOT_BOUND: (
-        "The search for an impact reached its bound: raise steps_per_period, or check that the parameters are "
+        "The search for an impact reached its limit. Raise steps_per_period, or check that the parameters are "
         "within ten decades of each other."
     ),
     Status.NOT_FINITE: (
-        "The motion left the range of floating-point numbers: reduce f, tau_end or the ratio of the parameters."
+        "The motion left the range of floating-point numbers. Reduce f, tau_end or the ratio of the parameters."
     ),
     Status.SHORT_FLIGHTS: (
-        "Some flights were shorter than a step: raise steps_per_period or use the exact method."
+        "Some flights were shorter than a step. Raise steps_per_period or use the exact method."
     ),
     Status.LOG_FULL: (
-        "More contacts happened in one orbit, or in one forcing period of a motion without one, than are kept: its "
-        "outputs would be incomplete, so it has none. Raise nu, or lower f or R."
+        "One orbit, or one forcing period of a motion without an orbit, has more contacts than the log holds; "
+        "the row has no outputs. Raise nu, or lower f or R."
     ),
     Status.INACCURATE: (
         "Rounding errors grow beyond the requested accuracy; the reported error estimates are valid. Shorten tau_end "
         "or allow a larger error."
     ),
     Status.SUPPORT_REACHED: (
-        "The motion reaches a support that `effects` leaves out, and was stopped there: add the support to them."
+        "The motion was stopped at a support that `effects` leaves out. Add the support to `effects`."
     ),
     Status.MAX_STEPS: (
-        "A forcing period of this row takes more than 1e8 steps, so it was not marched: raise nu, or lower h."
+        "One forcing period takes more than 1e8 steps, so the row was not solved. Raise nu, or lower h."
     ),
 }

@@ -26,4 +26,4 @@ class PendulumScene(BaseScene):
         return ()
 
 
-CHECKS = (Check((), lambda scene: no_exciter(scene, "no exciter: a pendulum has none")),)
+CHECKS = (Check((), lambda scene: no_exciter(scene, "a pendulum has no exciter")),)

@@ -10,7 +10,7 @@ from pydantic import Field
 from vibropipe.scenes.keys.base import BaseScene, Harmonics
 from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.problems import KeyPath, Problem, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS
 
@@ -69,17 +69,16 @@ def _form(scene: BackboneScene) -> Iterator[Problem]:
     other = ("delta_over_l", "tau_bar", "check_points") if scene.over_amplitude else ("harmonics",)
     form = "amplitude" if scene.over_amplitude else "delta_over_l and tau_bar"
     if not given & set(scene.GRIDS):
-        yield Problem((), "no grid", "delta_over_l and tau_bar, or amplitude")
+        must = "must have the grids delta_over_l and tau_bar, or amplitude"
+        yield Problem((), "no grid", must=must)
         return
     for name in other:
         if name in given:
-            yield Problem(
-                (name,), f"it beside {form}", "one form: delta_over_l and tau_bar, or amplitude"
-            )
+            yield Problem((name,), "", must=f"must not be combined with {form}")
     if not scene.over_amplitude:
         for name in ("delta_over_l", "tau_bar"):
             if name not in given:
-                yield Problem((name,), "nothing", "a grid, or amplitude instead of both")
+                yield required((name,), "a grid", ", unless amplitude is given")
 
 
 def _ranges(scene: BackboneScene) -> Iterator[Problem]:
@@ -98,10 +97,10 @@ def _ranges(scene: BackboneScene) -> Iterator[Problem]:
 def _exciter(scene: BackboneScene) -> Iterator[Problem]:
     """See that free motion is given no other parameters than those of its supports."""
     if scene.over_amplitude:
-        why = "l and delta only: free motion has neither force nor loss"
+        why = "free motion has neither force nor loss (l and delta are allowed)"
         yield from no_exciter(scene, why, ("l", "delta"))
         return
-    why = "no exciter: the curves depend on delta_over_l and tau_bar alone"
+    why = "the curves depend on delta_over_l and tau_bar alone"
     yield from no_exciter(scene, why)
 
 

@@ -14,7 +14,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
-from vibropipe.scenes.keys.problems import Problem, did_you_mean
+from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.outputs import OF_MOTION, OF_STEADY_STATE, Output
@@ -72,21 +72,20 @@ def _timed(scene: EffectsScene) -> Iterator[Problem]:
     faults = list(check_motions(scene))
     yield from faults
     if scene.full not in scene.motions:
-        known = ", ".join(scene.motions)
-        yield Problem(("full",), repr(scene.full), known, did_you_mean(scene.full, scene.motions))
+        allowed = f"a motion of this scene ({', '.join(scene.motions)})"
+        yield Problem(("full",), repr(scene.full), allowed, did_you_mean(scene.full, scene.motions))
     elif not faults:
         missing = [name for name in EFFECT_NAMES if name not in scene.effects_of(scene.full)]
         if missing:
             found = f"a motion without {', '.join(missing)}"
-            yield Problem(
-                ("motions", scene.full, "exciter"), found, "one that calls for all effects"
-            )
+            full: KeyPath = ("motions", scene.full, "exciter")
+            yield Problem(full, found, must="must call for all effects")
     for name, timed in scene.motions.items():
         path = ("motions", name)
         fits = OF_STEADY_STATE if timed.of == "row" else OF_MOTION
         for place, output in enumerate(timed.outputs):
             if output not in fits:
-                yield Problem((*path, "outputs", place), repr(output), ", ".join(fits))
+                yield Problem((*path, "outputs", place), repr(output), one_of(fits))
         if timed.against is None:
             continue
         same = [other for other, entry in scene.motions.items() if entry.of == timed.of]

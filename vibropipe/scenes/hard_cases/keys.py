@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check, no_exciter
-from vibropipe.scenes.keys.problems import Problem, did_you_mean
+from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -35,7 +35,7 @@ class HardCasesScene(BaseScene):
 
 def _cases(scene: HardCasesScene) -> Iterator[Problem]:
     """See that the cases exist, and that the scene is given no exciter: each case has its own."""
-    yield from no_exciter(scene, "no exciter: each case has its own")
+    yield from no_exciter(scene, "each case has its own exciter")
     if scene.cases:
         from vibropipe.lab.hard_cases import CASES
 
@@ -43,7 +43,7 @@ def _cases(scene: HardCasesScene) -> Iterator[Problem]:
         for place, name in enumerate(scene.cases):
             if name not in known:
                 hint = did_you_mean(name, known)
-                yield Problem(("cases", place), repr(name), ", ".join(known), hint)
+                yield Problem(("cases", place), repr(name), one_of(known), hint)
 
 
 CHECKS = (Check((("cases",),), _cases),)

@@ -28,7 +28,7 @@ NO_DATA = ("title", "caption", "figure", "exciter")
 def each_once(names: list[Any]) -> list[Any]:
     """Refuse a list that names something twice."""
     if len(set(names)) < len(names):
-        refuse("each name once", ", ".join(names))
+        refuse(found=", ".join(names), must="must have each name once")
     return names
 
 

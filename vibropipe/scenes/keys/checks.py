@@ -1,7 +1,7 @@
 """Rules that tie keys together, for kinds of scenes to choose from.
 
 Each check says which keys of the scene it reads, so that it is left out where one of those is
-already reported: ten faults are told as ten, without an eleventh that only follows from them.
+already reported: a fault that only follows from another one is not listed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS
-from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.problems import KeyPath, Problem, refused, required
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.parameters import PARAMETERS
 
@@ -38,17 +38,16 @@ class Check(NamedTuple):
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:
     """See that l is there and that all parameters together leave room between the supports."""
     if not scene.has_l():
-        hint = "in the scene or, for all scenes, in the study's exciter"
-        yield Problem(("exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
+        where = ", in the scene or in the study"
+        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
         return
     for corner in corners(scene):
         if not all(is_allowed(name, value) for name, value in corner.items()):
-            return  # said where that one parameter stands
+            return  # reported at that parameter
         try:
             Exciter(**corner)
         except ParameterError as error:
-            found, _, allowed = str(error).partition("allowed is ")
-            yield Problem(("exciter", "l"), found.rstrip(" :;"), allowed)
+            yield refused(("exciter", "l"), error)
             return
 
 
@@ -74,16 +73,18 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
     try:
         exciters = [Exciter(**corner) for corner in corners(scene, fixed)]
     except ParameterError:
-        return  # said by the check of the exciter
+        return  # reported by `check_exciter`
     lower = max(exciter.lower for exciter in exciters)
     upper = min(exciter.upper for exciter in exciters)
     x0 = scene.start.x0
     rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
     if x0 is None or all(least <= x0 <= most for least, most in rooms):
         return
-    allowed = f"a number from {lower!r} to {upper!r} (between the supports)"
     if lower > upper:
-        allowed = "supports that share a place for one start, in every row (split the sweep)"
+        must = "must lie between the supports in every row, but no value does on this grid; split the sweep"
+        yield Problem(("start", "x0"), "", must=must)
+        return
+    allowed = f"a number from {lower!r} to {upper!r} (between the supports)"
     yield Problem(("start", "x0"), repr(x0), allowed)
 
 
@@ -91,28 +92,30 @@ def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
     """See that a scene has no more rows than can be counted on."""
     if scene.row_count > MAX_ROWS:
         sizes = " x ".join(str(grid.size) for grid in scene.grids().values())
-        yield Problem(path, f"{sizes} rows", "at most 1e8 rows in a scene")
+        yield Problem(path, f"{sizes} rows", must="must give at most 1e8 rows in a scene")
 
 
 def check_solver(scene: ForcedScene) -> Iterator[Problem]:
     """See that a method has its step, and that an accuracy stands alone."""
     solver, given = scene.solver, scene.solver.model_fields_set
     if "accuracy" in given and len(given) > 1:
-        yield Problem(("solver",), "accuracy beside other keys", "either a method or an accuracy")
+        others = ", ".join(sorted(given - {"accuracy"}))
+        must = "must have accuracy alone, which selects method and steps_per_period"
+        yield Problem(("solver",), f"accuracy with {others}", must=must)
     elif solver.method == "newmark" and "steps_per_period" not in given:
         field = type(solver).model_fields["steps_per_period"]
-        allowed = f"{field.metadata[0].allowed}, which newmark needs"
-        yield Problem(("solver", "steps_per_period"), "nothing", allowed)
+        allowed = field.metadata[0].allowed
+        yield required(("solver", "steps_per_period"), allowed, ", since method is newmark")
     elif solver.method == "exact" and "steps_per_period" in given:
-        allowed = "it with `method: newmark` only"
-        yield Problem(("solver", "steps_per_period"), repr(solver.steps_per_period), allowed)
+        must = "must be left out unless method is newmark"
+        yield Problem(("solver", "steps_per_period"), repr(solver.steps_per_period), must=must)
 
 
 def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Iterator[Problem]:
-    """See that a scene is given no parameters but those allowed; `why` says what is allowed instead."""
+    """See that a scene is given no parameters but those allowed; `why` is the reason, a clause."""
     for name, value in scene.exciter.explicit().items():
         if name not in allowed:
-            yield Problem(("exciter", name), repr(value), why)
+            yield Problem(("exciter", name), repr(value), must=f"must be left out, since {why}")
 
 
 # of scenes that simulate from a start

@@ -61,10 +61,12 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
     arguments, keywords = scene.effect_arguments()
     missing = missing_effect(scene.effects, *arguments, **keywords)
     if missing is not None:
-        yield Problem(("effects",), *missing)
+        must, found = missing
+        yield Problem(("effects",), found, must=must)
     for support in absent_supports(scene.effects):
         name = f"R{support[-1]}"
         if name in scene.exciter.explicit() or name in scene.grids():
             key = "over" if name in scene.grids() else "exciter"
             found = repr(scene.resolved_exciter()[name])
-            yield Problem((key, name), found, f"it with {support} among the effects only")
+            must = f"must be left out unless effects include {support}"
+            yield Problem((key, name), found, must=must)

@@ -33,7 +33,7 @@ class StudyModel(BaseModel):
 
 def _increasing(values: list[float]) -> list[float]:
     if not values:
-        refuse("at least one number")
+        refuse(must="must have at least one number")
     for before, after in itertools.pairwise(values):
         if not before < after:
             refuse(
@@ -92,9 +92,9 @@ class RangeGrid(StudyModel):
     def _check_spacing(self) -> Self:
         if not self.start < self.stop:
             found = f"start {self.start!r}, stop {self.stop!r}"
-            refuse("a start below the stop", found)
+            refuse(found=found, must="must have start below stop")
         if self.spacing == "log" and self.start <= 0:
-            refuse("a start above 0 for log spacing", f"start {self.start!r}")
+            refuse(found=f"start {self.start!r}", must="must have start above 0 for log spacing")
         largest = max(abs(self.start), abs(self.stop))
         width = self.stop - self.start
         if self.spacing == "log":
@@ -103,7 +103,7 @@ class RangeGrid(StudyModel):
         # A step below a few spacings of floating-point numbers would repeat values.
         if not np.isfinite(width) or width / (self.points - 1) < 8 * np.spacing(largest):
             found = f"{self.points} points from {self.start!r} to {self.stop!r}"
-            refuse("points that floating-point numbers can tell apart", found)
+            refuse(found=found, must="must have points that are distinct floating-point numbers")
         return self
 
     @property

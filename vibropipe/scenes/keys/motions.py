@@ -12,7 +12,7 @@ from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, Start
-from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
@@ -65,20 +65,19 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
     for name, motion in scene.motions.items():
         path = ("motions", name)
         if "l" not in shared and "l" not in motion.exciter.explicit():
-            hint = "in the motion, in the scene or in the study's exciter"
-            yield Problem((*path, "exciter", "l"), "nothing", PARAMETERS["l"].range.text, hint)
+            where = ", in the motion, in the scene or in the study"
+            yield required((*path, "exciter", "l"), PARAMETERS["l"].range.text, where)
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))
         except ParameterError as error:
-            found, _, allowed = str(error).partition("allowed is ")
-            yield Problem((*path, "exciter", "l"), found.rstrip(" :;"), allowed)
+            yield refused((*path, "exciter", "l"), error)
             continue
         try:
             exciter.check_start(motion.start.x0, motion.start.v0)
-        except ParameterError:
-            words = f"a number from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
-            yield Problem((*path, "start", "x0"), repr(motion.start.x0), words)
+        except ParameterError as error:
+            yield refused((*path, "start", "x0"), error)
         if motion.periods * exciter.period > MAX_TAU:
-            found = f"a motion until tau = {motion.periods * exciter.period:g}"
-            yield Problem((*path, "periods"), found, f"at most tau = {MAX_TAU:g}")
+            found = f"tau = {motion.periods * exciter.period:.10g}"
+            must = f"must end the motion at tau = {MAX_TAU:g} or before"
+            yield Problem((*path, "periods"), found, must=must)

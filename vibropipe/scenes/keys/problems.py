@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.spelling import nearest, only_looks_right
 
 KeyPath = tuple[str | int, ...]
@@ -15,7 +16,7 @@ _LONGEST = 60
 
 
 def describe(value: Any) -> str:
-    """Return a short printable account of what was found; control characters come out escaped."""
+    """Return a value as a message shows it: short, with control characters escaped."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -32,7 +33,7 @@ def describe(value: Any) -> str:
 
 
 def path_text(path: KeyPath) -> str:
-    """Return a key's path as it is said in messages: `scenes.offset.over.nu[3]`."""
+    """Return a key's path as messages show it: `scenes.offset.over.nu[3]`."""
     text = ""
     for step in path:
         if isinstance(step, int):
@@ -45,26 +46,42 @@ def path_text(path: KeyPath) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One fault: the key's path, what was found there, what is allowed, and perhaps a hint.
+    """One fault of a study.
 
-    `covers` tells that faults beneath the path would only follow from this one.
+    Attributes
+    ----------
+    path : tuple
+        Path of the key.
+    found : str
+        The value found; empty where `must` says all there is to say.
+    allowed : str
+        What the key takes, a noun phrase: "a number from 0 to 1".
+    hint : str
+        What was probably meant, printed in brackets at the end.
+    covers : bool
+        Whether faults beneath the path only follow from this one.
+    must : str
+        What must hold, a full predicate ("must occur once"); "must be <allowed>" if empty.
     """
 
     path: KeyPath
     found: str
-    allowed: str
+    allowed: str = ""
     hint: str = ""
     covers: bool = True
+    must: str = ""
 
     def line(self, source: str) -> str:
-        """Return the fault as one line that begins with the file's name."""
+        """Return the fault as one line: file, key path, what must hold, the value found, the hint."""
         where = f"{source}: {path_text(self.path)}" if self.path else source
+        must = self.must or f"must be {self.allowed}"
+        found = f", got {self.found}" if self.found else ""
         hint = f" ({self.hint})" if self.hint else ""
-        return f"{where}: found {self.found}, allowed {self.allowed}{hint}"
+        return f"{where}: {must}{found}{hint}"
 
 
 class StudyError(ValueError):
-    """A study, or the list of studies, cannot be taken; the text has one line for each fault."""
+    """A study, or the list of studies, is invalid; the text has one line for each fault."""
 
     def __init__(self, source: str, problems: Sequence[Problem]) -> None:
         self.source = source
@@ -82,9 +99,9 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
 
 
 def repeated(path: KeyPath, spelling: str = "") -> Problem:
-    """Return the fault of a key that stands twice; its first value is kept and checked."""
-    again = f", as {describe(spelling)}" if spelling else ""
-    return Problem(path, f"this key a second time{again}", "each key once", covers=False)
+    """Return the fault of a key that occurs twice; its first value is kept and checked."""
+    spelt = f" spelt {describe(spelling)}" if spelling else ""
+    return Problem(path, f"a duplicate key{spelt}", must="must occur once", covers=False)
 
 
 def decimal_comma(path: KeyPath, written: str) -> Problem:
@@ -93,11 +110,27 @@ def decimal_comma(path: KeyPath, written: str) -> Problem:
     return Problem(path, describe(written), "a number", hint)
 
 
-def unknown(path: KeyPath, known: Sequence[str]) -> Problem:
-    """Return the fault of a key that nothing knows, with the nearest known one."""
-    return Problem(
-        path, "an unknown key", ", ".join(known) or "no key here", did_you_mean(path[-1], known)
-    )
+def one_of(choices: Iterable[str]) -> str:
+    """Return choices as a noun phrase: "a or b", "one of a, b, c"."""
+    words = list(choices)
+    return " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
+
+
+def required(path: KeyPath, allowed: str, where: str = "", hint: str = "") -> Problem:
+    """Return the fault of a missing key; `where` says where it may be given, or why it is required."""
+    return Problem(path, "", allowed, hint, must=f"is required ({allowed}){where}")
+
+
+def refused(path: KeyPath, error: ParameterError) -> Problem:
+    """Return the fault that an exciter finds in its parameters or in a start."""
+    return Problem(path, error.got, error.allowed, must=error.must)
+
+
+def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
+    """Return the fault of an unknown key, with the nearest one that exists."""
+    instead = f"be {one_of(choices)}" if choices else "be left out"
+    hint = did_you_mean(path[-1], choices)
+    return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")
 
 
 def distinct(problems: Iterable[Problem]) -> list[Problem]:

@@ -1,7 +1,7 @@
 """The values a study's keys take: numbers in a range, counts, text, names, exciter parameters.
 
-Each is a small annotation that checks, words what is allowed for messages and the table of keys,
-and writes its piece of the JSON schema: one place per rule.
+Each is an annotation that checks a value, names what is allowed in messages and in the table of
+keys, and gives its part of the JSON schema.
 """
 
 from __future__ import annotations
@@ -28,11 +28,10 @@ class Quoted(str):
     """The text of a number that stands in quotes: a title may be that, a number may not."""
 
 
-def refuse(allowed: str, found: str | None = None, hint: str = "") -> NoReturn:
-    """Refuse a value from within a validator; `found` is described from the value when left out."""
-    raise PydanticCustomError(
-        REFUSED, "{allowed}", {"allowed": allowed, "found": found or "", "hint": hint}
-    )
+def refuse(allowed: str = "", found: str = "", hint: str = "", must: str = "") -> NoReturn:
+    """Refuse a value from within a validator, as `Problem`; `found` is made from the value if empty."""
+    context = {"allowed": allowed, "found": found, "hint": hint, "must": must}
+    raise PydanticCustomError(REFUSED, "{must}{allowed}", context)
 
 
 class Rule(ABC):
@@ -41,7 +40,7 @@ class Rule(ABC):
     @property
     @abstractmethod
     def allowed(self) -> str:
-        """What is allowed, in words."""
+        """What is allowed, a noun phrase."""
 
     @property
     @abstractmethod
@@ -211,7 +210,7 @@ class NameRule(Rule):
 
 def _written(value: Any) -> Any:
     if value is None:
-        refuse("a value, or the key left out")
+        refuse(must="must have a value or be left out")
     return value
 
 

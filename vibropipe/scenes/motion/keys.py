@@ -88,16 +88,17 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
     period = 2 * math.pi / scene.resolved_exciter()["nu"]
     if end > MAX_TAU:
         path: KeyPath = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
-        yield Problem(path, f"a motion until tau = {end:g}", f"at most tau = {MAX_TAU:g}")
+        must = f"must end the motion at tau = {MAX_TAU:g} or before"
+        yield Problem(path, f"tau = {end:.10g}", must=must)
         return
     samples = scene.tau_end / period * scene.samples_per_period
     if samples > MAX_SAMPLES:
-        allowed = f"at most {MAX_SAMPLES:g} samples in a record"
-        yield Problem(("samples_per_period",), f"{samples:.3g} samples", allowed)
+        must = f"must give at most {MAX_SAMPLES:g} samples in a record"
+        yield Problem(("samples_per_period",), f"{samples:.3g} samples", must=must)
     steps = end / period * (scene.solver.steps_per_period or 0)
     if steps > MAX_MARCH_STEPS:
-        allowed = f"at most {MAX_MARCH_STEPS:g} steps"
-        yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", allowed)
+        must = f"must give at most {MAX_MARCH_STEPS:g} steps"
+        yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", must=must)
 
 
 CHECKS = (

@@ -26,9 +26,11 @@ def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     """
     grid = sweep_grid(scene)
     if not 1 <= shards <= grid.chains:
-        raise PlanError(f"{count(shards, 'shard')}: this scene can be cut into 1 to {grid.chains}")
+        raise PlanError(
+            f"scenes.{scene.name}: must be cut into 1 to {count(grid.chains, 'shard')}, got {shards}"
+        )
     if not 1 <= shard <= shards:
-        raise PlanError(f"shard {shard}: shards are counted from 1 to {shards}")
+        raise PlanError(f"shard: must be a number from 1 to {shards}, got {shard}")
     start, stop = grid.cuts(shards)[shard - 1 : shard + 1]
     return start, stop
 

@@ -122,35 +122,34 @@ def _swept(scene: SweepScene) -> Iterator[Problem]:
                 yield Problem(("over", name), repr(value), PARAMETERS[name].range.text, hint)
                 break
         if name in scene.exciter.explicit():
-            allowed = "it left out here, since it is swept"
-            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), allowed)
+            must = f"must be left out, since {name} is swept"
+            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), must=must)
 
 
 def _follow(scene: SweepScene) -> Iterator[Problem]:
     if scene.follow is None:
         return
     if "start" in scene.model_fields_set:
-        yield Problem(("start",), "it beside follow", "either start or follow")
+        yield Problem(("start",), "", must="must be left out when follow is given")
     if scene.follow.along not in scene.over:
-        known = list(scene.over)
-        yield Problem(("follow", "along"), repr(scene.follow.along), " or ".join(known))
+        allowed = f"a swept parameter ({', '.join(scene.over)})"
+        yield Problem(("follow", "along"), repr(scene.follow.along), allowed)
 
 
 def _solver(scene: SweepScene) -> Iterator[Problem]:
     """See that steady states are found in closed form."""
     given = scene.solver.model_fields_set
     if scene.solver.method == "newmark" and "accuracy" not in given:
-        allowed = "exact (steady states are found in closed form) or an accuracy"
-        yield Problem(("solver", "method"), "'newmark'", allowed)
+        must = "must be exact, or left out for an accuracy, since steady states are found in closed form"
+        yield Problem(("solver", "method"), "'newmark'", must=must)
     else:
         yield from SOLVER.problems(scene)
 
 
 def _figure(scene: SweepScene) -> Iterator[Problem]:
     if "map" in scene.figure.pictures and len(scene.over) < 2:
-        yield Problem(
-            ("figure", "pictures"), "a map of one swept parameter", "a map over two or more"
-        )
+        must = "must leave out map unless two or more parameters are swept"
+        yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
 
 
 CHECKS = (

@@ -24,7 +24,7 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
     if options.backbone is not None and options.backbone not in others:
         known = ", ".join(sorted(others)) or "none"
         raise KeyError(
-            f"figure.backbone: no scene {options.backbone!r}; the scenes at hand are: {known}"
+            f"figure.backbone: must be a scene of the study ({known}), got {options.backbone!r}"
         )
     backbone = None if options.backbone is None else others[options.backbone]
     return {"show": options.show, "backbone": backbone}

@@ -88,7 +88,7 @@ def check_accuracy(accuracy: Any) -> float:
     allowed, (least, most) = within_text(ACCURACY, "a finite number"), ACCURACY
     value = as_float("accuracy", accuracy, allowed)
     if not least <= value <= most:
-        raise ParameterError(f"accuracy = {accuracy!r}: allowed is {allowed}")
+        raise ParameterError("accuracy", accuracy, allowed)
     return value
 
 

@@ -162,7 +162,7 @@ def test_nobody_is_told_to_delete_a_file_that_is_no_dataset(place, capsys):
         (["mine_1.nc", "../results/mine/response.nc"], ["response.nc: is no shard"]),
         (["../results/mine/forced.nc"], ["forced.nc: is no shard"]),
         (["mine_1.nc", "cut.nc"], ["cut.nc: is truncated"]),
-        (["mine_1.nc", "../mine.yaml"], ["mine.yaml: is not a netCDF4 file"]),
+        (["mine_1.nc", "../mine.yaml"], ["mine.yaml: is no dataset (not a netCDF4 file)"]),
         (["../shards"], ["shards: cannot be read"]),
     ],
 )

@@ -63,7 +63,7 @@ def test_in_a_read_only_folder_nothing_is_touched(work, said, disk):
     for verb, output in ((work.join, "response.nc"), (work.solve, "new/response.nc")):
         assert verb(place / output) == 1
         told = said()
-        assert "response.nc was not written: " in told
+        assert "response.nc: was not written: " in told
         assert "does not allow it (Read-only file system). Change its permissions" in told
     assert [path.name for path in place.iterdir()] == ["response.nc"]
     assert (place / "response.nc").read_bytes() == before
@@ -76,6 +76,6 @@ def test_a_write_cut_off_by_a_limit_leaves_nothing(work, tmp_path):
 
     done = work.solve_apart(tmp_path / "response.nc", preexec_fn=limited)
     assert done.returncode == 1
-    assert "response.nc was not written" in done.stderr
+    assert "response.nc: was not written" in done.stderr
     assert "Traceback" not in done.stderr
     assert not list(tmp_path.iterdir())

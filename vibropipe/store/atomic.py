@@ -117,7 +117,7 @@ def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
     if size == 0:
         raise StoreError(f"{path}: is empty: {AGAIN}")
     if start != HDF5_SIGNATURE and path.suffix not in (".nc", TEMPORARY_ENDING):
-        raise StoreError(f"{path}: is not a netCDF4 file: name a dataset (.nc)")
+        raise StoreError(f"{path}: is no dataset (not a netCDF4 file): name a .nc file")
     if start != HDF5_SIGNATURE:
         raise StoreError(f"{path}: is damaged or is not a netCDF4 file: {AGAIN}")
     if not re.fullmatch(re.escape(SEAL_START) + rb"[0-9a-f]{64}\n", end):

@@ -123,7 +123,9 @@ def scene_files(place: str | PathLike[str]) -> list[Path]:
     if not place.is_file():
         return _files_in(place)
     if place.suffix != ENDING:
-        raise StoreError(f"{place}: is no dataset: name a file that ends in {ENDING}")
+        raise StoreError(
+            f"{place}: is no dataset (its name does not end in {ENDING}): name a {ENDING} file"
+        )
     return [place]
 
 

@@ -14,17 +14,21 @@ _FACE = {
     "sweep": "vibropipe.solve.sweep",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
+    "load": "vibropipe.store",
     "open_study": "vibropipe.store",
+    "table": "vibropipe.store",
 }
 __all__ = [
     "Exciter",
     "ParameterError",
     "amplitude_frequency",
     "backbone",
+    "load",
     "open_study",
     "simulate",
     "steady_state",
     "sweep",
+    "table",
 ]
 __version__: str  # as installed; pyproject.toml states it
 
@@ -36,7 +40,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.motion import simulate
     from vibropipe.solve.steady import steady_state
     from vibropipe.solve.sweep import sweep
-    from vibropipe.store import open_study
+    from vibropipe.store import load, open_study, table
 
 
 def __getattr__(name: str) -> Any:

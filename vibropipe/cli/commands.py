@@ -223,6 +223,27 @@ def show(
 
 
 @app.command()
+def table(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A .nc file.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="F", help="Write to this file.")
+    ] = None,
+    impacts: Annotated[
+        bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
+    ] = False,
+) -> None:
+    """Print a dataset as CSV that spreadsheets open: a row for each point, names for codes."""
+    from vibropipe.store import atomic_file, table
+
+    text = table(dataset, impacts).to_csv(index=False)
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    with atomic_file(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@app.command()
 def verify(
     results: Annotated[
         Path, typer.Argument(metavar="RESULTS", help="A study's folder, or a .nc file of it.")

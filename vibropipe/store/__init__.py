@@ -15,6 +15,7 @@ from vibropipe.store.compare import Difference, compare, compare_rows
 from vibropipe.store.files import (
     attributes_of,
     count_equal,
+    load,
     open_study,
     read,
     read_scenes,
@@ -25,6 +26,7 @@ from vibropipe.store.joining import join
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
 from vibropipe.store.streaming import write_grid, write_rows
+from vibropipe.store.table import table
 
 __all__ = [
     "Difference",
@@ -38,6 +40,7 @@ __all__ = [
     "count_equal",
     "expected_changes",
     "join",
+    "load",
     "open_study",
     "provenance",
     "read",
@@ -46,6 +49,7 @@ __all__ = [
     "remove_leftovers",
     "scene_files",
     "summary",
+    "table",
     "write",
     "write_grid",
     "write_rows",

@@ -53,6 +53,27 @@ def read(path: str | PathLike[str]) -> xr.Dataset:
         return lazy.load()
 
 
+def load(path: str | PathLike[str]) -> xr.Dataset:
+    """Load one dataset into memory.
+
+    Parameters
+    ----------
+    path : path
+        A file of a study's results: `results/<study>/<scene>.nc`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Its quantities with units and long names; where they come from stands in the attributes.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing, truncated or damaged.
+    """
+    return read(path)
+
+
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     """Open the results of a study, values left on disk until they are used: a slice reads a slice.
 

@@ -1,0 +1,109 @@
+"""Datasets as tables of pandas and as CSV: the numbers of xarray, names for codes, nothing multiplied."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import vibropipe as vp
+from vibropipe.cli import main
+from vibropipe.store import StoreError, write
+from vibropipe.words.regimes import Regime
+
+EXCITER = vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7)
+OVER = {"nu": [0.6, 1.0, 1.7], "f": [0.02, 0.5, 1.0, 2.0]}
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    return vp.sweep(EXCITER, OVER, harmonics=2)
+
+
+@pytest.fixture
+def folder(sweep, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(sweep, "results/s/map.nc")
+    return tmp_path
+
+
+def run(*arguments: str) -> object:
+    with pytest.raises(SystemExit) as end:
+        main(list(arguments))
+    return end.value.code
+
+
+def test_a_row_for_each_point_of_the_grid(sweep):
+    rows = vp.table(sweep)
+    assert len(rows) == 12
+    assert list(rows.columns[:7]) == ["nu", "f", "h", "l", "delta", "R1", "R2"]
+    for row in rows.itertuples():
+        point = sweep.sel(nu=row.nu, f=row.f)
+        assert row.regime == Regime(int(point["regime"])).name.lower()
+        assert row.displacement_amplitude_2 == float(point["displacement_amplitude"][1])
+        assert row.floquet_multiplier_1_im == complex(point["floquet_multiplier"][0]).imag
+    assert set(rows["l"]) == {0.5}
+
+
+def test_a_row_for_each_impact(sweep):
+    impacts = vp.table(sweep, impacts=True)
+    assert len(impacts) == sweep.sizes["impact"] > 0
+    hardest = (
+        impacts.assign(speed=impacts["impact_velocity"].abs())
+        .groupby(["nu", "f", "impact_support"])["speed"]
+        .max()
+    )
+    for (nu, f, support), speed in hardest.items():
+        point = sweep["impact_velocity_max"].sel(nu=nu, f=f, support=int(support[-1]))
+        assert speed == pytest.approx(float(point), rel=1e-14)
+
+
+def test_a_motion_has_a_row_for_each_sample():
+    motion = vp.simulate(EXCITER, 20.0, samples_per_period=32)
+    rows = vp.table(motion)
+    np.testing.assert_array_equal(rows["tau"], motion["tau"])
+    np.testing.assert_array_equal(rows["velocity"], motion["velocity"])
+    assert set(rows["status"]) == {"ok"}
+    np.testing.assert_array_equal(
+        vp.table(motion, impacts=True)["impact_velocity"], motion["impact_velocity"]
+    )
+
+
+def test_a_motion_without_samples_is_one_row():
+    rows = vp.table(vp.simulate(EXCITER, 20.0, samples_per_period=0))
+    assert len(rows) == 1
+    assert rows["displacement_end"].notna().all()
+
+
+def test_a_study_a_node_and_a_file_give_the_same(sweep, folder):
+    expected = vp.table(sweep)
+    node = vp.open_study("results/s")["map"]
+    for source in (node, "results/s/map.nc", vp.load("results/s/map.nc")):
+        pd.testing.assert_frame_equal(vp.table(source), expected)
+
+
+def test_impacts_that_were_not_asked_for_are_said_to_be_missing():
+    quiet = vp.sweep(EXCITER, {"nu": [1.0]}, outputs=["harmonics"])
+    with pytest.raises(StoreError, match="add impacts to outputs"):
+        vp.table(quiet, impacts=True)
+
+
+def test_csv_holds_every_digit(sweep, folder, capsys):
+    assert run("table", "results/s/map.nc", "-o", "out/map.csv") == 0
+    assert run("table", "results/s/map.nc", "--impacts", "--output", "out/impacts.csv") == 0
+    pd.testing.assert_frame_equal(
+        pd.read_csv("out/map.csv"), vp.table(sweep), check_dtype=False, check_exact=True
+    )
+    assert len(pd.read_csv("out/impacts.csv")) == sweep.sizes["impact"]
+    capsys.readouterr()
+    assert run("table", "results/s/map.nc") == 0
+    assert len(pd.read_csv(io.StringIO(capsys.readouterr().out))) == 12
+
+
+def test_mistakes_are_said_and_leave_nothing(folder, capsys):
+    assert run("table", "results/s/maps.nc", "-o", "x.csv") == 2
+    assert run("table", "results/s", "-o", "x.csv") == 2
+    assert "Traceback" not in capsys.readouterr().err
+    assert not (folder / "x.csv").exists()

@@ -1,0 +1,127 @@
+"""Datasets as tables: a row for each point of the grid, or for each impact."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.store.atomic import StoreError
+from vibropipe.store.encoding import part_names
+from vibropipe.store.files import read
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+# Dimensions that a quantity has beside those of the grid: a column for each of their values.
+COMPONENTS = ("support", "harmonic", "multiplier")
+# Dimensions whose length differs from row to row, or that list events.
+RAGGED = ("impact", "rest", "grazing", "orbit_impact")
+
+
+def table(
+    dataset: xr.Dataset | xr.DataTree | str | PathLike[str], impacts: bool = False
+) -> pd.DataFrame:
+    """Return a dataset as a table of pandas.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset, xarray.DataTree or path
+        A dataset, a scene of what `open_study` returns, or a file.
+    impacts : bool
+        Whether the rows are impacts instead of points of the grid.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each point of the grid (of a motion: for each sample), the swept parameters first, then those that
+        are the same in every row, then the quantities. Codes such as regimes stand by their names. A quantity over
+        support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a complex one has
+        two, `_re` and `_im`. With `impacts`, a row for each impact, at its point of the grid.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing or damaged, or no impacts were asked for.
+    """
+    import pandas as pd
+    import xarray as xr
+
+    if isinstance(dataset, str | PathLike):
+        dataset = read(dataset)
+    elif isinstance(dataset, xr.DataTree):
+        dataset = dataset.to_dataset()
+    grid = _grid_dims(dataset)
+    columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
+    length = max((values.size for values in columns.values()), default=1)
+    return pd.DataFrame(
+        {name: np.broadcast_to(values, (length,)) for name, values in columns.items()}
+    )
+
+
+def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return the dimensions whose points are the rows: those of the largest quantity, or the samples of a motion."""
+    if "tau" in dataset.dims:
+        return ("tau",)
+    inner = {*COMPONENTS, *RAGGED}
+    dims = [
+        tuple(str(dim) for dim in values.dims if dim not in inner)
+        for values in dataset.data_vars.values()
+    ]
+    return max(dims, key=len, default=())
+
+
+def _point_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str, np.ndarray]]:
+    sizes = {dim: dataset.sizes[dim] for dim in grid}
+    columns: list[tuple[str, np.ndarray]] = []
+    for name in _ordered(dataset, grid):
+        values = dataset[name].variable
+        inner = [dim for dim in values.dims if dim not in grid]
+        if any(dim not in COMPONENTS for dim in inner):
+            continue  # events, or another grid: not one value a row
+        if not values.dims:
+            columns += _named(name, values)
+            continue
+        spread = values.set_dims({**sizes, **{dim: dataset.sizes[dim] for dim in inner}})
+        spread = spread.transpose(*grid, *inner)
+        for index in np.ndindex(*(dataset.sizes[dim] for dim in inner)):
+            labels = [str(dataset[dim].values[at]) for dim, at in zip(inner, index, strict=True)]
+            part = spread.isel(dict(zip(inner, index, strict=True)))
+            columns += _named("_".join([name, *labels]), part)
+    return columns
+
+
+def _impact_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str, np.ndarray]]:
+    names = [str(name) for name in dataset.data_vars if dataset[name].dims == ("impact",)]
+    if not names:
+        raise StoreError("impacts: were not asked for: add impacts to outputs and solve again")
+    columns: list[tuple[str, np.ndarray]] = []
+    if "row_size" in dataset:
+        counts = dataset["row_size"].values.ravel()
+        for name, values in _point_columns(dataset[list(grid)], grid):
+            columns.append((name, np.repeat(np.broadcast_to(values, counts.shape), counts)))
+    return columns + [pair for name in names for pair in _named(name, dataset[name].variable)]
+
+
+def _ordered(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[str]:
+    """Return the names of a dataset: the grid, then the parameters, then the quantities."""
+    inner = {*COMPONENTS, *RAGGED, *grid}
+    others = [str(name) for name in dataset.coords if name not in inner]
+    return [*grid, *others, *(str(name) for name in dataset.data_vars)]
+
+
+def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
+    """Return the columns of a quantity: codes by name, the parts of complex numbers apart."""
+    flat = np.asarray(values.values).ravel()
+    if flat.dtype.kind == "c":
+        real, imaginary = part_names(name)
+        return [(real, flat.real), (imaginary, flat.imag)]
+    if "flag_meanings" in values.attrs:
+        meanings = str(values.attrs["flag_meanings"]).split()
+        names = dict(
+            zip(np.atleast_1d(values.attrs["flag_values"]).tolist(), meanings, strict=True)
+        )
+        return [(name, np.array([names.get(code, "") for code in flat.tolist()], dtype=object))]
+    return [(name, flat)]

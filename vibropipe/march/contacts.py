@@ -1,4 +1,4 @@
-"""Contacts of a march: impact and graze, the end of a chatter, rest and release."""
+"""Contacts of a march: impact and grazing, the end of a chatter, sticking and release."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vibropipe.physics.load import NEVER, force_at
 
 @jit
 def support_at(home, at_near):
-    """The support that stands near or far of a motion written from `home`."""
+    """Return the support (1 or 2) at the near or far end of the frame of `home`."""
     if home == 0:
         return 2 if at_near else 1
     return home if at_near else 3 - home
@@ -34,7 +34,18 @@ def support_at(home, at_near):
 
 @jit_inline
 def apply_impact(e, p, grid, state, at_near, approach, theta, log):
-    """State after an impact with speed `approach` at `theta` of the state's step, by eq. (6)."""
+    """Log an impact and return the state after it, eq. (6).
+
+    Parameters
+    ----------
+    e, p, grid, state, log : Effects, Parameters, StepGrid, State, Log
+    at_near : bool
+        Whether the near support of the frame is struck.
+    approach : float
+        Speed of approach, > 0.
+    theta : float
+        Time of the impact in the step of the state.
+    """
     side = support_at(state.home, at_near)
     sign = 1.0 if side == 1 else -1.0
     w = reset(restitution_of(e, p, side), approach)
@@ -45,7 +56,11 @@ def apply_impact(e, p, grid, state, at_near, approach, theta, log):
 
 @jit_inline
 def apply_contact(e, p, grid, state, kind, at_near, c, theta, log):
-    """State after an impact or a graze at `theta` past the state."""
+    """Log an impact or a grazing and return the state after it.
+
+    theta : time from the state, in steps; kind : CROSSING or GRAZING; c : polynomial of the flight, origin at the
+    state.
+    """
     at = state.theta + theta
     _y, rate = evaluate(grid, c, theta)
     approach = -rate if at_near else rate
@@ -60,7 +75,10 @@ def apply_contact(e, p, grid, state, kind, at_near, c, theta, log):
 
 @jit_inline
 def impact_at_start(e, p, grid, state, end, log):
-    """(state, impacts made) after the impact of a motion that starts on a support moving in, if it does."""
+    """Apply the impact of a motion that starts on a support with a velocity into it.
+
+    Returns (state, impacts): the state unchanged and 0 in any other mode, else the state after it and 1.
+    """
     if state.mode != IMPACTS_AT_START:
         return state, 0
     after = apply_impact(e, p, grid, state, True, -state.w, state.theta, log)
@@ -69,13 +87,17 @@ def impact_at_start(e, p, grid, state, end, log):
 
 @jit_inline
 def resolve_departure(e, p, grid, state, end, log):
-    """Decide how a mass that has just met its support goes on: fly, or complete its chatter and rest."""
+    """Return the state after a contact: in flight, or sticking after the remaining chatter.
+
+    The chatter is summed as a geometric series. Its impacts are marched singly if the accumulation point lies beyond
+    the end.
+    """
     mode, wait = departure_mode(e, p, grid, state.home, state.w, phase_at(grid, state))
     if mode != REST:
         return State(state.period, state.step, state.theta, state.home, 0.0, state.w, mode, 0.0)
     at = advance_time(grid, state, wait)
     if not is_before(at, end) and wait > 0.0:
-        # The accumulation lies beyond the end: the impacts up to the end are marched.
+        # The accumulation point lies beyond the end: the impacts up to the end are marched.
         return State(
             state.period, state.step, state.theta, state.home, 0.0, state.w, LEAVES_BY_VELOCITY, 0.0
         )
@@ -93,7 +115,7 @@ def resolve_departure(e, p, grid, state, end, log):
 
 @jit
 def advance_rest(e, p, grid, state, end, log, samples):
-    """Jump from a rest to its release, or to the end if that comes first."""
+    """Log a rest and return the state at its release, or the resting state at the end if that comes first."""
     wait = release_wait(e, p, state.home, phase_at(grid, state))
     at, released = end, False
     if wait < NEVER:
@@ -106,15 +128,17 @@ def advance_rest(e, p, grid, state, end, log, samples):
     if not released:
         return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, state.rest_start)
     log_rest(log, state.rest_start, turns_at(grid, at), state.home)
-    rate = 0.0
+    force_cosine = 0.0
     if e.forcing is not None:
-        rate = force_at(p, frame_at(e, p, state.home).sigma, phase_at(grid, at)).cosine
-    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, release_mode(rate), 0.0)
+        force_cosine = force_at(p, frame_at(e, p, state.home).sigma, phase_at(grid, at)).cosine
+    return State(
+        at.period, at.step, at.theta, state.home, 0.0, 0.0, release_mode(force_cosine), 0.0
+    )
 
 
 @jit_inline
 def impact_at_end(e, p, grid, state, end, log):
-    """The state after the impact that falls on the end of a march, if one does; else the state."""
+    """Return the state after the impact that falls on the end of a march within rounding; without one, the state."""
     if state.mode != FLIGHT:
         return state
     frame = frame_at(e, p, state.home)
@@ -122,10 +146,10 @@ def impact_at_end(e, p, grid, state, end, log):
     if not (frame.to_near if at_near else frame.to_far):
         return state
     distance = state.y - frame.near if at_near else frame.far - state.y
-    # Rounding of a time counted in steps, beside that of a phase.
+    # In steps: rounding of a phase, and of the absolute time.
     steps = state.period * grid.steps + state.step + state.theta
-    instant = TIME_TOLERANCE * min(1.0, steps) + 2.0**-50 * steps
-    if not (distance <= instant * abs(state.w) * grid.dt and state.w != 0.0):
+    tolerance = TIME_TOLERANCE * min(1.0, steps) + 2.0**-50 * steps
+    if not (distance <= tolerance * abs(state.w) * grid.dt and state.w != 0.0):
         return state
     after = apply_impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)
     return resolve_departure(e, p, grid, after, end, log)

@@ -1,4 +1,4 @@
-"""Flight: certified whole steps, and inside a step the polynomial of the method and its first contact."""
+"""Flight within a step: the polynomial of the method, its certificate and its first contact."""
 
 from __future__ import annotations
 
@@ -25,17 +25,20 @@ from vibropipe.physics.newmark import quadratic, step
 from vibropipe.words.status import Status
 
 OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
-# Secants free to go where they like, and all of them: from then on every other one is a bisection, of the
-# exponent, so that the last leave a bracket of rounding.
+# Iterations of the secant method before every other one becomes a bisection of the exponent, and all iterations, which
+# then suffice for a bracket of rounding.
 FREE_SECANTS, MAX_SECANTS = 12, 150
-# Newmark flights under R = 1 shorter than this share of a step are none of that method's: the mass waits for
-# the next step.
+# Shortest flight of Newmark's method where R = 1, in steps: after a shorter one the mass is held until the next step,
+# since the method cannot resolve it.
 SHORTEST_FLIGHT = 1e-4
 
 
 @jit_inline
 def fill_polynomial(e, p, grid, frame, state, limit, c):
-    """Polynomial of the method's motion from the state to `limit` in its step, origin at the state."""
+    """Fill c with the polynomial of the method's motion from the state to `limit` in its step, origin at the state.
+
+    limit : in steps; c : (ORDER + 1,) of the exact method, (3,) of Newmark's.
+    """
     sigma, load, force = frame.sigma, frame.load, Force(0.0, 0.0)
     if e.forcing is not None:
         force = force_at(p, sigma, phase_at(grid, state))
@@ -52,14 +55,18 @@ def fill_polynomial(e, p, grid, frame, state, limit, c):
         else:
             quadratic(c, state.y, state.w, s + load, end + load, None, span, grid.dt)
     if e.rest is not None and grid.exact is not None and state.mode >= LEAVES_BY_ACCELERATION:
-        # As `departure_mode` has it: to the last bit, or zero but for rounding.
+        # The derivatives that the mode declares zero are set to zero, without rounding.
         c[2] = 0.5 * grid.dt * grid.dt * (s + load) if state.mode == LEAVES_BY_ACCELERATION else 0.0
         c[3] = 0.0 if state.mode == LEAVES_BY_SNAP else c[3]
 
 
 @jit_inline
 def first_contact(grid, frame, state, c, y, span, counts):
-    """(theta from the state, kind, on the near support) of the first contact within `span`; y: its end."""
+    """Locate the first contact of a flight within `span`.
+
+    Returns (theta, kind, at_near): theta from the state, in steps; kind of `roots.first_root`; whether the near support
+    is met. y is the displacement at the end of `span`.
+    """
     load, near, far = frame.load, frame.near, frame.far
     if state.mode == FLIGHT:
         if frame.to_near:
@@ -76,7 +83,7 @@ def first_contact(grid, frame, state, c, y, span, counts):
             if theta >= 0.0:
                 return theta, CROSSING, True
         if frame.to_far:
-            # A gap to the far support that falls all the way is a near one that only opens.
+            # Where the gap to the far support falls throughout, the near one only opens.
             theta = unique_root(grid, c, -1.0, far, far, far - y, span, math.inf)
             if theta >= 0.0:
                 return theta, CROSSING, False
@@ -89,8 +96,8 @@ def first_contact(grid, frame, state, c, y, span, counts):
         theta, kind = first_root(c, power, 1.0, offset, load, span, counts)
     if not frame.to_far:
         return theta, kind, True
-    # Both over the same span: the way to a root goes by it, and mirrored motions shall agree to the last bit.
-    # numba compiles a literal zero to code of its own: the order of flight is the same number.
+    # Both searches take the same span: strides depend on it, and mirrored motions must agree bit for bit. The power
+    # is a zero that numba does not see as a literal, for which it would compile the search a second time.
     other, other_kind = first_root(c, power - power, -1.0, far, load, span, counts)
     if other_kind != NONE and (kind == NONE or other < theta):
         return other, other_kind, False
@@ -99,7 +106,7 @@ def first_contact(grid, frame, state, c, y, span, counts):
 
 @jit
 def step_by(e, p, grid, frame, state, theta):
-    """(y, w) by one Newmark step over `theta` of the grid's step."""
+    """Return (y, w) after one Newmark step of length theta, in steps of the grid."""
     load, start, end = frame.load, 0.0, 0.0
     if e.forcing is not None:
         turn = phase_at(grid, state)
@@ -112,44 +119,49 @@ def step_by(e, p, grid, frame, state, theta):
 
 @jit
 def step_to_contact(e, p, grid, frame, state, target, at_near, theta, remaining):
-    """theta of the support by a Newmark step that ends on it, from the quadratic's theta; -1 if none does.
+    """Return the length of the Newmark step that ends on a support; -1 if the full step ends short of it.
 
-    The velocity of a quadratic over the whole step errs by the square of the step, differently at every
-    impact; a step of the method down to the contact keeps that error smooth in the step. Secants, kept
-    between a step that ends inside and one that ends outside; where the whole step ends inside (a graze,
-    nearly) there may be no such contact. Where the force hardly acts yet the step is far longer than the
-    quadratic's, and secants from both alike get nowhere.
+    The velocity of the quadratic over the whole step has an error of the order of the step squared, different at every
+    impact; a step of the method that ends at the contact keeps the error smooth in the step size. The root is found by
+    secants within a bracket of one step that ends inside and one that ends outside. Where the whole step ends inside
+    (nearly a grazing) there may be no such contact. Where the force is still small the step is much longer than the
+    root of the quadratic, and secants from two similar steps do not converge: every other one is then a bisection.
+
+    target : y of the support; theta : root of the quadratic; remaining : largest length; all lengths in steps.
     """
-    # What rounding leaves of a distance made of these terms.
-    least = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
+    # Rounding of a distance computed from these terms.
+    tolerance = 2.0**-51 * (abs(target) + abs(state.y) + abs(state.w) * theta * grid.dt)
     outside, y_outside = remaining, step_by(e, p, grid, frame, state, remaining)[0] - target
-    side = -1.0 if at_near else 1.0
-    if not y_outside * side > 0.0:
+    outward = -1.0 if at_near else 1.0
+    if not y_outside * outward > 0.0:
         return -1.0
     inside, theta_contact = 0.0, theta
-    before, y_before = outside, y_outside
+    previous, y_previous = outside, y_outside
     for secant in range(MAX_SECANTS):
         y = step_by(e, p, grid, frame, state, theta_contact)[0] - target
-        if abs(y) <= least:
+        if abs(y) <= tolerance:
             return theta_contact
-        if y * side > 0.0:
+        if y * outward > 0.0:
             outside = theta_contact
         else:
             inside = theta_contact
-        change = y * (theta_contact - before) / (y - y_before) if y != y_before else 0.0
-        before, y_before = theta_contact, y
+        change = y * (theta_contact - previous) / (y - y_previous) if y != y_previous else 0.0
+        previous, y_previous = theta_contact, y
         theta_contact -= change
         if not inside < theta_contact < outside or (secant > FREE_SECANTS and secant % 2 == 1):
             theta_contact = math.sqrt(inside * outside) if inside > 0.0 else 0.5 * outside
-        if abs(theta_contact - before) <= 2.0**-51 * theta_contact:
+        if abs(theta_contact - previous) <= 2.0**-51 * theta_contact:
             return theta_contact
     return theta_contact
 
 
 @jit
 def refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c):
-    """theta of a Newmark contact, with the polynomial made that of the step which ends there; where that step
-    would arrive moving away, or pass the other support, both stay those of the quadratic."""
+    """Return theta of a Newmark contact and fill c with the step that ends there.
+
+    Both stay those of the quadratic, theta unchanged, where that step would arrive moving away or pass the other
+    support.
+    """
     target = frame.near if at_near else frame.far
     remaining = limit - state.theta
     theta_contact = step_to_contact(e, p, grid, frame, state, target, at_near, theta, remaining)
@@ -158,8 +170,12 @@ def refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c):
     fill_polynomial(e, p, grid, frame, state, state.theta + theta_contact, c)
     _y, rate = evaluate(grid, c, theta_contact)
     theta_vertex = -0.5 * c[1] / c[2] if c[2] != 0.0 else 0.0
-    extreme = evaluate(grid, c, min(max(theta_vertex, 0.0), theta_contact))[0]
-    if (rate < 0.0 and extreme <= frame.far) if at_near else (rate > 0.0 and extreme >= frame.near):
+    y_vertex = evaluate(grid, c, min(max(theta_vertex, 0.0), theta_contact))[0]
+    if (
+        (rate < 0.0 and y_vertex <= frame.far)
+        if at_near
+        else (rate > 0.0 and y_vertex >= frame.near)
+    ):
         return theta_contact
     fill_polynomial(e, p, grid, frame, state, limit, c)
     return theta
@@ -167,7 +183,24 @@ def refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c):
 
 @jit_inline
 def fly(e, p, grid, state, end, log, samples, c):
-    """(state, status) from a state in flight to its next contact, or to the end of its step."""
+    """March from a state in flight to its next contact, or to the end of its step.
+
+    Parameters
+    ----------
+    e, p, grid : Effects, Parameters, StepGrid
+    state : State
+        In any mode but REST and IMPACTS_AT_START.
+    end : Instant
+    log, samples : Log, Samples or None
+    c : ndarray, shape (ORDER + 1,) or (3,)
+        Work array.
+
+    Returns
+    -------
+    state : State
+    status : int
+        OK, or ROOT_BOUND where the search for a contact reached its limit; the state is then the one passed in.
+    """
     frame = frame_at(e, p, state.home)
     last = state.period == end.period and state.step == end.step
     limit = end.theta if last else 1.0
@@ -191,7 +224,7 @@ def fly(e, p, grid, state, end, log, samples, c):
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
         theta = refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c)
-    until = limit if kind == NONE else state.theta + theta
+    theta_end = limit if kind == NONE else state.theta + theta
     record(
         samples,
         log.counts,
@@ -201,12 +234,12 @@ def fly(e, p, grid, state, end, log, samples, c):
         None if held_on_support else c,
         at_step,
         state.theta,
-        until,
+        theta_end,
     )
     if kind != NONE:
         after = apply_contact(e, p, grid, state, kind, at_near, c, theta, log)
-        hops = grid.exact is None and at_near and mode != FLIGHT and theta <= SHORTEST_FLIGHT
-        if hops and restitution_of(e, p, after.home) >= 1.0:
+        is_hop = grid.exact is None and at_near and mode != FLIGHT and theta <= SHORTEST_FLIGHT
+        if is_hop and restitution_of(e, p, after.home) >= 1.0:
             return State(
                 state.period,
                 state.step,
@@ -225,11 +258,11 @@ def fly(e, p, grid, state, end, log, samples, c):
         if step == grid.steps:
             period, step = period + 1, 0
     if held_on_support:
-        # The method's own motion can not leave within this step: the mass stays until the next one.
+        # The method's motion does not leave within this step: the mass is held until the next one.
         log.counts[SHORT_FLIGHTS] += 1
         turn = (step + at) / grid.steps
         mode, _wait = departure_mode(e, p, grid, state.home, 0.0, turn)
         return State(period, step, at, state.home, 0.0, 0.0, mode, period + turn), OK
-    # An impact at the very end of a step leaves nothing of it to fly in: the mass departs in the next one.
-    left = FLIGHT if theta > 0.0 else mode
-    return State(period, step, at, state.home, y, w, left, 0.0), OK
+    # After an impact at the end of a step no time is left in it: the mass departs in the next one.
+    next_mode = FLIGHT if theta > 0.0 else mode
+    return State(period, step, at, state.home, y, w, next_mode, 0.0), OK

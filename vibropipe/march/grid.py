@@ -27,7 +27,7 @@ from vibropipe.physics.newmark import newmark_map
 
 
 class Instant(NamedTuple):
-    """A time on a grid: `theta`, in [0, 1), of step `step` of forcing period `period`."""
+    """A time on a grid: at `theta`, in [0, 1), of step `step` of forcing period `period`."""
 
     period: int
     step: int
@@ -35,15 +35,30 @@ class Instant(NamedTuple):
 
 
 class StepGrid(NamedTuple):
-    """One method on one row: `exact` is 1 or None (Newmark), a type, so each compiles to its own code.
+    """One method on one row: a grid of steps and the one-step map.
 
-    Steps are laid on the forcing period, so the phase at a step's start is known to the last bit for ever.
-    y1 = a11 y + a12 w + sigma p[step] + b1 load; w1 = a21 y + a22 w + sigma q[step] + b2 load.
-    margin0 + margin1 (|y - load| + |w|) bounds how far the motion leaves the cubic through a step's ends.
-    force: the factors (p_s, p_c, q_s, q_c) of sin and cos at a step's start in p and q of the step. The tables
-    hold p and q of every step, or sin and cos (Newmark: the same for all rows of as many steps); nothing where
-    there is no force or a period has too many steps.
-    basis (COLUMNS, ORDER + 1): `flow.exact_basis` (exact method only).
+    The steps divide the forcing period, so the phase at a step's start is exact at all times. One step is
+    y1 = a11 y + a12 w + sigma p[step] + b1 load, w1 = a21 y + a22 w + sigma q[step] + b2 load.
+
+    Attributes
+    ----------
+    exact : int or None
+        1 for the exact method, None for Newmark's; a type, so each compiles to its own code.
+    steps : int
+        Steps per forcing period.
+    dt : float
+        Length of a step in tau.
+    a11, a12, b1, a21, a22, b2 : float
+        The one-step map.
+    margin0, margin1 : float
+        margin0 + margin1 (|y - load| + |w|) bounds the distance of the motion from the cubic through a step's ends.
+    force : tuple of float
+        (p_s, p_c, q_s, q_c): factors of sin and cos at a step's start in p[step] and q[step].
+    table_1, table_2 : ndarray, shape (steps,) or (0,)
+        Exact method: p and q of every step. Newmark: sin and cos, the same for all rows of equal `steps`. Empty without
+        force or where a period has too many steps.
+    basis : ndarray, shape (COLUMNS, ORDER + 1) or (0, 0)
+        `flow.exact_basis`; empty for Newmark's method.
     """
 
     exact: int | None
@@ -65,9 +80,10 @@ class StepGrid(NamedTuple):
 
 @jit
 def _margins(p, dt):
-    """Bounds of the fourth derivative over two steps, times dt^4/384 (the error of cubic Hermite interpolation).
+    """Return margin0 and margin1: bounds of the fourth derivative over two steps, times dt^4/384.
 
-    |z|, |z'| of a motion grow by at most twice the force times dt in two steps; each further derivative by eq. (5).
+    That is the error of cubic Hermite interpolation. |z| and |z'| of a motion grow in two steps by at most twice the
+    force times dt; each further derivative follows by eq. (5).
     """
     h, (force, force_rate, force_second) = p.h, force_bounds(p)
     growth = 2.0 * force * dt
@@ -80,8 +96,10 @@ def _margins(p, dt):
 
 @jit_allocating
 def exact_grid_with_steps(e, p, steps):
-    """Grid of the exact method with so many steps per forcing period, no fewer than `steps_for_exact`: the
-    same motion, rounded elsewhere."""
+    """Return the grid of the exact method with a number of steps per forcing period.
+
+    steps : at least `steps_for_exact`; another number gives the same motion with other rounding.
+    """
     dt = forcing_period(p) / steps
     basis = exact_basis(p.h, p.nu, dt)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
@@ -97,13 +115,13 @@ def exact_grid_with_steps(e, p, steps):
 
 @jit_allocating
 def exact_grid(e, p):
-    """Grid of the exact method."""
+    """Return the grid of the exact method, with the fewest steps that it allows."""
     return exact_grid_with_steps(e, p, steps_for_exact(p.nu, p.h))
 
 
 @jit
 def newmark_coefficients(p, steps):
-    """The numbers of Newmark's method on a grid, in the order of `StepGrid`: from dt to the factors of the force."""
+    """Return the coefficients of Newmark's method in the order of `StepGrid`, from dt to the factors of the force."""
     dt = forcing_period(p) / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
     return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, mean_factors(p, b1, b2, dt)
@@ -111,7 +129,7 @@ def newmark_coefficients(p, steps):
 
 @jit_allocating
 def newmark_grid(e, p, steps):
-    """Grid of Newmark's method with `steps` steps per forcing period."""
+    """Return the grid of Newmark's method with a number of steps per forcing period."""
     sines, cosines = sincos_tables(e, steps)
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
     basis = np.zeros((0, 0))
@@ -122,7 +140,7 @@ def newmark_grid(e, p, steps):
 
 @jit
 def force_at_step(grid, step):
-    """(p, q): the force's part of a step of the one-step map, for sigma = 1."""
+    """Return (p, q) of `StepGrid`: the contribution of the force to y and w over a step, for sigma = 1."""
     if grid.exact is not None and grid.table_1.size > 0:
         return grid.table_1[step], grid.table_2[step]
     s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
@@ -130,14 +148,17 @@ def force_at_step(grid, step):
 
 
 @jit_unfused
-def whole_step(a11, a12, a21, a22, y, w, part_y, part_w):
-    """(y, w) after a step; part: of the force and the load. What does not wait for y comes first."""
-    return a11 * y + (a12 * w + part_y), a21 * y + (a22 * w + part_w)
+def whole_step(a11, a12, a21, a22, y, w, forcing_y, forcing_w):
+    """Return (y, w) after a step; forcing_y, forcing_w : contributions of force and load.
+
+    The terms without y are added first, since they do not wait for the step before.
+    """
+    return a11 * y + (a12 * w + forcing_y), a21 * y + (a22 * w + forcing_w)
 
 
 @jit
 def evaluate(grid, c, theta):
-    """(y, w) of the method's polynomial at theta."""
+    """Return (y, w) of the method's polynomial c at theta."""
     if grid.exact is not None:
         return motion(c, theta, grid.dt)
     return c[0] + theta * (c[1] + theta * c[2]), (c[1] + 2.0 * theta * c[2]) / grid.dt
@@ -145,16 +166,25 @@ def evaluate(grid, c, theta):
 
 @jit
 def stays_between(grid, frame, departs, y, w, y1, w1, span):
-    """Certificate, from its two ends, that a motion over `span` of a step touches no support that it can reach.
+    """Return whether a motion certainly touches no reachable support over `span`, judged from its two ends.
 
-    It lies within a margin of the hull of its Bezier points: of the cubic through the ends (exact method), or
-    of the quadratic it is (Newmark). departs: 0 in flight; 1 it leaves near = y = 0 with speed w, and then
-    the cubic's first term, 3 b1 theta (1 - theta)^2, must outweigh the error of Hermite interpolation,
-    16 margin theta^2 (1 - theta)^2.
+    The motion lies within a margin of the hull of Bezier points: those of the cubic through both ends (exact method),
+    or of the quadratic that it is (Newmark).
+
+    Parameters
+    ----------
+    grid, frame : StepGrid, Frame
+    departs : int
+        0 in flight. 1 if the mass leaves near = y = 0 with speed w: the cubic's first term, 3 b1 theta (1 - theta)^2,
+        must then exceed the error of Hermite interpolation, 16 margin theta^2 (1 - theta)^2.
+    y, w, y1, w1 : float
+        Motion at both ends.
+    span : float
+        Time between the ends, in steps; at most 2.
 
     References
     ----------
-    The hull: G. Farin, "Curves and Surfaces for Computer-Aided Geometric Design", Academic Press.
+    Hull property: G. Farin, "Curves and Surfaces for Computer-Aided Geometric Design", Academic Press.
     """
     if grid.exact is not None:
         share = span * grid.dt / 3.0
@@ -173,19 +203,19 @@ def stays_between(grid, frame, departs, y, w, y1, w1, span):
 
 @jit
 def phase_at(grid, at):
-    """Phase, in turns, of an `Instant` or a state."""
+    """Return the phase, in turns, of an `Instant` or a state."""
     return (at.step + at.theta) / grid.steps
 
 
 @jit
 def turns_at(grid, at):
-    """Forcing periods since tau = 0 at an `Instant` or a state."""
+    """Return the time of an `Instant` or a state, in forcing periods since tau = 0."""
     return at.period + (at.step + at.theta) / grid.steps
 
 
 @jit
 def grid_time(turns, steps):
-    """The `Instant` of a time given in forcing periods, on a grid of so many steps in each."""
+    """Return the `Instant` of a time in forcing periods, on a grid with `steps` steps per period."""
     period = math.floor(turns)
     at = (turns - period) * steps
     step = int(at)

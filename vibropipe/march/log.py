@@ -1,4 +1,4 @@
-"""What a march keeps: a log of contacts, and samples of the motion where they are asked for."""
+"""What a march records: a log of contacts and, on request, samples of the motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.grid import evaluate
 from vibropipe.physics.contact import to_displacement, to_velocity
 
-# Places in the array of counts.
+# Indices of `Log.counts`.
 IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
 COUNTS = 9
 
@@ -18,8 +18,17 @@ COUNTS = 9
 class Log(NamedTuple):
     """Contacts in order of time; times in forcing periods, velocities of x, impulses as changes of x'.
 
-    An impact has support 1 or 2; the tail of a chatter, completed in one piece, has support -1 or -2 and
-    carries the impulse of all impacts left out. counts: the number of entries and of work done.
+    Attributes
+    ----------
+    position, velocity, impulse, support : ndarray
+        Of each impact: time, velocity before it, impulse, support (1 or 2). The tail of a chatter, completed in one
+        piece, has support -1 or -2 and the impulse of all impacts that it replaces.
+    rest_start, rest_end, rest_support : ndarray
+        Of each rest.
+    grazing, grazing_support : ndarray
+        Of each grazing.
+    counts : ndarray, shape (COUNTS,)
+        Numbers of entries and of operations, by the indices above. Entries beyond the capacity are counted only.
     """
 
     position: np.ndarray
@@ -35,7 +44,10 @@ class Log(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Arrays for the motion at start + i stride/per_period periods; the start as (absolute step, theta)."""
+    """Arrays for the motion at the times start + i stride / per_period, in forcing periods.
+
+    start_step, start_theta : the start, as a step counted from tau = 0 and a share of it.
+    """
 
     displacement: np.ndarray
     velocity: np.ndarray
@@ -47,7 +59,7 @@ class Samples(NamedTuple):
 
 @jit_allocating
 def new_log(impacts, rests):
-    """An empty log with room for so many impacts, and for so many rests and grazings."""
+    """Return an empty log with capacities for impacts, and for rests and grazings each."""
     return Log(
         np.empty(impacts),
         np.empty(impacts),
@@ -64,7 +76,7 @@ def new_log(impacts, rests):
 
 @jit
 def log_impact(log, position, support, velocity_before, impulse) -> None:
-    """Append an impact (or, with a negative support, the tail of a chatter); beyond the room only counted."""
+    """Append an impact or, with a negative support, the tail of a chatter."""
     n = log.counts[IMPACTS]
     if n < log.position.size:
         log.position[n] = position
@@ -89,7 +101,7 @@ def log_rest(log, start, end, support) -> None:
 
 @jit
 def log_grazing(log, position, support) -> None:
-    """Append a touch with zero velocity."""
+    """Append a grazing."""
     n = log.counts[GRAZINGS]
     if n < log.grazing.size:
         log.grazing[n] = position
@@ -99,7 +111,7 @@ def log_grazing(log, position, support) -> None:
 
 @jit
 def is_full(log) -> bool:
-    """Whether the next entry of any kind would not find room."""
+    """Return whether one more entry of any kind might exceed the capacity."""
     return (
         log.counts[IMPACTS] + 1 >= log.position.size
         or log.counts[RESTS] + 1 >= log.rest_start.size
@@ -109,17 +121,29 @@ def is_full(log) -> bool:
 
 @jit
 def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
-    """Write the samples that fall in step `at_step` (counted from tau = 0) up to theta = until.
+    """Write the samples that fall in a step up to theta = until.
 
-    c: polynomial of the motion with its origin at theta = origin; None while the mass lies on `home`.
+    Parameters
+    ----------
+    samples : Samples or None
+        None records nothing.
+    counts : ndarray
+        counts[SAMPLES] grows by the samples written.
+    p, grid, home : Parameters, StepGrid, int
+    c : ndarray or None
+        Polynomial of the motion with its origin at theta = origin; None while the mass sticks to `home`.
+    at_step : int
+        The step, counted from tau = 0.
+    origin, until : float
+        In steps.
     """
     if samples is not None:
         i = counts[SAMPLES]
         while i < samples.displacement.size:
-            # Integer arithmetic: the place of sample i never drifts.
-            place = i * samples.stride * grid.steps
-            step = samples.start_step + place // samples.per_period
-            theta = samples.start_theta + (place % samples.per_period) / samples.per_period
+            # Integer arithmetic: the time of sample i does not drift. Steps, times per_period.
+            scaled_steps = i * samples.stride * grid.steps
+            step = samples.start_step + scaled_steps // samples.per_period
+            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
             if theta >= 1.0:
                 step, theta = step + 1, theta - 1.0
             if step > at_step or (step == at_step and theta > until):

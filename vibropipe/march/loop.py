@@ -1,4 +1,4 @@
-"""The one marching loop: steps of a grid, contacts found inside them, rests jumped over, for both methods."""
+"""The marching loop of both methods: grid steps, contacts located within them, rests skipped in one piece."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
 def march(e, p, grid, state, end, log, samples, c, max_events):
     """March from `state` to the end.
 
-    An impact at the end itself, within rounding of time, is made: the state is the one after it.
+    An impact that falls on the end within rounding of time is applied: the returned state is the one after it.
 
     Parameters
     ----------
-    e, p, grid : Effects, Parameters, Grid
+    e, p, grid : Effects, Parameters, StepGrid
     state : State
     end : Instant
     log : Log
         Contacts are appended.
     samples : Samples or None
-        None: no code for samples exists.
+        None leaves the code for samples out.
     c : ndarray, shape (ORDER + 1,) of the exact method, (3,) of Newmark's
         Work array.
     max_events : int
@@ -41,10 +41,10 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
     Returns
     -------
     state : State
-        At the end, or as far as the march came.
+        At the end, or where the march stopped.
     status : int
-        Of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
-        SUPPORT_REACHED where the mass meets a support that is watched; NOT_FINITE; ROOT_BOUND.
+        Code of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
+        SUPPORT_REACHED where the mass meets a watched support; NOT_FINITE; ROOT_BOUND.
     """
     state, events = impact_at_start(e, p, grid, state, end, log)
     while is_before(state, end):

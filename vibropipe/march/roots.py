@@ -1,9 +1,12 @@
-"""The first instant at which a polynomial gap closes, certified: no earlier one exists.
+"""First contact of a polynomial gap: certified event location, no earlier contact exists.
 
-A gap is g(theta) = offset + sign * sum_{n >= p} c[n] theta^(n-p) on [0, span]; dividing by theta^p takes out
-the known start on the support, so that no nudge off it is needed. The search marches from the left. Each
-stride is as long as a parabola that lies below g stays positive, so it can not jump over a closing, and
-near one it converges like Newton's method.
+A gap is g(theta) = offset + sign * sum(c[n] * theta**(n - power), n >= power) on [0, span]. Dividing by theta**power
+removes the known zero of a departure from the support, so no nudge off it is needed. The search marches from the
+left. Each stride ends where a parabola below g reaches zero, so it cannot skip a root; near a root the strides
+converge like Newton's method.
+
+A polynomial c has shape (ORDER + 1,), of the exact method, or (3,), of Newmark's; theta and span are in steps of the
+grid.
 """
 
 from __future__ import annotations
@@ -15,22 +18,24 @@ from vibropipe.march.grid import evaluate
 from vibropipe.march.log import EVALUATIONS
 
 NONE, CROSSING, GRAZING, STRIDE_LIMIT = 0, 1, 2, 3
+# Iterations of the search, of Newton's method on a root, and of the growth of one stride (by factors of 4, enough for
+# all exponents of a float). The searches of motions end far below them.
 MAX_STRIDES = 400
 MAX_POLISH = 12
 MAX_GROWTHS = 600
-# A gap that stays open by no more than this share of the lengths at hand is touching.
+# Largest opening of a gap that counts as grazing, as a share of the lengths that the gap is computed from.
 GRAZING_TOLERANCE = 2.0**-44
-# Rounding of a gap's value, in the same lengths.
+# Rounding of a gap's value, as a share of the same lengths.
 VALUE_ROUNDING = 2.0**-51
-# What closes by no more than the rounding of a flight of some steps touches as well: without loss or force a mass
-# comes back to the support on which it lost its speed to touch it, for ever. A deeper graze is an impact, however
-# slow: its speed goes as the root of its depth, and is far above rounding.
+# Largest penetration that counts as grazing, as a share of the same lengths: the rounding of a flight of some steps.
+# Without damping and force a mass that lost its speed at a support grazes it again and again. A deeper contact is an
+# impact: its velocity goes as the root of the depth and is far above rounding.
 MAX_GRAZING_DEPTH = 2.0**-48
 
 
 @jit
 def gap(c, power, sign, offset, theta):
-    """Value, slope, curvature and third derivative of the gap at theta."""
+    """Return value, slope, curvature and third derivative of the gap at theta."""
     degree = c.size - 1
     value, slope, half, sixth = c[degree], 0.0, 0.0, 0.0
     for n in range(degree - 1, power - 1, -1):
@@ -43,16 +48,17 @@ def gap(c, power, sign, offset, theta):
 
 @jit
 def stays_open(c, power, sign, offset, span) -> bool:
-    """Quick certificate: even with every opening term left out the gap does not close on [0, span]."""
-    span_power, least = 1.0, offset + sign * c[power]
+    """Return whether the gap is positive on [0, span] even without the terms that open it."""
+    span_power, lower_bound = 1.0, offset + sign * c[power]
     for n in range(power + 1, c.size):
         span_power *= span
-        least += min(0.0, sign * c[n] * span_power)
-    return least > 0.0
+        lower_bound += min(0.0, sign * c[n] * span_power)
+    return lower_bound > 0.0
 
 
 @jit
 def _fourth_derivative_bound(c, power, span):
+    """Return an upper bound of |g''''| on [0, span]."""
     bound = 0.0
     for n in range(c.size - 1, power + 3, -1):
         k = n - power
@@ -62,11 +68,11 @@ def _fourth_derivative_bound(c, power, span):
 
 @jit
 def _first_zero(a, b, curvature):
-    """Smallest positive zero of a + b s + curvature s^2/2 with a > 0; inf if there is none."""
-    square = b * b - 2.0 * a * curvature
-    if square < 0.0 or (b >= 0.0 and curvature >= 0.0):
+    """Return the smallest positive zero of a + b s + curvature s^2/2, a > 0; inf if there is none."""
+    discriminant = b * b - 2.0 * a * curvature
+    if discriminant < 0.0 or (b >= 0.0 and curvature >= 0.0):
         return math.inf
-    root = math.sqrt(square)
+    root = math.sqrt(discriminant)
     if b >= 0.0:
         return (b + root) / -curvature
     return 2.0 * a / (root - b)
@@ -74,22 +80,24 @@ def _first_zero(a, b, curvature):
 
 @jit
 def _stride(value, slope, curvature, third, fourth, remaining):
-    """How far the gap surely stays positive: the zero of a parabola below it, whose curvature holds over the
-    way it is used for; that way is grown while the zero stays ahead. While the gap opens, slope and curvature
-    both positive, the cubic below it is positive up to 3 curvature over the fall of the curvature.
+    """Return a distance over which the gap stays positive.
 
-    third: at the start; fourth: a bound. Near a tangent force all up to the third vanish together, and by a
-    bound on the third alone the strides would be as short as its square.
+    It is the zero of a parabola below the gap, whose curvature is valid over a trial stride; the trial stride grows
+    while the zero lies beyond it. While the gap opens with a positive curvature, a cubic below it is positive up to 3
+    curvature / (largest fall of the curvature per length).
+
+    third : value at the start, fourth : bound. Near a tangent release all derivatives up to the third vanish together;
+    a bound of the third alone would make the strides as short as its square.
     """
     fall = max(0.0, -third)
-    most = fall + fourth * remaining
-    if slope >= 0.0 and curvature * 3.0 >= most * remaining:
+    max_fall = fall + fourth * remaining
+    if slope >= 0.0 and curvature * 3.0 >= max_fall * remaining:
         return remaining
-    stride = _first_zero(value, slope, curvature - most * remaining)
+    stride = _first_zero(value, slope, curvature - max_fall * remaining)
     if stride >= remaining:
         return remaining
     if slope >= 0.0 and curvature > 0.0:
-        stride = max(stride, 3.0 * curvature / most)
+        stride = max(stride, 3.0 * curvature / max_fall)
     trial_stride = 2.0 * stride
     for _ in range(MAX_GROWTHS):
         trial_stride = min(trial_stride, remaining)
@@ -107,7 +115,7 @@ def _stride(value, slope, curvature, third, fourth, remaining):
 
 @jit
 def _polish(c, power, sign, offset, theta, span):
-    """Newton's method on the gap from just before its simple zero."""
+    """Return a simple zero of the gap by Newton's method, from a theta just before it."""
     for _ in range(MAX_POLISH):
         value, slope, _curvature, _third = gap(c, power, sign, offset, theta)
         if slope >= 0.0:
@@ -121,7 +129,7 @@ def _polish(c, power, sign, offset, theta, span):
 
 @jit
 def _max_curvature(c, sign, span) -> float:
-    """Upper bound of the curvature of a gap on [0, span]."""
+    """Return an upper bound of the curvature of a gap on [0, span]."""
     curvature, power = sign * 2.0 * c[2], 1.0
     for n in range(3, c.size):
         power *= span
@@ -131,10 +139,13 @@ def _max_curvature(c, sign, span) -> float:
 
 @jit_inline
 def unique_root(grid, c, sign, offset, first, last, span, distance) -> float:
-    """Root of a gap with surely no more than one on [0, span], from `first` > 0 to `last` <= 0; -1 if not sure.
+    """Return the root of a gap that certainly has one root on [0, span]; -1 if this is not certain.
 
-    The quick way: nearly all impacts arrive so. The gap falls all the way, or it is concave and stays below
-    `distance` before. Newton's method from the root of the quadratic through both ends with the gap's initial slope.
+    Nearly all impacts are located here. The gap falls throughout, or it is concave and stays below `distance`, the
+    distance between the supports. Newton's method starts from the root of the quadratic through both ends with the
+    initial slope of the gap.
+
+    first, last : values of the gap at 0 (> 0) and span; sign, offset : as in `first_root`.
     """
     slope = sign * c[1]
     if last > 0.0:
@@ -150,7 +161,7 @@ def unique_root(grid, c, sign, offset, first, last, span, distance) -> float:
         y, w = evaluate(grid, c, theta)
         change = (offset + sign * y) / (sign * w * grid.dt)
         theta = min(max(theta - change, 0.0), span)
-        # Newton's error after this step is of the order of change^2: below rounding.
+        # The error after this step is of the order of change^2: below rounding.
         if abs(change) <= 1e-9 * theta:
             return theta if first + max(slope, 0.0) * theta < distance else -1.0
     return -1.0
@@ -158,11 +169,11 @@ def unique_root(grid, c, sign, offset, first, last, span, distance) -> float:
 
 @jit_inline
 def hop_end(grid, c, far, last, span) -> float:
-    """End of a hop: of a gap that leaves 0 with speed and is bent back all the way to `last` <= 0 at `span`,
-    short of the support at `far`; -1 if it is not surely of this kind.
+    """Return the end of a hop; -1 if the hop is not certainly of this kind.
 
-    While the gap y is concave y/theta falls: its one root is found by Newton's method, from that of the cubic
-    that the gap begins as.
+    The mass leaves the near support with speed (y = 0 at theta = 0), its gap is concave, y(span) = last <= 0, and it
+    stays short of the support at `far`. While y is concave y/theta falls: Newton's method finds its one root, from that
+    of the cubic Taylor polynomial.
     """
     if last > 0.0 or c[1] <= 0.0 or _max_curvature(c, 1.0, span) >= 0.0:
         return -1.0
@@ -170,8 +181,8 @@ def hop_end(grid, c, far, last, span) -> float:
     for _ in range(MAX_POLISH):
         theta = min(theta, span)
         y, w = evaluate(grid, c, theta)
-        mean = y / theta
-        change = y / (w * grid.dt - mean)
+        quotient = y / theta
+        change = y / (w * grid.dt - quotient)
         theta -= change
         if abs(change) <= 1e-9 * theta:
             return theta if theta * c[1] < far else -1.0
@@ -180,17 +191,17 @@ def hop_end(grid, c, far, last, span) -> float:
 
 @jit
 def _lengths(c, power, offset, load, theta):
-    """Sum of the lengths that the gap over theta^p is made of at theta: what its rounding is a share of."""
+    """Return the sum of the magnitudes that the gap over theta**power is computed from: the scale of its rounding."""
     terms = 0.0
     for n in range(c.size - 1, power - 1, -1):
         terms = terms * theta + abs(c[n])
-    # Past the start on the support the load acts by its acceleration alone.
+    # A gap from its support is divided by theta**power: the load acts through the acceleration alone.
     return abs(offset) + terms + abs(load) * (theta if power == 1 else 1.0)
 
 
 @jit
 def _whole_power(base, exponent):
-    """base ** exponent for a whole exponent >= 0; numba's own can raise."""
+    """Return base ** exponent for an integer exponent >= 0; numba's own power can raise."""
     power = 1.0
     while exponent > 0:
         if exponent & 1:
@@ -202,12 +213,31 @@ def _whole_power(base, exponent):
 
 @jit
 def first_root(c, power, sign, offset, load, span, counts):
-    """(theta, kind) of the first closing of the gap on (0, span]: NONE, CROSSING, GRAZING (touched with zero
-    velocity, within rounding) or STRIDE_LIMIT (MAX_STRIDES reached). Adds the evaluations made to
-    counts[EVALUATIONS]."""
+    """Locate the first contact of a polynomial gap on (0, span].
+
+    Parameters
+    ----------
+    c : ndarray, shape (ORDER + 1,) or (3,)
+    power : int
+        Power of theta that the gap is divided by: the `State.mode` of a departure, 0 in flight.
+    sign, offset : float
+        1 and -near for the near support, -1 and far for the far one; offset 0 where power > 0.
+    load : float
+        Constant load of the frame, for the scale of rounding only.
+    span : float
+        End of the search, in steps.
+    counts : ndarray
+        counts[EVALUATIONS] grows by the evaluations made.
+
+    Returns
+    -------
+    theta : float
+    kind : int
+        NONE (theta = span), CROSSING, GRAZING (zero velocity within rounding) or STRIDE_LIMIT (after MAX_STRIDES).
+    """
     if stays_open(c, power, sign, offset, span):
         return span, NONE
-    # Squares of very small motions would vanish: the search works on a gap of size 1, scaled by a power of two.
+    # Squares of very small motions underflow: the search works on a gap scaled to size 1 by a power of two.
     _share, exponent = math.frexp(_lengths(c, power, offset, load, 1.0))
     unit = math.ldexp(1.0, min(-exponent, 1000))
     fourth = _fourth_derivative_bound(c, power, span) * unit
@@ -217,14 +247,14 @@ def first_root(c, power, sign, offset, load, span, counts):
         value, slope, curvature, third = value * unit, slope * unit, curvature * unit, third * unit
         counts[EVALUATIONS] += 1
         scale = _lengths(c, power, offset, load, theta) * unit
-        touch, noise = GRAZING_TOLERANCE * scale, VALUE_ROUNDING * scale
+        max_opening, rounding = GRAZING_TOLERANCE * scale, VALUE_ROUNDING * scale
         if stride_number == 0:
             first = 0.5 * value
-        # Stopping short of zero by `shift` lets a graze be recognised from either side of it.
-        shift = min(touch, first)
+        # Strides end at a value of `shift` instead of zero, so a grazing is recognised from either side.
+        shift = min(max_opening, first)
         remaining = span - theta
-        # Strides of a falling gap that is within its rounding would get nowhere.
-        if value - shift > (noise if slope < 0.0 else 0.0):
+        # A falling gap within its rounding ends the search: strides would be zero.
+        if value - shift > (rounding if slope < 0.0 else 0.0):
             stride = _stride(value - shift, slope, curvature, third, fourth, remaining)
             if stride >= remaining:
                 return span, NONE
@@ -232,13 +262,13 @@ def first_root(c, power, sign, offset, load, span, counts):
             if stride > 2.0**-50 * theta:
                 continue
         if curvature > 0.0:
-            least = theta - slope / curvature
+            theta_min = theta - slope / curvature
             depth = value - 0.5 * slope * slope / curvature
-            if depth * _whole_power(max(least, 0.0), power) >= -MAX_GRAZING_DEPTH * scale:
-                if least > span:
+            if depth * _whole_power(max(theta_min, 0.0), power) >= -MAX_GRAZING_DEPTH * scale:
+                if theta_min > span:
                     return span, NONE
-                if least >= theta or power == 0:
-                    return max(least, 0.0), GRAZING
+                if theta_min >= theta or power == 0:
+                    return max(theta_min, 0.0), GRAZING
         theta = _polish(c, power, sign, offset, theta, span)
         if theta > span:
             return span, NONE

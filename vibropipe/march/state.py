@@ -1,4 +1,4 @@
-"""Where a motion is, and how a mass on a support goes on: fly, rest, be released."""
+"""State of a motion, and how a mass on a support goes on: it flies, sticks (`rest` in names) or is released."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from vibropipe.physics.load import (
     release_turn,
 )
 
-# How a motion leaves the support it stands on: in flight, with speed, with acceleration, with its rate, with the
-# rate's rate; or not, and one that starts on a support moving in strikes it first. Up to LEAVES_BY_SNAP the number
-# is the power of time with which the distance begins to grow.
+# Modes of a state. FLIGHT: off its home, or written from the equilibrium. LEAVES_BY_*: on its support; the name is
+# the leading derivative of the gap, the number the power of time with which the gap begins to grow.
+# IMPACTS_AT_START: a start on a support with a velocity into it. REST: sticking.
 (
     FLIGHT,
     LEAVES_BY_VELOCITY,
@@ -29,23 +29,33 @@ from vibropipe.physics.load import (
     IMPACTS_AT_START,
     REST,
 ) = 0, 1, 2, 3, 4, 8, 9
-# Rounding of a phase in turns: a contact this soon after the release belongs to it.
+# Rounding of a phase, in turns: times closer than this are one instant.
 TIME_TOLERANCE = 1e-13
-# Hops that lose no speed at the support, only by damping, end in algebraic time: once they are no higher than
-# the rounding of x (this share of l, twice), the mass rests.
+# Twice the height of the lowest hop that is marched, as a share of l; the height is the rounding of x. Where R = 1
+# damping alone shortens the hops, algebraically, so no geometric series ends them: lower ones count as sticking.
 MIN_HOP_HEIGHT = 2.0**-52
-# Rounding of a push, as a share of the largest there can be.
+# Rounding of a gap acceleration, as a share of its largest magnitude.
 ACCELERATION_ROUNDING = 2.0**-51
-# Departures faster than this share of the largest push there can be are part of no complete chatter: by the
-# velocity alone, 4 (w/push)^3, the push changes by more than `chatter_duration` allows. Nearly all are.
+# Departure speed, as a share of the largest gap acceleration a, above which no chatter can be completed: the term of
+# the velocity alone, 4 (w/a)^3, exceeds the tolerance of `chatter_duration`. Nearly all departures are faster.
 MAX_CHATTER_SPEED = 2e-5
 
 
 class State(NamedTuple):
-    """Where a motion is: time as period, step, theta; place as distance y from `home` and its rate w.
+    """State of a motion: a time on the grid, and the distance y from `home` with its rate w.
 
-    mode: how it departs (FLIGHT ... REST; w < 0 where it IMPACTS_AT_START); rest_start: in forcing periods, while it
-    rests.
+    Attributes
+    ----------
+    period, step, theta : int, int, float
+        Time, as in `Instant`.
+    home : int
+        Reference of y: 0 the equilibrium, 1 or 2 that support (`physics.contact.Frame`).
+    y, w : float
+        Distance from `home` and its derivative by tau.
+    mode : int
+        FLIGHT to REST; w < 0 where it is IMPACTS_AT_START.
+    rest_start : float
+        Start of a rest, in forcing periods; read in the mode REST only.
     """
 
     period: int
@@ -60,7 +70,7 @@ class State(NamedTuple):
 
 @jit
 def is_before(at, end) -> bool:
-    """Whether an `Instant` or a state lies strictly before an `Instant`."""
+    """Return whether an `Instant` or a state lies strictly before an `Instant`."""
     if at.period != end.period:
         return at.period < end.period
     if at.step != end.step:
@@ -70,21 +80,21 @@ def is_before(at, end) -> bool:
 
 @jit
 def advance_time(grid, at, wait):
-    """The `Instant` a time of `wait` turns after an `Instant` or a state."""
-    later = at.theta + wait * grid.steps
-    whole = math.floor(later)
-    later -= whole
-    if later > 1.0 - TIME_TOLERANCE:
-        # A departure within rounding of the next step's start is its start: the sliver between them would
-        # leave the mass at a distance below rounding.
-        whole, later = whole + 1.0, 0.0
-    step = at.step + int(whole)
-    return Instant(at.period + step // grid.steps, step % grid.steps, later)
+    """Return the `Instant` that lies `wait` turns after an `Instant` or a state."""
+    theta = at.theta + wait * grid.steps
+    whole_steps = math.floor(theta)
+    theta -= whole_steps
+    if theta > 1.0 - TIME_TOLERANCE:
+        # A departure within rounding of the next step's start is moved there: in the time between them the mass
+        # would cover a distance below rounding.
+        whole_steps, theta = whole_steps + 1.0, 0.0
+    step = at.step + int(whole_steps)
+    return Instant(at.period + step // grid.steps, step % grid.steps, theta)
 
 
 @jit
 def restitution_of(e, p, home):
-    """Restitution of the support `home`; 1 where no support reached has less."""
+    """Return the coefficient of restitution of the support `home`; 1 where the effect is absent."""
     restitution = 1.0
     if e.restitution is not None:
         restitution = p.R1 if home == 1 else p.R2
@@ -93,7 +103,7 @@ def restitution_of(e, p, home):
 
 @jit
 def is_watched(home, watched) -> bool:
-    """Whether `home` is one of the supports left out (1, 2 or 3 for both; None for none of them)."""
+    """Return whether `home` is a watched support; watched: `Effects.watched` (1, 2, 3 for both, or None)."""
     if watched is None:
         return False
     return home & watched != 0
@@ -101,7 +111,7 @@ def is_watched(home, watched) -> bool:
 
 @jit
 def release_wait(e, p, home, turn):
-    """Turns from `turn` until a mass resting on `home` is released; 0 at once, NEVER."""
+    """Return the turns from phase `turn` to the release of a mass sticking to `home`: 0 at once, or NEVER."""
     frame = frame_at(e, p, home)
     if e.forcing is None:
         return 0.0 if frame.load > 0.0 else NEVER
@@ -117,29 +127,37 @@ def release_wait(e, p, home, turn):
 
 @jit
 def release_mode(gap_jerk):
-    """How a mass leaves at its release. Where the force is as large as the pull of the support the push only
-    touches zero, from above: neither it nor its rate acts at that instant."""
+    """Return the mode of a release, where the gap acceleration is zero.
+
+    The mass leaves by jerk or, if the force amplitude equals the constant pull so that the jerk vanishes too, by snap.
+    """
     return LEAVES_BY_JERK if gap_jerk > 0.0 else LEAVES_BY_SNAP
 
 
 @jit_inline
 def departure_mode(e, p, grid, home, w, turn):
-    """(order, wait) of a mass on `home` with speed of departure w: how it leaves, or REST after `wait` turns
-    (the rest of a chatter, completed; 0 when it is at rest already)."""
+    """Return how a mass on `home` with departure speed w >= 0 goes on at the phase `turn`.
+
+    Returns
+    -------
+    mode : int
+        LEAVES_BY_VELOCITY to LEAVES_BY_SNAP, or REST.
+    wait : float
+        Turns until the rest begins: the remaining time of a chatter, 0 if the mass sticks already.
+    """
     if e.rest is None:
-        # Whatever the force, the mass is pulled off its support: no flight is part of a chatter.
+        # The force never presses the mass on its support: there is no chatter.
         return (LEAVES_BY_VELOCITY if w > 0.0 else LEAVES_BY_ACCELERATION), 0.0
     max_acceleration = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
     if w > MAX_CHATTER_SPEED * max_acceleration and w * w > MIN_HOP_HEIGHT * p.l * max_acceleration:
         return LEAVES_BY_VELOCITY, 0.0
-    # Not the grid itself: to hand it over takes longer than to tell the plain departure above.
+    # The grid itself is not passed: copying it takes longer than the usual departure above.
     return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, max_acceleration)
 
 
 @jit
 def _slow_departure(e, p, period, home, w, turn, max_acceleration):
-    """`departure_mode` with a speed that may be part of a chatter, or none; max_acceleration: the largest push there
-    can be."""
+    """Return `departure_mode` of a speed that may be part of a chatter; max_acceleration bounds |gap acceleration|."""
     frame = frame_at(e, p, home)
     force = Force(0.0, 0.0)
     if e.forcing is not None:
@@ -152,7 +170,7 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
     if w > 0.0:
         if gap_acceleration < 0.0:
             restitution = restitution_of(e, p, home)
-            # The rates side by side: where they cancel for an instant, the next order counts.
+            # A bound by the sum of both rates: where they cancel for an instant, the next order counts.
             wait = chatter_duration(w, gap_acceleration, abs(gap_jerk) + w, restitution, h, p.nu)
             if wait < NEVER:
                 return REST, wait / period
@@ -162,8 +180,8 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
     if gap_acceleration > 0.0:
         return LEAVES_BY_ACCELERATION, 0.0
     release = release_wait(e, p, home, turn)
-    # Within the rounding of a push its rate tells whether the release is just over: were it taken for one to
-    # come, the mass would rest for a whole period.
+    # Where the acceleration is zero within rounding and grows, the release is now: otherwise the mass would stick
+    # for a whole period.
     if release == 0.0 or (
         release < NEVER
         and gap_jerk > 0.0
@@ -175,7 +193,20 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
 
 @jit
 def initial_state(e, p, grid, turns, x, v):
-    """State of a motion that starts at `turns` forcing periods from (x, v); on a support with its home there."""
+    """Return the state of a motion that starts at (x, v); a start on a support has its home there.
+
+    Parameters
+    ----------
+    e, p, grid : Effects, Parameters, StepGrid
+    turns : float
+        Time of the start, in forcing periods.
+    x, v : float
+        Displacement and velocity.
+
+    Returns
+    -------
+    State
+    """
     at = grid_time(turns, grid.steps)
     upper, lower = support_position(p, 1), support_position(p, 2)
     home, y, w, mode, rest_start = 0, x, v, FLIGHT, 0.0
@@ -185,7 +216,7 @@ def initial_state(e, p, grid, turns, x, v):
         if w < 0.0:
             mode = IMPACTS_AT_START
         elif w > 0.0:
-            # However slow: where it ends in a chatter, that is one after an impact, which is logged.
+            # At any speed: a chatter is completed only after an impact, which is logged.
             mode = LEAVES_BY_VELOCITY
         else:
             mode, _wait = departure_mode(e, p, grid, home, w, phase_at(grid, at))

@@ -1,6 +1,6 @@
-"""The compiler: numba's flags, the hash of sources, the cache of kernels, and the process that compiles.
+"""The compiler: flags of numba, the hash of sources, the cache of kernels, and the process that compiles.
 
-Kernels take their decorator from `flags`; `sources` names the code that stored numbers depend on.
+Kernels take their decorator from `flags`; `sources` finds the code that stored numbers depend on.
 """
 
 from vibropipe.compiler.flags import (

@@ -1,7 +1,7 @@
-"""Where compiled kernels lie: a folder for each module, named by the hash of all that the module imports.
+"""The cache of compiled kernels: a folder for each module, named by the hash of all that the module imports.
 
-numba's own cache looks only at the source file of the outermost function, so an edit of a function it calls
-would go unseen. Another source is another folder here, for the kernels that depend on it and for no others.
+numba's own cache checks only the source file of the outermost function and misses edits of the functions it calls. Here
+an edit changes the folder of exactly the kernels that depend on it.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from vibropipe.compiler.sources import COMPILER, kernel_hash, source_hash
 
 @functools.cache
 def cache_root() -> Path:
-    """Folder of all that is kept: `VIBROPIPE_CACHE_DIR`, else the user's cache; if that cannot be written, one
-    that goes with this process (which then compiles anew, and says so once on stderr)."""
+    """Return the folder of all cached files: `VIBROPIPE_CACHE_DIR`, else the user's cache.
+
+    If that is not writable, it is a temporary folder, removed when this process ends, and a warning goes to stderr.
+    """
     base = os.environ.get("VIBROPIPE_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     root = (Path(base) if base else Path.home() / ".cache") / "vibropipe"
     try:
@@ -42,24 +44,29 @@ def cache_root() -> Path:
 
 
 def cache_folder() -> Path:
-    """Folder of what is noted of this version of the solvers, such as how long scenes take."""
+    """Return the folder of records of this version of the solvers, such as the run times of scenes."""
     return _made(cache_root() / kernel_hash())
 
 
 @functools.cache
 def module_folder(module: str) -> Path:
-    """Folder of the compiled kernels of a module."""
+    """Return the folder of the compiled kernels of a module."""
     if not module.startswith("vibropipe."):
-        return _made(cache_root() / "other")  # numba tells sources apart that it alone knows
+        return _made(cache_root() / "other")  # numba checks these sources itself
     name = f"{module.removeprefix('vibropipe.')}-{source_hash([module, COMPILER])}"
     return _made(cache_root() / name)
 
 
 @contextmanager
 def one_at_a_time(task: str) -> Iterator[None]:
-    """Keep other processes that name the same task waiting until this one is done with it.
+    """Hold a lock of this name, so that other processes wait for it.
 
-    Where files cannot be locked nobody waits, and the same is done twice.
+    Where files cannot be locked nobody waits, and the task is done twice.
+
+    Parameters
+    ----------
+    task : str
+        Name of the lock.
     """
     name = hashlib.sha256(task.encode()).hexdigest()[:16]
     with (_made(cache_root() / "locks") / name).open("ab") as file:
@@ -71,5 +78,6 @@ def one_at_a_time(task: str) -> Iterator[None]:
 
 
 def _made(folder: Path) -> Path:
+    """Create a folder and return it."""
     folder.mkdir(parents=True, exist_ok=True)
     return folder

@@ -1,11 +1,11 @@
-"""Kernels that are not in the cache are compiled by another process, and loaded from there.
+"""Compilation of missing kernels in another process, which leaves them in the cache to be loaded from there.
 
-A process that compiles runs pieces that were optimised apart; one that loads runs them optimised once more in
-one whole, with other products and sums fused. Chaotic motions show the difference. So nothing runs where it
-was compiled, unless it cannot be compiled elsewhere.
+A process that compiles runs pieces that were optimised one by one. A process that loads optimises them again as one
+whole and fuses other products and sums, which chaotic motions amplify. Therefore no process runs what it compiled,
+unless no other process can compile it.
 
-Processes that need the same kernel wait for the first of them to compile it; different kernels are compiled at
-once. A process that knows what it will need has its kernels compiled side by side (`compile_side_by_side`).
+Processes that need the same kernel wait for the first of them to compile it; different kernels are compiled at the same
+time. `compile_side_by_side` compiles the kernels that a process knows it will need.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from typing import Any
 from vibropipe.compiler.cache import cache_root, module_folder, one_at_a_time
 from vibropipe.compiler.numba_internals import is_cached, on_missing
 
-# In the environment: whether a process serves others as compiler, or has to compile for itself.
+# Environment variable of a process that compiles for others (SERVES) or for itself (HERE).
 COMPILER, SERVES, HERE = "VIBROPIPE_COMPILES", "serves", "here"
-# Subfolder of what a serving process makes for its own use, which nobody calls.
+# Subfolder of the pieces of a serving process, which cannot be called.
 PIECES = "pieces"
-# What it answers to a task.
+# Answers of the serving process to a task.
 DONE, FAILED = b"1", b"0"
 COMMAND = "from vibropipe.compiler.server import serve; serve()"
 
@@ -40,11 +40,11 @@ _ahead: list[_Ahead] = []
 
 
 class _PendingError(Exception):
-    """A kernel is being compiled meanwhile."""
+    """A kernel is still being compiled."""
 
 
 class _Ahead:
-    """Compilations under way in some threads, each of which waits for a process of its own."""
+    """Compilations in progress, in threads that each wait for a process."""
 
     def __init__(self, processes: int) -> None:
         self.pool = ThreadPoolExecutor(processes)
@@ -61,14 +61,19 @@ class _Ahead:
         return task.result()
 
     def under_way(self) -> list[Future[bool]]:
-        """Return the compilations that are not done."""
+        """Return the compilations that are not finished."""
         return [task for task in self.tasks.values() if not task.done()]
 
 
 def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) -> None:
-    """Make some calls, whose missing kernels are compiled by so many processes at once.
+    """Make some calls, whose missing kernels are compiled by several processes at once.
 
-    Each call is made again until all its kernels are there; it must do next to nothing besides.
+    Parameters
+    ----------
+    calls : sequence of callable
+        Each is repeated until all its kernels are compiled, so it must cost almost nothing besides.
+    processes : int
+        Number of compiling processes.
     """
     ahead = _Ahead(processes)
     _ahead.append(ahead)
@@ -80,7 +85,7 @@ def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) 
                     call()
                 except _PendingError:
                     pending.append(call)
-            # whatever is done first may let some call go on to its next kernel
+            # the first to finish may let a call proceed to its next kernel
             wait(ahead.under_way(), return_when=FIRST_COMPLETED)
             calls = pending
     finally:
@@ -89,14 +94,15 @@ def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) 
 
 
 def compile_elsewhere(dispatcher: Any) -> None:
-    """Let what is not in the cache be compiled by another process and loaded from there."""
+    """Let another process compile the kernels of a dispatcher that are not in the cache."""
     function = getattr(dispatcher, "py_func", None)  # none where numba is switched off
-    # of this package, so that another process finds the module
+    # only of this package: another process can import its modules
     if function is not None and function.__module__.startswith("vibropipe."):
         on_missing(dispatcher, _compile, _compile_here)
 
 
 def _compile(dispatcher: Any, signature: Any) -> bool:
+    """Compile a missing kernel in another process; return whether it is in the cache now."""
     if COMPILER in os.environ:
         return False
     done = (_ahead[-1].compile if _ahead else _compile_once)(dispatcher, signature)
@@ -106,18 +112,19 @@ def _compile(dispatcher: Any, signature: Any) -> bool:
 
 
 def _compile_here() -> None:
-    """Let this process compile for itself: what is called from a kernel that it compiles is not tried elsewhere."""
+    """Let this process compile for itself from now on, with all that its kernels call."""
     os.environ[COMPILER] = HERE
 
 
 def _task_name(dispatcher: Any, signature: Any) -> str:
+    """Return a name of a kernel with its sources and signature."""
     function = dispatcher.py_func
     folder = module_folder(function.__module__)  # named by the sources that the kernel depends on
     return f"{folder} {function.__module__}.{function.__qualname__} {signature}"
 
 
 def _compile_once(dispatcher: Any, signature: Any) -> bool:
-    """Compile a kernel for a signature into the cache, unless another process just did; whether it is there."""
+    """Compile a kernel into the cache unless another process just did; return whether it is there."""
     function = dispatcher.py_func
     try:
         task = pickle.dumps((function.__module__, function.__qualname__, signature))
@@ -126,9 +133,9 @@ def _compile_once(dispatcher: Any, signature: Any) -> bool:
     with one_at_a_time(_task_name(dispatcher, signature)):
         if is_cached(dispatcher, signature):
             return True
-        for tell in on_compiling:
-            tell(f"{function.__module__.removeprefix('vibropipe.')}.{function.__qualname__}")
-        # One without work for a while has ended, at worst just now.
+        for callback in on_compiling:
+            callback(f"{function.__module__.removeprefix('vibropipe.')}.{function.__qualname__}")
+        # Twice: an idle compiler ends after a while, possibly just before it gets the task.
         for _ in range(2):
             answer = _send_task(task)
             if answer:
@@ -137,7 +144,7 @@ def _compile_once(dispatcher: Any, signature: Any) -> bool:
 
 
 def _send_task(task: bytes) -> bytes:
-    """What a compiler answers to a task; nothing if it is no more."""
+    """Return the answer of a compiler to a task; empty if the compiler has ended."""
     compiler = _compiler()
     assert compiler.stdin is not None
     assert compiler.stdout is not None
@@ -155,20 +162,19 @@ def _send_task(task: bytes) -> bytes:
 
 
 def _compiler() -> subprocess.Popen[bytes]:
-    """A process that compiles for this one (`vibropipe.compiler.server`): one without work, or a new one."""
+    """Return a process that compiles for this one (`vibropipe.compiler.server`): an idle one, or a new one."""
     while _idle:
         owner, waiting = _idle.pop()
-        if (
-            owner == os.getpid() and waiting.poll() is None
-        ):  # those of a parent are not this process's
+        # after a fork the list still holds the compilers of the parent
+        if owner == os.getpid() and waiting.poll() is None:
             return waiting
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = os.environ | {COMPILER: SERVES, "PYTHONPATH": path}
     environment["VIBROPIPE_CACHE_DIR"] = str(cache_root().parent)
-    # In a group of its own: a Ctrl-C is for this process, which then ends the other.
+    # In a process group of its own: Ctrl-C interrupts this process only, which then ends the compiler.
     group = {"process_group": 0} if hasattr(os, "killpg") else {}
     started = subprocess.Popen(
-        # -P: the folder one is in may hold another copy of this package
+        # -P: the working directory may hold another copy of this package
         [sys.executable, "-P", "-c", COMMAND],
         env=environment,
         stdin=subprocess.PIPE,
@@ -180,6 +186,7 @@ def _compiler() -> subprocess.Popen[bytes]:
 
 
 def _kill(compiler: subprocess.Popen[bytes]) -> None:
+    """Kill a compiler and the child that it forked."""
     with suppress(ProcessLookupError):
         if hasattr(os, "killpg"):
             os.killpg(compiler.pid, signal.SIGKILL)
@@ -188,7 +195,7 @@ def _kill(compiler: subprocess.Popen[bytes]) -> None:
 
 
 def _close_compiler(compiler: subprocess.Popen[bytes], owner: int) -> None:
-    """No task will come: it ends."""
+    """End a compiler by closing its input."""
     if owner == os.getpid():
         with suppress(OSError, ValueError):
             compiler.communicate()

@@ -1,4 +1,4 @@
-"""The decorators of kernels: numba's flags, said once."""
+"""The decorators of kernels, which set the flags of numba."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags: Any) -> F:
+    """Return a function compiled by numba; fused: products and sums may be fused."""
     import numba
 
-    # Of fastmath only the fusing of a product and a sum (halves the latency of every polynomial); the full set
-    # deletes isnan.
+    # Of fastmath only the fusion of a product and a sum, which halves the latency of every polynomial; the full set
+    # removes tests for nan.
     fast = {"contract"} if fused else False
 
     # Set on every function: otherwise numba takes it from whichever caller is compiled first, and the machine
@@ -29,7 +30,7 @@ def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags
     if os.environ.get(COMPILER) == SERVES:
         folder /= PIECES
         flags |= NO_WRAPPERS
-    # The cache folder is read when the decorator runs; it is put back for other users of numba.
+    # numba reads the cache folder when the decorator runs; it is restored for other users of numba.
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     try:
@@ -47,36 +48,39 @@ def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags
 def jit(function: F) -> F:
     """Compile a scalar kernel that allocates nothing; cached on disk.
 
-    Without reference counts: with them, every call that passes a handful of arrays pays for each of them
-    twice, which made an impact five times dearer.
+    Reference counts are off: each call that passes arrays would update a count twice per array, which makes an impact
+    five times slower.
     """
     return _compile(function, _nrt=False)
 
 
 def jit_inline(function: F) -> F:
-    """Compile a scalar kernel into its callers: pieces of one hot loop, and what is done once in a forcing period.
+    """Compile a scalar kernel into its callers: parts of one hot loop, and calls once per forcing period.
 
-    The compiler would rather call them, and to hand over a whole grid or log takes as long as some steps.
+    The compiler by itself would not inline them, and passing a grid or a log takes as long as several steps.
     """
     return _compile(function, _nrt=False, forceinline=True)
 
 
 def jit_allocating(function: F) -> F:
-    """Compile a kernel that makes arrays (once per row or per motion, never per step)."""
+    """Compile a kernel that creates arrays (once per row or motion, never per step)."""
     return _compile(function)
 
 
 def jit_parallel(function: F) -> F:
-    """Compile a driver whose `prange` runs rows on all threads, without the interpreter's lock."""
+    """Compile a driver whose `prange` distributes rows over all threads, without the interpreter's lock."""
     return _compile(function, parallel=True, nogil=True)
 
 
 def jit_nogil(function: F) -> F:
-    """Compile a driver that lets go of the interpreter's lock, for threads to run side by side."""
+    """Compile a driver that releases the interpreter's lock, so that threads run in parallel."""
     return _compile(function, nogil=True)
 
 
 def jit_unfused(function: F) -> F:
-    """Compile a few products and sums that round one by one: the same bits in whatever code they end up, of one
-    motion or of many side by side, where the compiler would fuse now these and now those."""
+    """Compile products and sums that are rounded one by one, into the callers.
+
+    They give the same bits in every caller, for one motion or for many side by side, where the compiler would fuse
+    different products and sums.
+    """
     return _compile(function, fused=False, _nrt=False, forceinline=True)

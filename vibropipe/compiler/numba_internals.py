@@ -1,12 +1,12 @@
-"""What leans on private parts of numba, all of it; `pyproject.toml` bounds the versions it was tried with.
+"""All uses of private parts of numba; `pyproject.toml` bounds the versions that were tested.
 
-Where one of these parts is missing, kernels are compiled by the process that runs them: slower to compile, and a
-chaotic motion may come out with other bits than in a process that finds them in the cache.
+Where a part is missing, the process that runs a kernel compiles it: this is slower, and a chaotic motion may differ in
+its bits from that of a process that loads the kernel from the cache.
 
-numba by itself optimises each function together with all it calls and makes machine code of it, then does the
-same with each of its callers: what lies deep is compiled a dozen times over. In a process that serves as compiler
-a function that is called by the one asked for remains as it was lowered (a piece), and only what is asked for is
-optimised, with its pieces linked in: a third of the time, for code as fast.
+By itself numba optimises each function together with all that it calls, emits machine code, and repeats this for each
+caller, so inner functions are compiled a dozen times. In a serving process a function called by the requested one stays
+as lowered (a piece). Only the requested function is optimised, with its pieces linked in: this takes a third of the
+time for code of equal speed.
 """
 
 from __future__ import annotations
@@ -20,10 +20,15 @@ from vibropipe.compiler.cache import one_at_a_time
 def on_missing(
     dispatcher: Any, compile_it: Callable[[Any, Any], bool], give_up: Callable[[], None]
 ) -> None:
-    """Have a kernel that is not in the cache compiled by `compile_it`, and load what that left in the cache.
+    """Let a function compile the kernels of a dispatcher that are not in the cache.
 
-    compile_it: called with the dispatcher and a signature; returns whether the kernel is in the cache then.
-    give_up: called where it should be there and cannot be loaded; this process compiles it then.
+    Parameters
+    ----------
+    dispatcher : numba dispatcher
+    compile_it : callable
+        Called with the dispatcher and a signature; returns whether the kernel is in the cache afterwards.
+    give_up : callable
+        Called where the kernel should be in the cache but cannot be loaded; this process then compiles it.
     """
     cache: Any = getattr(dispatcher, "_cache", None)
     load = getattr(cache, "load_overload", None)
@@ -31,18 +36,18 @@ def on_missing(
         return
 
     def load_overload(signature: Any, target: Any) -> Any:
-        found = load(signature, target)
-        if found is None and compile_it(dispatcher, signature):
-            found = load(signature, target)
-            if found is None:
+        kernel = load(signature, target)
+        if kernel is None and compile_it(dispatcher, signature):
+            kernel = load(signature, target)
+            if kernel is None:
                 give_up()
-        return found
+        return kernel
 
     cache.load_overload = load_overload
 
 
 def is_cached(dispatcher: Any, signature: Any) -> bool:
-    """Whether a kernel lies in the cache; it is not loaded."""
+    """Return whether a kernel is in the cache, without loading it."""
     from numba.core.registry import cpu_target
 
     cache = dispatcher._cache
@@ -51,7 +56,7 @@ def is_cached(dispatcher: Any, signature: Any) -> bool:
 
 
 def use_pieces() -> None:
-    """Let numba make pieces in this process, and nothing that could be called."""
+    """Let numba create pieces in this process, which cannot be called."""
     from numba import _dynfunc  # type: ignore[attr-defined]
     from numba.core.caching import Cache
     from numba.core.registry import cpu_target
@@ -70,23 +75,24 @@ def use_pieces() -> None:
 
     save = Cache.save_overload
 
-    def save_overload(cache: Any, signature: Any, made: Any) -> None:
-        # two that save signatures of one function at the same time would choose the same name for their files
+    def save_overload(cache: Any, signature: Any, kernel: Any) -> None:
+        # two processes that save signatures of one function would choose the same file name
         with one_at_a_time("saving"):
-            save(cache, signature, made)
+            save(cache, signature, kernel)
 
     Cache.save_overload = save_overload  # type: ignore[method-assign]
 
 
 WHOLE: list[str] = []
-"""Name of the function that a serving process was asked for; all others are pieces."""
+"""Name of the requested function of a serving process; all others are pieces."""
 
 
 def _piece_library() -> Any:
+    """Return the class that replaces numba's library of code."""
     from numba.core.codegen import JITCodeLibrary
 
     class PartialLibrary(JITCodeLibrary):
-        """The code of a function: of the one asked for as numba makes it; of all others a piece."""
+        """Code of a function: numba's own for the requested function, a piece for all others."""
 
         def _is_piece(self) -> bool:
             return self.name not in WHOLE
@@ -103,7 +109,7 @@ def _piece_library() -> Any:
             self._finalized = True
 
         def serialize_using_object_code(self) -> tuple[Any, ...]:
-            """What the cache keeps: without machine code of a piece."""
+            """Return what the cache stores: of a piece no machine code."""
             if self._is_piece():
                 return tuple(self.serialize_using_bitcode())
             return tuple(super().serialize_using_object_code())

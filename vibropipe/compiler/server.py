@@ -1,4 +1,4 @@
-"""The process that compiles for others and runs nothing: a kernel and all it calls, optimised once, as one whole."""
+"""The process that compiles kernels for others and runs none: each with all that it calls, optimised as one whole."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vibropipe.compiler.cache import module_folder
 from vibropipe.compiler.client import DONE, FAILED
 from vibropipe.compiler.numba_internals import WHOLE, use_pieces
 
-# Seconds without a task after which the process ends; the next task starts another.
+# Seconds without a task after which the process ends; the next task starts a new one.
 IDLE = 10.0
 
 
@@ -32,22 +32,22 @@ def compile_whole(module: str, name: str, signature: Any) -> None:
 
 
 def _usual(n):  # type: ignore[no-untyped-def]
-    """What many kernels do: compiled before the first of them, it loads most of numba."""
+    """Compile this before the first kernel: it loads most parts of numba that kernels need."""
     return math.sqrt(np.zeros(n)[0]), np.empty(n)
 
 
 def serve() -> None:
-    """Compile what comes through standard input, each task in a child that starts without any piece made for
-    another one, and answer by a byte; until there is no more, or nothing for a while.
+    """Compile the tasks that arrive on standard input and answer each by one byte.
 
-    Where a process cannot be forked it ends after one task.
+    Each task is compiled in a forked child, which starts without the pieces of other tasks. The process ends at the end
+    of its input or after IDLE seconds; where it cannot fork, after one task.
     """
     tasks, answers = sys.stdin.buffer, os.dup(sys.stdout.fileno())
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     use_pieces()
     numba.njit(_usual).compile((numba.int64,))
     gc.freeze()
-    while _there_is_a_task(tasks):
+    while _has_task(tasks):
         try:
             task = pickle.load(tasks)
         except EOFError:
@@ -58,15 +58,15 @@ def serve() -> None:
             return
         child = os.fork()
         if child == 0:
-            # What a compiler makes lives as long as it does.
+            # The child ends after this task: collecting garbage is wasted time.
             gc.disable()
             os._exit(0 if _compiles(task) else 1)
         _child, status = os.waitpid(child, 0)
         os.write(answers, DONE if status == 0 else FAILED)
 
 
-def _there_is_a_task(tasks: Any) -> bool:
-    """Wait for a task, for ever where a pipe cannot be asked."""
+def _has_task(tasks: Any) -> bool:
+    """Wait for a task and return whether one came; without a time limit where pipes cannot be polled."""
     if os.name != "posix":
         return True
     import select
@@ -75,6 +75,7 @@ def _there_is_a_task(tasks: Any) -> bool:
 
 
 def _compiles(task: tuple[str, str, Any]) -> bool:
+    """Compile a task and return whether this succeeded; print the error if not."""
     try:
         compile_whole(*task)
     except Exception:

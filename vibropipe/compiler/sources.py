@@ -1,7 +1,7 @@
-"""Which sources a piece of the program depends on, and their hash: the import closure, read from the text.
+"""The import closure of modules, read from their text, and the hash of its sources.
 
-Nothing is imported to find it, so a command knows its hash before anything slow is loaded. An import that
-stands inside a function counts like one at the head; one that only type checkers see does not.
+Nothing is imported to find it, so a command knows its hash before anything slow is loaded. An import within a function
+counts like one at the top; one under TYPE_CHECKING does not.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
-# Makes machine code of kernels; nothing imports it, a process of its own runs it.
+# Compiles kernels, in a process of its own; no module imports it.
 COMPILER = "vibropipe.compiler.server"
-# What turns parameters into numbers: the public faces.
+# Modules that turn parameters into numbers: the public functions.
 SOLVERS = (
     "vibropipe.solve.conservative",
     "vibropipe.solve.motion",
@@ -24,7 +24,7 @@ SOLVERS = (
     "vibropipe.solve.sweep",
     COMPILER,
 )
-# Units, symbols and long names of quantities: words beside the numbers, never part of them.
+# Units, symbols and long names of quantities: no number depends on them.
 WORDS = ("vibropipe.words.vocabulary",)
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
@@ -43,14 +43,14 @@ class Source(NamedTuple):
 
 @functools.cache
 def kernel_hash() -> str:
-    """Hash (16 hex digits) of all sources that the numbers of a solver depend on; needs no compiler."""
+    """Return the hash (16 hex digits) of all sources that the numbers of a solver depend on; needs no compiler."""
     return source_hash(SOLVERS)
 
 
 def file_hash(path: Path, package: Path = PACKAGE) -> str:
-    """Return the hash (16 hex digits) of a source file, wherever it lies, and all of the package that it imports.
+    """Return the hash (16 hex digits) of a source file and of the modules of the package that it imports.
 
-    What the solvers import is told by `kernel_hash` already.
+    The import closure of the solvers is left out: `kernel_hash` covers it.
     """
     text = path.read_bytes()
     modules = {name for name in _imports(text.decode()) if _read(name, package) is not None}
@@ -65,7 +65,7 @@ def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Pat
     Parameters
     ----------
     roots, left_out : iterable of str
-        Modules, and those that are not followed beside `WORDS`, by their dotted names.
+        Dotted names of modules, and of those that are not followed (beside `WORDS`).
     package : Path
         Folder of the package whose sources are read.
     """
@@ -80,8 +80,16 @@ def closure(
 ) -> dict[str, Source]:
     """Return modules and all that they import within the package, by dotted name.
 
-    Parameters and their meaning are those of `source_hash`. A package counts by its `__init__`, but for the
-    outermost one, which holds the version and the names of the face.
+    A package counts by its `__init__`, except the outermost one, which holds the version and the public names.
+
+    Parameters
+    ----------
+    roots, left_out, package
+        As in `source_hash`.
+
+    Returns
+    -------
+    dict of str to Source
 
     Raises
     ------
@@ -89,26 +97,26 @@ def closure(
         If a root is no module of the package.
     """
     ends = {*WORDS, *left_out, package.name}
-    found: dict[str, Source] = {}
+    sources: dict[str, Source] = {}
     todo = list(roots)
     for name in todo:
         if _read(name, package) is None:
             raise ValueError(f"roots: must be modules of {package}, got {name}")
     while todo:
         name = todo.pop()
-        source = None if name in found or name in ends else _read(name, package)
+        source = None if name in sources or name in ends else _read(name, package)
         if source is not None:
-            found[name] = source
+            sources[name] = source
             todo += [*source.imports, name.rpartition(".")[0]]
-    return found
+    return sources
 
 
 @functools.cache
 def _read(name: str, package: Path) -> Source | None:
     """Return the source of a module, or None if the package has none of that name."""
     first, *parts = name.split(".")
-    place = package.joinpath(*parts)
-    for file in (place / "__init__.py", place.with_name(f"{place.name}.py")):
+    path = package.joinpath(*parts)
+    for file in (path / "__init__.py", path.with_name(f"{path.name}.py")):
         if first == package.name and file.is_file():
             text = file.read_bytes()
             return Source(hashlib.sha256(text).digest(), frozenset(_imports(text.decode())))

@@ -1,6 +1,6 @@
-"""How far a motion can come: bounds that are proven, over whole grids of parameters, without a march.
+"""Proven bounds of motions over whole grids of parameters, without a march.
 
-Plain numpy, so that a study can be checked without the compiler.
+Plain numpy: a study is checked without the compiler.
 """
 
 from __future__ import annotations
@@ -11,67 +11,119 @@ from typing import Any
 
 import numpy as np
 
-# Bounds are proven for exact arithmetic; this much more makes room for rounding.
+# Relative margin for rounding: the bounds are proven for exact arithmetic.
 ROUNDING = 1e-9
 
 
 def largest_force(p: Mapping[str, np.ndarray]) -> float:
-    """Largest size of the force over the grid: `load.largest_force`, without the compiler."""
+    """Return the largest magnitude of the force over the grid: `load.largest_force`, without the compiler."""
     return float(np.abs(p["f"]).max())
 
 
 def state_norm_bound(
     p: Mapping[str, np.ndarray], x: float, v: float, span: float, followed: bool
 ) -> float:
-    """A proven bound of sqrt(x^2 + x'^2), and so of |x|, over all motions of the grid; inf if there is none.
+    """Return a proven bound of sqrt(x^2 + x'^2), and so of |x|, over all motions of a grid.
 
-    The least of: its growth by at most |f| in a unit of time, impacts or not; the ultimate bound of damped
-    motions, where the equilibrium lies between the supports; the linear bound, where it keeps all motions
-    off both supports.
+    It is the least of three bounds: growth by at most |f| per unit of time, with or without impacts; the ultimate bound
+    of damped motions, where the equilibrium lies between the supports; the linear bound, where it keeps all motions off
+    both supports.
+
+    Parameters
+    ----------
+    p : mapping of str to ndarray
+        Values of each parameter over the grid.
+    x, v : float
+        Start.
+    span : float
+        Duration of the motions in tau; may be inf.
+    followed : bool
+        Whether rows start from the steady state of a neighbour, so that only f = 0 bounds them.
+
+    Returns
+    -------
+    float
+        The bound; inf if there is none.
     """
     start, force = math.hypot(x, v), largest_force(p)
     if force == 0.0:
         return start
     if followed:
         return math.inf
-    sizes = [start + force * span]
+    bounds = [start + force * span]
     nearest, damping = float(p["l"].min() - np.abs(p["delta"]).max()), p["h"]
     if nearest >= 0.0 and damping.min() > 0.0:
-        sizes.append(float(ultimate_bound(damping, force, start).max()))
+        bounds.append(float(ultimate_bound(damping, force, start).max()))
     linear = float(linear_bound(p["nu"], damping.min(), force, start).max())
     if linear * (1 + ROUNDING) < nearest:
-        sizes.append(linear)
-    return min(sizes)
+        bounds.append(linear)
+    return min(bounds)
 
 
 def linear_bound(nu: Any, h: float, f: float, start: float) -> np.ndarray:
-    """Bound of sqrt(x^2 + x'^2) of motions that strike nothing, for each nu, from a start of that size.
+    """Return a bound of sqrt(x^2 + x'^2) of motions without impacts.
 
-    The bound of `stays_off_supports`, with the start of the free part bounded by start + 2 |X| max(1, nu);
-    h >= 0 and f the least damping and the largest force of the grid. inf at resonance.
+    It is the bound of `stays_off_supports`, with the start of the free part bounded by start + 2 |X| max(1, nu).
+
+    Parameters
+    ----------
+    nu : array_like
+        Forcing frequencies.
+    h, f : float
+        Least damping, >= 0, and largest force of the grid.
+    start : float
+        sqrt(x^2 + x'^2) at the start.
+
+    Returns
+    -------
+    ndarray
+        For each nu; inf at resonance without damping.
     """
     nu = np.asarray(nu, float)
     with np.errstate(divide="ignore"):
         steady = np.abs(f) / np.hypot((1.0 - nu) * (1.0 + nu), h * nu)
-    size: np.ndarray = start + 2.0 * np.maximum(1.0, nu) * steady
-    return size
+    bound: np.ndarray = start + 2.0 * np.maximum(1.0, nu) * steady
+    return bound
 
 
 def ultimate_bound(h: Any, f: float, start: float) -> np.ndarray:
-    """Bound of sqrt(x^2 + x'^2) for all times, impacts and rests included, for each damping h > 0, from a
-    start of size `start`, where the equilibrium lies between the supports.
+    """Return a bound of sqrt(x^2 + x'^2) for all times, impacts and rests included.
 
-    V = (x^2 + x'^2)/2 + e x x' with 0 < e <= 1/2 lies between (1 - e) and (1 + e) times r^2/2. A reset turns
-    x x' > 0 to less and takes energy, so V never grows at an impact. In flight
-    V' <= -k r^2 + |f| sqrt(1 + e^2) r, with k the least eigenvalue of [[e, e h/2], [e h/2, h - e]]; so V falls
-    wherever r > |f| sqrt(1 + e^2)/k. e = 2 h/(4 + h^2) keeps k > 0 for every h.
+    The equilibrium must lie between the supports.
+
+    Parameters
+    ----------
+    h : array_like
+        Damping, > 0.
+    f : float
+        Largest force.
+    start : float
+        sqrt(x^2 + x'^2) at the start.
+
+    Returns
+    -------
+    ndarray
+        For each h.
+
+    Notes
+    -----
+    The Lyapunov function V = (x^2 + x'^2)/2 + e x x' with 0 < e <= 1/2 lies between (1 - e) and (1 + e) times r^2/2. An
+    impact has x x' > 0 before it, reduces x x' and takes energy, so V never grows there. In flight
+    V' <= -k r^2 + |f| sqrt(1 + e^2) r, with k the least eigenvalue of [[e, e h/2], [e h/2, h - e]]; so V falls wherever
+    r > |f| sqrt(1 + e^2)/k. e = 2 h/(4 + h^2) keeps k > 0 for every h.
+
+    References
+    ----------
+    H. K. Khalil, "Nonlinear Systems", 3rd ed., Prentice Hall (2002), sec. 4.8.
     """
     h = np.asarray(h, float)
     e = 2.0 * h / (4.0 + h * h)
-    remainder = h * (2.0 + h * h) / (4.0 + h * h)
-    off = 0.5 * e * h
+    matrix_22 = h * (2.0 + h * h) / (4.0 + h * h)
+    matrix_12 = 0.5 * e * h
     # The product of both eigenvalues over the larger one.
-    least = (e * remainder - off * off) / (0.5 * (h + np.hypot(remainder - e, 2.0 * off)))
-    settled = np.abs(f) * np.hypot(1.0, e) / least
-    size: np.ndarray = np.sqrt((1.0 + e) / (1.0 - e)) * np.maximum(start, settled)
-    return size
+    least_eigenvalue = (e * matrix_22 - matrix_12 * matrix_12) / (
+        0.5 * (h + np.hypot(matrix_22 - e, 2.0 * matrix_12))
+    )
+    ultimate_radius = np.abs(f) * np.hypot(1.0, e) / least_eigenvalue
+    bound: np.ndarray = np.sqrt((1.0 + e) / (1.0 - e)) * np.maximum(start, ultimate_radius)
+    return bound

@@ -1,4 +1,4 @@
-"""What happens at a support: reset by eq. (6), chatter, rest and release."""
+"""Contact with a rigid support: frames, reset by eq. (6), and the duration of a chatter."""
 
 from __future__ import annotations
 
@@ -7,21 +7,32 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.load import NEVER, constant_load
 
-# Relative change of the push during the rest of a chatter below which the geometric series is complete.
+# Largest error of the duration of a chatter summed as a geometric series, as a share of the shorter time scale of
+# eq. (5), 1 or 1/nu: a tenth of the rounding of a phase (`TIME_TOLERANCE` of the march).
 CHATTER_TOLERANCE = 1e-14
 
 
 @jit_inline
 def support_position(p, support):
-    """x of a support, eq. (1)."""
+    """Return x of a support (1 or 2), eq. (1)."""
     return p.l + p.delta if support == 1 else p.delta - p.l
 
 
 class Frame(NamedTuple):
-    """How a motion is written from `home`, 0 the equilibrium, 1 or 2 that support: x = x_ref + sigma y.
+    """Coordinates of a motion written from `home`: x = x_ref + sigma y.
 
-    load: the constant part of its load; near, far: the supports in y; to_near, to_far: whether it can reach them.
-    From the equilibrium support 2 is near and support 1 far; from a support that one is near.
+    Attributes
+    ----------
+    home : int
+        0 for the equilibrium, 1 or 2 for that support.
+    sigma : float
+        1, or -1 from support 1.
+    load : float
+        Constant load in y.
+    near, far : float
+        The supports in y: from the equilibrium support 2 is near and support 1 far; from a support that one is near.
+    to_near, to_far : bool
+        Whether the motion can reach them.
     """
 
     home: int
@@ -35,13 +46,19 @@ class Frame(NamedTuple):
 
 @jit
 def frame_at(e, p, home: int) -> Frame:
-    """The `Frame` of motions written from `home`; a mass stands on no support that is out of reach.
+    """Return the `Frame` of motions written from `home`.
+
+    A mass stands on no support that is out of reach.
 
     Parameters
     ----------
     e, p : Effects, Parameters
     home : int
         0 for the equilibrium, 1 or 2 for that support.
+
+    Returns
+    -------
+    Frame
     """
     to_near, to_far = True, True
     if e.support_1 is None:
@@ -57,7 +74,7 @@ def frame_at(e, p, home: int) -> Frame:
 
 @jit
 def to_displacement(p, home: int, y: float) -> float:
-    """x of the distance y from `home`."""
+    """Return x of a motion at the distance y from `home`."""
     if home == 0:
         return y
     return support_position(p, home) + (-y if home == 1 else y)
@@ -65,37 +82,50 @@ def to_displacement(p, home: int, y: float) -> float:
 
 @jit
 def to_velocity(home: int, w: float) -> float:
-    """x' of the rate w of the distance from `home`."""
+    """Return x' of a motion whose distance from `home` has the rate w."""
     return -w if home == 1 else w
 
 
 @jit
 def reset(restitution: float, approach: float) -> float:
-    """Speed of departure after an impact with speed `approach`, eq. (6)."""
+    """Return the speed of departure after an impact with speed `approach`, eq. (6)."""
     return restitution * approach
 
 
 @jit
-def chatter_duration(w, gap_acceleration, push_rate, restitution, h, nu) -> float:
-    """Time from an impact with departure speed w to the accumulation of all further ones, or NEVER while
-    the geometric series would still err.
+def chatter_duration(w, gap_acceleration, gap_jerk, restitution, h, nu) -> float:
+    """Return the time from an impact to the accumulation point of all further ones.
 
-    push < 0: acceleration at the support, push_rate its rate. To leading order the flights last
-    2 w R^k / |push|; the error is the duration times the relative change of the push meanwhile, which must be
-    below CHATTER_TOLERANCE of the shorter of the two time scales. A flight so short that tau cannot tell
-    its ends apart counts as rest for every R, R = 1 included.
+    To leading order the flights last 2 w R^k / |gap_acceleration|, a geometric series. Its relative error is the
+    relative change of the acceleration during the chatter. A flight so short that tau cannot resolve its ends counts as
+    sticking for every R, R = 1 included.
+
+    Parameters
+    ----------
+    w : float
+        Departure speed, > 0.
+    gap_acceleration : float
+        At the support, < 0.
+    gap_jerk : float
+        Bound of its rate.
+    restitution, h, nu : float
+
+    Returns
+    -------
+    float
+        Duration in tau; NEVER while the error of the series exceeds CHATTER_TOLERANCE.
 
     References
     ----------
-    C. Budd, F. Dux, "Chattering and related behaviour in impact oscillators", Philosophical Transactions of the
-    Royal Society A 347 (1994) 365-389.
+    C. Budd, F. Dux, "Chattering and related behaviour in impact oscillators", Philosophical Transactions of the Royal
+    Society A 347 (1994) 365-389.
     """
-    unit = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
+    tolerance = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
     flight = 2.0 * w / -gap_acceleration
-    if flight <= unit:
+    if flight <= tolerance:
         return flight
     if restitution >= 1.0:
         return NEVER
     duration = flight / (1.0 - restitution)
-    change = duration * (abs(push_rate / gap_acceleration) + h)
-    return duration if duration * change <= unit else NEVER
+    relative_change = duration * (abs(gap_jerk / gap_acceleration) + h)
+    return duration if duration * relative_change <= tolerance else NEVER

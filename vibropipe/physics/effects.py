@@ -1,8 +1,7 @@
-"""Effects: what of the physics a scene calls for, as types, so that an absent branch is never compiled.
+"""Physical effects of a scene, as types: the code of an absent effect is never compiled.
 
-Each field is 1 (present) or None (absent). numba types None at compile time, so `if effects.forcing is not
-None` costs nothing where forcing is absent: the branch is not in the machine code, and every set of effects
-is cached on disk like any other signature.
+Each field of `Effects` is 1 (present) or None (absent). numba resolves `effects.forcing is not None` at compile time,
+so an absent branch is not in the machine code. Each set of effects is cached on disk like any other signature.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ WATCHED = {"support_1": 1, "support_2": 2}
 class Effects(NamedTuple):
     """Presence of each physical effect: 1 or None.
 
-    watched: supports that were left out though nothing proves them out of reach, 1, 2 or 3 for both; they
-    are marched as present, and the march stops where it meets one. None where there are none.
+    watched : supports that are left out although no bound keeps the motion from them: 1, 2 or 3 for both, None for
+    none. They are marched as present, and the march stops where it meets one.
     """
 
     damping: int | None = 1
@@ -41,7 +40,7 @@ ALL_EFFECTS = Effects()
 
 
 def effect_names(effects: Effects) -> tuple[str, ...]:
-    """Return the names of the effects that are present, in the order of EFFECT_NAMES; watched supports are not."""
+    """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports."""
     watched = effects.watched or 0
     return tuple(
         name
@@ -70,31 +69,51 @@ def effects_of(
     followed: bool = False,
     left_out: Sequence[str] = (),
 ) -> Effects:
-    """What the exciters over the grid of `values` (parameter name -> its values) call for, from (x, v).
+    """Return the effects that exciters over a grid need, the union over all rows.
 
-    span: how long the motions last; exact: solved by the exact method (the bounds are not proven for
-    Newmark's, whose supports all count as reached); followed: rows start where their neighbours settled;
-    left_out: supports that a user leaves out: they are watched where nothing keeps the motion from them.
+    Damping is needed where h > 0, forcing where f != 0, a support unless `state_norm_bound` keeps every motion from it,
+    restitution where R < 1 on a support reached, rest where the force can press the mass on a support reached, |f| >=
+    its pull towards the equilibrium.
 
-    The union over all rows: damping where h > 0, forcing where f != 0, a support unless `state_norm_bound`
-    keeps every motion from it, restitution where R < 1 on a support reached, rest where the force can
-    press the mass on a support reached, |f| >= its pull towards the equilibrium.
+    Parameters
+    ----------
+    values : mapping of str to array_like
+        Values of each parameter over the grid.
+    x, v : float
+        Start.
+    span : float
+        Duration of the motions in tau.
+    exact : bool
+        Whether the exact method solves them. The bounds are not proven for Newmark's, whose supports all count as
+        reached.
+    followed : bool
+        Whether rows start from the steady state of a neighbour.
+    left_out : sequence of str
+        Supports that the user leaves out; they are watched where no bound keeps the motion from them.
+
+    Returns
+    -------
+    Effects
     """
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
-    size = state_norm_bound(p, x, v, span, followed) if exact else math.inf
+    bound = state_norm_bound(p, x, v, span, followed) if exact else math.inf
     force = largest_force(p)
-    # Where the supports stand from the equilibrium, each at its nearest over the grid.
-    places = {
+    # Smallest distance of each support from the equilibrium over the grid.
+    distances = {
         "support_1": p["l"].min() + p["delta"].min(),
         "support_2": p["l"].min() - p["delta"].max(),
     }
-    met = {name for name, place in places.items() if not size * (1 + ROUNDING) < place}
-    there = met - set(left_out)
+    reached = {
+        name for name, distance in distances.items() if not bound * (1 + ROUNDING) < distance
+    }
+    included = reached - set(left_out)
     lossy = {name for name, R in (("support_1", "R1"), ("support_2", "R2")) if (p[R] < 1).any()}
-    pressed = {name for name, place in places.items() if not force < place * (1 - ROUNDING)}
-    present = ((p["h"] > 0).any(), force > 0, *(name in met for name in places))
-    watched = sum(WATCHED[name] for name in met - there)
-    called_for = (*present, there & lossy, there & pressed)
+    pressed = {
+        name for name, distance in distances.items() if not force < distance * (1 - ROUNDING)
+    }
+    present = ((p["h"] > 0).any(), force > 0, *(name in reached for name in distances))
+    watched = sum(WATCHED[name] for name in reached - included)
+    called_for = (*present, included & lossy, included & pressed)
     effects = Effects(*(1 if is_so else None for is_so in called_for))
     return effects._replace(watched=watched or None)
 
@@ -102,11 +121,21 @@ def effects_of(
 def resolve_effects(
     names: Sequence[str] | None, values: Mapping[str, Any], *at: Any, **how: Any
 ) -> Effects:
-    """The effects to compute with where a user states `names` of a grid of `values` (and what else
-    `effects_of` takes); all effects where nothing is stated.
+    """Return the effects to compute with.
 
-    A support left out that may be reached is watched. Raises ParameterError where the parameters call for
-    another effect that was left out.
+    A support left out that may be reached is watched.
+
+    Parameters
+    ----------
+    names : sequence of str or None
+        Effects that the user states; None for all.
+    values, *at, **how
+        Arguments of `effects_of`.
+
+    Raises
+    ------
+    ParameterError
+        If another effect is left out that the parameters call for.
     """
     if names is None:
         return ALL_EFFECTS
@@ -121,7 +150,7 @@ def resolve_effects(
 
 
 def absent_supports(names: Sequence[str]) -> tuple[str, ...]:
-    """The supports that are not among the names."""
+    """Return the supports that are not among the names."""
     return tuple(name for name in WATCHED if name not in names)
 
 

@@ -43,7 +43,7 @@ class ParameterError(ValueError):
 
 
 class Parameters(NamedTuple):
-    """The row of numbers that kernels read; one compiled kernel serves every set."""
+    """Parameters of one row as kernels read them, in the order of `PARAMETERS`; one compiled kernel serves all rows."""
 
     nu: float
     f: float
@@ -129,16 +129,29 @@ class Exciter:
         R1: float = DEFAULTS["R1"],
         R2: float = DEFAULTS["R2"],
     ) -> Exciter:
-        """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t).
+        """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t), by eqs. (2)-(4).
 
-        By eqs. (2)-(4): p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths stay in the unit of l and
-        delta.
+        p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths stay in the unit of l and delta.
+
+        Parameters
+        ----------
+        m, C : float
+            Mass and stiffness, > 0.
+        H, F, omega : float
+            Damping, amplitude and angular frequency of the force, in units consistent with m and C.
+        l, delta, R1, R2 : float
+            As in `Exciter`.
+
+        Raises
+        ------
+        ParameterError
+            If a value is out of range.
         """
         for name, value in (("m", m), ("C", C)):
             number_within(name, value, POSITIVE)
         for name, value in (("H", H), ("F", F), ("omega", omega)):
             number_within(name, value, FINITE)
-        # sqrt of each first: the product m C can overflow where h does not.
+        # Square roots first: the product m C can overflow where h does not.
         h = H / math.sqrt(m) / math.sqrt(C)
         return cls(l=l, nu=omega / math.sqrt(C / m), f=F / C, h=h, delta=delta, R1=R1, R2=R2)
 
@@ -158,13 +171,13 @@ class Exciter:
         return 2 * math.pi / self.nu
 
     def mirrored(self) -> Exciter:
-        """The exciter seen in the mirror x -> -x: f and delta change sign, R1 and R2 change places."""
+        """Return the mirrored exciter, x -> -x: f and delta change sign, R1 and R2 are exchanged."""
         return Exciter(
             l=self.l, nu=self.nu, f=-self.f, h=self.h, delta=-self.delta, R1=self.R2, R2=self.R1
         )
 
     def parameters(self) -> Parameters:
-        """The same numbers as kernels read them."""
+        """Return the parameters as kernels read them."""
         return Parameters(**vars(self))
 
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:

@@ -1,9 +1,8 @@
 """The exact motion between impacts, eq. (5), as a Taylor polynomial about any instant.
 
-Everything follows from one recurrence, which has no special case: resonance at h = 0, critical and
-over-critical damping, f = 0 are ordinary inputs. Motions are written as y = sigma (x - x_ref), the distance
-from a reference position: a support just left (then y is the gap) or the equilibrium. With load =
--sigma x_ref eq. (5) reads y'' + h y' + y = load + sigma f sin(nu tau).
+One recurrence covers resonance at h = 0, critical and supercritical damping, and f = 0. Motions are written as
+y = sigma (x - x_ref), the distance from a reference: a support just left (then y is the gap) or the equilibrium. With
+load = -sigma x_ref eq. (5) reads y'' + h y' + y = load + sigma f sin(nu tau).
 """
 
 from __future__ import annotations
@@ -15,27 +14,28 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.load import COLUMNS, first_terms, load_of, load_terms, next_term
 
+# Degree of the polynomial.
 ORDER = 15
-# With every rate times the step at most this, the first neglected term is below 1e-18 of the motion.
+# Largest product of a rate and the step: the first neglected term is then below 1e-18 of the motion.
 REACH = 0.5
 _FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(ORDER - 1))
 
 
 @jit
 def fastest_rate(nu: float, h: float) -> float:
-    """The largest rate in eq. (5): the frequency of the force, or the root of s^2 = h s + 1."""
+    """Return the largest rate in eq. (5): the frequency of the force, or the root of s^2 = h s + 1."""
     return max(nu, 0.5 * (h + math.sqrt(h * h + 4.0)))
 
 
 @jit
 def steps_for_exact(nu: float, h: float) -> int:
-    """Steps per forcing period so that one polynomial of degree ORDER covers a step to rounding; at least 8."""
+    """Return the steps per forcing period, at least 8, for which one polynomial covers a step to rounding."""
     return max(8, math.ceil(2.0 * math.pi / nu * fastest_rate(nu, h) / REACH))
 
 
 @jit
 def taylor(c, y, w, force, load, h, nu, dt) -> None:
-    """Fill c[0..ORDER] so that y(t0 + theta dt) = sum c[n] theta^n for 0 <= theta <= 1, eq. (5).
+    """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, eq. (5).
 
     Parameters
     ----------
@@ -45,14 +45,14 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
     force : Force
         At t0.
     load : float
-        The constant part of the load.
+        Constant load.
     h, nu, dt : float
         Damping, frequency of the force, the step.
 
     References
     ----------
-    Taylor series by recurrence: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I",
-    2nd ed., Springer (1993), sec. I.8.
+    Taylor series by recurrence: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd
+    ed., Springer (1993), sec. I.8.
     """
     d2 = dt * dt
     hd = h * dt
@@ -67,7 +67,7 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
 
 @jit
 def displacement(c, degree: int, theta: float) -> float:
-    """sum c[n] theta^n."""
+    """Return sum(c[n] theta**n) for n up to `degree`."""
     y = c[degree]
     for n in range(degree - 1, -1, -1):
         y = y * theta + c[n]
@@ -76,7 +76,7 @@ def displacement(c, degree: int, theta: float) -> float:
 
 @jit
 def velocity(c, degree: int, theta: float, dt: float) -> float:
-    """d/dtau of the polynomial at theta."""
+    """Return the derivative by tau of the polynomial at theta."""
     w = degree * c[degree]
     for n in range(degree - 1, 0, -1):
         w = w * theta + n * c[n]
@@ -85,8 +85,9 @@ def velocity(c, degree: int, theta: float, dt: float) -> float:
 
 @jit_inline
 def motion_with_curvature(c, t: float):
-    """Value, slope and curvature by theta of the polynomial of degree ORDER at t = theta, by Estrin's scheme:
-    its products run side by side, a third of the time of Horner's chain.
+    """Return value, slope and curvature by theta of the polynomial of degree ORDER at theta = t, by Estrin's scheme.
+
+    Its products are independent of each other: it takes a third of the time of Horner's scheme.
 
     References
     ----------
@@ -104,26 +105,26 @@ def motion_with_curvature(c, t: float):
     slope_low += ((5.0 * c[5] + 6.0 * c[6] * t) + (7.0 * c[7] + 8.0 * c[8] * t) * t2) * t4
     slope_high = (9.0 * c[9] + 10.0 * c[10] * t) + (11.0 * c[11] + 12.0 * c[12] * t) * t2
     slope_high += ((13.0 * c[13] + 14.0 * c[14] * t) + 15.0 * c[15] * t2) * t4
-    bend_low = (2.0 * c[2] + 6.0 * c[3] * t) + (12.0 * c[4] + 20.0 * c[5] * t) * t2
-    bend_low += ((30.0 * c[6] + 42.0 * c[7] * t) + (56.0 * c[8] + 72.0 * c[9] * t) * t2) * t4
-    bend_high = (90.0 * c[10] + 110.0 * c[11] * t) + (132.0 * c[12] + 156.0 * c[13] * t) * t2
-    bend_high += (182.0 * c[14] + 210.0 * c[15] * t) * t4
-    return low + high * t8, slope_low + slope_high * t8, bend_low + bend_high * t8
+    curvature_low = (2.0 * c[2] + 6.0 * c[3] * t) + (12.0 * c[4] + 20.0 * c[5] * t) * t2
+    curvature_low += ((30.0 * c[6] + 42.0 * c[7] * t) + (56.0 * c[8] + 72.0 * c[9] * t) * t2) * t4
+    curvature_high = (90.0 * c[10] + 110.0 * c[11] * t) + (132.0 * c[12] + 156.0 * c[13] * t) * t2
+    curvature_high += (182.0 * c[14] + 210.0 * c[15] * t) * t4
+    return low + high * t8, slope_low + slope_high * t8, curvature_low + curvature_high * t8
 
 
 @jit_inline
 def motion(c, t: float, dt: float):
-    """(y, w) of the polynomial of degree ORDER at t = theta."""
+    """Return (y, w) of the polynomial of degree ORDER at theta = t."""
     y, slope, _curvature = motion_with_curvature(c, t)
     return y, slope / dt
 
 
 @jit_allocating
 def exact_basis(h: float, nu: float, dt: float):
-    """Polynomials, shape (COLUMNS, ORDER + 1), of a unit y, w and each part of the load at t0.
+    """Return the polynomials of a unit y, w and each part of the load at t0, shape (COLUMNS, ORDER + 1).
 
-    The motion is linear in these, so any other polynomial is a sum of so many vectors, which the
-    vector units add far quicker than the recurrence runs.
+    The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
+    than the recurrence runs.
     """
     basis = np.empty((COLUMNS, ORDER + 1))
     unit = np.zeros(COLUMNS)
@@ -137,18 +138,18 @@ def exact_basis(h: float, nu: float, dt: float):
 
 @jit
 def combine(e, basis, c, y, w, load, force) -> None:
-    """Fill c[0..ORDER] with the motion from (y, w) under a constant load and a `Force`."""
-    # A loop of a length that the compiler knows it unrolls, and does not vectorise.
+    """Fill c, shape (ORDER + 1,), with the motion from (y, w) under a constant load and a `Force`."""
+    # The length is read from the array: a constant length would be unrolled instead of vectorised.
     for n in range(basis.shape[1]):
         c[n] = (y * basis[0, n] + w * basis[1, n]) + load_terms(e, basis, n, load, force)
 
 
 @jit_allocating
 def exact_map(basis, dt: float):
-    """The exact one-step map: y' = a11 y + a12 w + b1 load + p1 s + p2 c, w' = a21 y + ... + q2 c.
+    """Return the exact one-step map (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2) of a basis.
 
-    Returned as (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2); the load's column is the response to a
-    constant force, kept apart from 1 - a11, which would cancel for short steps.
+    y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y + a22 w + b2 load + q1 s + q2 c, with the `Force` (s, c).
+    b1 is the response to a constant force; 1 - a11 would cancel for short steps.
     """
     y, w = np.empty(COLUMNS), np.empty(COLUMNS)
     for column in range(COLUMNS):
@@ -159,10 +160,10 @@ def exact_map(basis, dt: float):
 
 @jit
 def free_flow(h: float, t: float):
-    """Matrix (e11, e12, e21, e22) of the free motion y'' + h y' + y = 0 over any time t >= 0, in closed form.
+    """Return the matrix (e11, e12, e21, e22) of the unforced motion y'' + h y' + y = 0 over any time t >= 0.
 
-    The derivative of the flow between impacts; det = exp(-h t). Near critical damping the sine (or
-    hyperbolic sine) over its argument is taken from its series.
+    It is the derivative of the flow between impacts, in closed form; its determinant is exp(-h t). Near critical
+    damping the sine (or hyperbolic sine) over its argument is summed from its series.
     """
     b = 0.5 * h
     g = (b - 1.0) * (b + 1.0)
@@ -181,7 +182,7 @@ def free_flow(h: float, t: float):
         )
     else:
         root = math.sqrt(g)
-        # The slow rate b - root cancels for strong damping; the product of both rates is 1.
+        # The slow rate b - root cancels for strong damping; the product of both rates is 1, so it is 1/(b + root).
         slow, fast = math.exp(-t / (b + root)), math.exp(-(b + root) * t)
         even, odd = 0.5 * (slow + fast), 0.5 * (slow - fast) / root
     return even + b * odd, odd, -odd, even - b * odd

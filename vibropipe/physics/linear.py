@@ -1,4 +1,4 @@
-"""The exciter where no impact can occur: the steady state of eq. (5) in closed form, under a certificate."""
+"""The exciter without impacts: the steady state of eq. (5) in closed form, and certificates that no impact occurs."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.load import force_amplitude, forcing_period, largest_force, sincos_turns
 from vibropipe.physics.quotient import divide
 
-# Squares between these lose nothing to the range of numbers, and a root costs a third of what `hypot` does.
+# Squares in this range neither overflow nor lose digits to underflow; their root takes a third of the time of `hypot`.
 MIN_SQUARE, MAX_SQUARE = 1e-280, 1e280
-# Turns that `sincos_turns` takes.
+# Largest argument of `sincos_turns`, in turns.
 MAX_TURNS = 2.0**30
 
 
 @jit
 def _length(x, y):
-    """sqrt(x^2 + y^2)."""
+    """Return sqrt(x^2 + y^2)."""
     square = x * x + y * y
     if MIN_SQUARE < square < MAX_SQUARE:
         return math.sqrt(square)
@@ -26,8 +26,10 @@ def _length(x, y):
 
 @jit
 def linear_amplitude(p) -> complex:
-    """X of the steady motion x = 2 Re(X exp(i nu tau)) of eq. (5) without supports: -i f/2 / (1 - nu^2 + i h nu);
-    infinite at resonance without damping."""
+    """Return X of the steady motion x = 2 Re(X exp(i nu tau)) of eq. (5) without supports.
+
+    X = -i f/2 / (1 - nu^2 + i h nu); infinite at resonance without damping.
+    """
     if largest_force(p) == 0.0:
         return complex(0.0, 0.0)
     d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
@@ -42,13 +44,13 @@ def linear_amplitude(p) -> complex:
 
 @jit
 def steady_at(p, turn):
-    """(x, x') of the steady motion at the phase `turn`, in turns."""
+    """Return (x, x') of the steady motion at the phase `turn`, in turns."""
     return state_at_phase(p, linear_amplitude(p), turn)
 
 
 @jit
 def state_at_phase(p, amplitude, turn):
-    """(x, x') of the steady motion of a complex amplitude at the phase `turn`."""
+    """Return (x, x') of the steady motion with a complex amplitude, at the phase `turn` in turns."""
     s, c = sincos_turns(turn)
     at = 2.0 * amplitude * complex(c, s)
     return at.real, -p.nu * at.imag
@@ -56,10 +58,10 @@ def state_at_phase(p, amplitude, turn):
 
 @jit
 def stays_off_supports(p, x, v, turn) -> bool:
-    """Certificate that the motion from (x, v) at the phase `turn` reaches no support, ever.
+    """Return whether the motion from (x, v) at the phase `turn` certainly never reaches a support.
 
-    The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0:
-    |x| never exceeds 2 |X| + sqrt(z0^2 + z0'^2).
+    The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0: |x| never
+    exceeds 2 |X| + sqrt(z0^2 + z0'^2). A factor 1 + 1e-12 covers rounding.
     """
     amplitude = linear_amplitude(p)
     steady_x, steady_v = state_at_phase(p, amplitude, turn)
@@ -71,7 +73,10 @@ def stays_off_supports(p, x, v, turn) -> bool:
 
 @jit
 def linear_multipliers(p):
-    """Floquet multipliers of the steady motion, the larger modulus first: exp(s T) for s^2 + h s + 1 = 0."""
+    """Return the Floquet multipliers of the steady motion, the larger modulus first.
+
+    They are exp(s T) for the roots of s^2 + h s + 1 = 0, T the forcing period.
+    """
     b, period = 0.5 * p.h, forcing_period(p)
     square = (1.0 - b) * (1.0 + b)
     if square > 0.0:
@@ -82,12 +87,15 @@ def linear_multipliers(p):
         decay = math.exp(-b * period)
         return complex(decay * c, decay * s), complex(decay * c, -decay * s)
     root = math.sqrt(-square)
-    # The slow rate b - root cancels for strong damping; the product of both rates is 1.
+    # The slow rate b - root cancels for strong damping; the product of both rates is 1, so it is 1/(b + root).
     slow, fast = math.exp(-period / (b + root)), math.exp(-(b + root) * period)
     return complex(slow, 0.0), complex(fast, 0.0)
 
 
 @jit
 def settles_without_impact(p, x, v) -> bool:
-    """Whether the motion from (x, v) at tau = 0 surely settles and reaches no support; False wherever h = 0."""
+    """Return whether the motion from (x, v) at tau = 0 certainly settles and never reaches a support.
+
+    False wherever h = 0, since the transient does not decay.
+    """
     return p.h > 0.0 and stays_off_supports(p, x, v, 0.0)

@@ -1,8 +1,10 @@
-"""Newmark's constant average acceleration (beta = 1/4, gamma = 1/2), the method of the paper.
+"""Newmark's method with constant average acceleration (beta = 1/4, gamma = 1/2), the method of the paper.
 
-Within a step the acceleration is its mean over the step, so the motion is a quadratic in time: the method's
-own interpolation, on which impacts are located so that second order survives.
+Within a step the acceleration is its mean over the step, so the motion is quadratic in time. Impacts are located on
+this interpolant of the method, which preserves its second order.
 
+References
+----------
 N. M. Newmark, "A method of computation for structural dynamics", Journal of the Engineering Mechanics Division,
 ASCE 85 (EM3) (1959) 67-94.
 """
@@ -14,10 +16,12 @@ from vibropipe.compiler import jit
 
 @jit
 def mean_acceleration(y, w, force_mean, h, dt):
-    """Mean acceleration of a step of length dt from (y, w) under the mean of the forces at its two ends.
+    """Return the mean acceleration of a step from (y, w).
 
-    Averaging y'' = force - h y' - y over the step, with y' and y at its end written by the mean
-    acceleration itself, leaves one linear equation for it. h: None where there is no damping.
+    The mean of y'' = force - h y' - y over the step, with y' and y at its end expressed by the mean acceleration, is
+    one linear equation for it.
+
+    force_mean : mean of the forces at both ends; h : damping, None where it is absent; dt : length of the step.
     """
     if h is None:
         return (force_mean - 0.5 * dt * w - y) / (1.0 + 0.25 * dt * dt)
@@ -26,8 +30,10 @@ def mean_acceleration(y, w, force_mean, h, dt):
 
 @jit
 def newmark_map(h: float, dt: float):
-    """The one-step map of the method in the form of `flow.exact_map`, with the mean force of the step as load:
-    (a11, a12, b1, a21, a22, b2)."""
+    """Return the one-step map (a11, a12, b1, a21, a22, b2) in the form of `flow.exact_map`.
+
+    Its load is the mean force of the step.
+    """
     m1 = mean_acceleration(1.0, 0.0, 0.0, h, dt)
     m2 = mean_acceleration(0.0, 1.0, 0.0, h, dt)
     m3 = mean_acceleration(0.0, 0.0, 1.0, h, dt)
@@ -37,7 +43,7 @@ def newmark_map(h: float, dt: float):
 
 @jit
 def quadratic(c, y, w, force_start, force_end, h, span, dt) -> None:
-    """Fill c[0..2] with the method's motion over a step of length span, as a polynomial in theta = t/dt."""
+    """Fill c, shape (3,), with the motion over a step of length span, as a polynomial in theta = t/dt."""
     mean = mean_acceleration(y, w, 0.5 * (force_start + force_end), h, span)
     c[0] = y
     c[1] = w * dt
@@ -46,6 +52,6 @@ def quadratic(c, y, w, force_start, force_end, h, span, dt) -> None:
 
 @jit
 def step(y, w, force_start, force_end, h, dt):
-    """(y, w) after one step of length dt."""
+    """Return (y, w) after one step of length dt."""
     mean = mean_acceleration(y, w, 0.5 * (force_start + force_end), h, dt)
     return y + dt * (w + 0.5 * dt * mean), w + dt * mean

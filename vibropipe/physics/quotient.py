@@ -1,4 +1,4 @@
-"""Division of complex numbers that cannot raise: numba's own raises for a divisor of zero, whatever its error model."""
+"""Division of complex numbers that cannot raise: numba's own raises for a zero divisor under every error model."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from vibropipe.compiler import jit_inline
 
 @jit_inline
 def divide(a: complex, b: complex) -> complex:
-    """a / b; nan + nan i where b is zero.
+    """Return a / b by Smith's algorithm; nan + nan i where b is zero.
 
-    By Smith's algorithm, operation by operation as numba and Python have it: the same bits.
+    The operations are those of numba and Python, so the result is the same bit for bit.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The jump of the linearised motion at an impact."""
+"""The saltation matrix: the jump of the linearised motion at an impact."""
 
 from __future__ import annotations
 
@@ -7,10 +7,19 @@ from vibropipe.compiler import jit
 
 @jit
 def saltation_matrix(restitution, velocity_before, acceleration_before, acceleration_after):
-    """Matrix (s11, s12, s21, s22) that carries a small deviation (dx, dx') through an impact, eq. (6).
+    """Return the matrix (s11, s12, s21, s22) that maps a small deviation (dx, dx') through an impact, eq. (6).
 
-    The deviating motion arrives dt = -dx/x'- later; following it back through the reset gives
+    The perturbed motion arrives dt = -dx/x'- later. Following it back through the reset gives
     [[-R, 0], [(a+ + R a-)/x'-, -R]], with determinant R^2.
+
+    Parameters
+    ----------
+    restitution : float
+        R.
+    velocity_before : float
+        x'-, not zero.
+    acceleration_before, acceleration_after : float
+        a- and a+, from eq. (5) on both sides of the impact.
 
     References
     ----------
@@ -23,7 +32,7 @@ def saltation_matrix(restitution, velocity_before, acceleration_before, accelera
 
 @jit
 def product(a11, a12, a21, a22, b11, b12, b21, b22):
-    """The matrix product A B of two 2 x 2 matrices given by rows."""
+    """Return the product A B of two 2 x 2 matrices, each as its elements by rows."""
     return (
         a11 * b11 + a12 * b21,
         a11 * b12 + a12 * b22,

@@ -10,7 +10,7 @@ from vibropipe.march.grid import exact_grid, force_at_step, stays_between
 from vibropipe.physics.contact import Frame
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER, combine
+from vibropipe.physics.flow import DEGREE, combine
 from vibropipe.physics.load import TWO_PI, Force
 
 NU, F, H = st.floats(0.1, 5), st.floats(-3, 3), st.floats(0, 4)
@@ -32,7 +32,7 @@ def test_what_is_certified_touches_nothing(
     grid = exact_grid(ALL_EFFECTS, Parameters(nu, f, h, 1.0, 0.0, 0.7, 0.7))
     if departs:
         y, near, w = 0.0, 0.0, abs(w)
-    end_y, end_w, motion, c = y, w, [], np.empty(ORDER + 1)
+    end_y, end_w, motion, c = y, w, [], np.empty(DEGREE + 1)
     for k in range(step, step + steps):
         turn = TWO_PI * k / grid.steps
         force = Force(sigma * f * np.sin(turn), sigma * f * np.cos(turn))

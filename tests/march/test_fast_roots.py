@@ -12,7 +12,7 @@ from vibropipe.march.grid import StepGrid, exact_grid
 from vibropipe.march.roots import hop_end, unique_root
 from vibropipe.physics.effects import ALL_EFFECTS, effects_from_names
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER, combine, motion
+from vibropipe.physics.flow import DEGREE, combine, motion
 from vibropipe.physics.load import TWO_PI, Force
 from vibropipe.words.effects import EFFECT_NAMES
 
@@ -23,7 +23,7 @@ SOME = st.floats(-1, 1)
 
 
 def padded(c: list[float]) -> np.ndarray:
-    full = np.zeros(ORDER + 1)
+    full = np.zeros(DEGREE + 1)
     full[: len(c)] = c
     return full
 
@@ -102,7 +102,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
     y: float, w: float, load: float, turn: float, near: float, room: float
 ) -> None:
     s, rate = FORCED.f * np.sin(TWO_PI * turn), FORCED.f * np.cos(TWO_PI * turn)
-    c = np.empty(ORDER + 1)
+    c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(s, rate))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y - near, y1 - near, w * GRID.dt, w1 * GRID.dt
@@ -122,7 +122,7 @@ def test_a_step_is_certified_to_cross_once_from_its_ends(
 
 @pytest.mark.parametrize(("y", "w", "load"), [(0.1, -1.0, 0.0), (0.02, 0.3, -2.0)])
 def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: float) -> None:
-    c = np.empty(ORDER + 1)
+    c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     assert crosses_once(GRID, y, w, load, y, y1, w * GRID.dt, w1 * GRID.dt, 1.0)
@@ -133,7 +133,7 @@ def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: flo
 def test_without_a_force_the_equation_refines_like_the_polynomial(
     y: float, w: float, load: float
 ) -> None:
-    c = np.empty(ORDER + 1)
+    c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y, y1, w * GRID.dt, w1 * GRID.dt

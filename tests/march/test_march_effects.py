@@ -20,7 +20,7 @@ from vibropipe.march.log import new_log
 from vibropipe.march.loop import march
 from vibropipe.march.state import State, departure_mode, initial_state
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.words.effects import EFFECT_NAMES
 
 # name of what is absent: parameters, start (x0, v0) and the effects that are left
@@ -170,7 +170,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
 def test_an_unforced_kernel_holds_no_sine() -> None:
     """Neither a call of it nor its polynomial, in the code of the whole march; the forced one does."""
     unforced = effects_from_names(["damping", "support_1", "support_2", "restitution", "rest"])
-    end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(ORDER + 1), 100)
+    end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(DEGREE + 1), 100)
     assert not holds_a_sine(march, unforced, 0.0, State, *end)
     assert holds_a_sine(march, ALL_EFFECTS, 1.0, State, *end)
     assert holds_a_sine(departure_mode, ALL_EFFECTS, 1.0, 1, 0.5, 0.1)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vibropipe.march.log import COUNTS, EVALUATIONS
 from vibropipe.march.roots import CROSSING, GRAZING, MAX_STRIDES, NONE, STRIDE_LIMIT, first_root
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 
 COEFFICIENTS = st.lists(st.floats(-1, 1), min_size=5, max_size=9)
 
@@ -17,7 +17,7 @@ COEFFICIENTS = st.lists(st.floats(-1, 1), min_size=5, max_size=9)
 def search(
     c: list[float], p: int = 0, sign: float = 1.0, offset: float = 0.0, span: float = 1.0
 ) -> tuple[float, int]:
-    full = np.zeros(ORDER + 1)
+    full = np.zeros(DEGREE + 1)
     full[: len(c)] = c
     return first_root(full, p, sign, offset, 0.0, span, np.zeros(COUNTS, np.int64))
 
@@ -93,7 +93,7 @@ def test_the_search_has_no_scale(c: list[float], scale: float) -> None:
 
 def test_its_bound_has_a_name() -> None:
     """(theta - 1/2)^8 is flatter than any motion can be; of no number there is no root either."""
-    c = np.zeros(ORDER + 1)
+    c = np.zeros(DEGREE + 1)
     c[:9] = (np.poly1d([1.0, -0.5]) ** 8).coeffs[::-1]
     counts = np.zeros(COUNTS, np.int64)
     theta, kind = first_root(c, 0, 1.0, 0.0, 0.0, 1.0, counts)

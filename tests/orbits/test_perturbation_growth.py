@@ -19,7 +19,7 @@ from vibropipe.orbits.return_map import (
 )
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 
 FORCED = Parameters(1.0, -1.0, 0.2, 0.5, 0.01, 0.6, 0.8)
 CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
@@ -27,7 +27,7 @@ MOST = np.int64(10**6)
 
 
 def test_growth_adds_up_to_that_of_the_return_map() -> None:
-    grid, c = exact_grid(ALL_EFFECTS, FORCED), np.empty(ORDER + 1)
+    grid, c = exact_grid(ALL_EFFECTS, FORCED), np.empty(DEGREE + 1)
     start = state = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
     log, total, (a, b) = new_log(2000, 100), 0.0, (1.0, 0.0)
     for _ in range(5):
@@ -50,7 +50,7 @@ def test_what_a_rest_forgets_has_not_grown() -> None:
     grid, log = exact_grid(ALL_EFFECTS, CHATTER), new_log(2000, 100)
     start = initial_state(ALL_EFFECTS, CHATTER, grid, 0.0, 0.0, 0.0)
     end, _status = march_periods(
-        ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(ORDER + 1), MOST
+        ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(DEGREE + 1), MOST
     )
     assert log.counts[RESTS] >= 1
     found = perturbation_growth(ALL_EFFECTS, CHATTER, log, True, start, end, 0.6, 0.8)

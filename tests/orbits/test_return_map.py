@@ -20,7 +20,7 @@ from vibropipe.orbits.return_map import march_periods as orbit_periods
 from vibropipe.orbits.settling import PERIODIC, find_steady_state
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.words.status import Status
 
 FORCED = Parameters(1.0, -1.0, 0.2, 0.5, 0.01, 0.6, 0.8)
@@ -32,7 +32,15 @@ def marched(p, x, v, periods, room=2000):
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
     log = new_log(room, 100)
     end, status = march(
-        ALL_EFFECTS, p, grid, start, Instant(periods, 0, 0.0), log, None, np.empty(ORDER + 1), 10**6
+        ALL_EFFECTS,
+        p,
+        grid,
+        start,
+        Instant(periods, 0, 0.0),
+        log,
+        None,
+        np.empty(DEGREE + 1),
+        10**6,
     )
     return start, end, status, log
 
@@ -42,7 +50,7 @@ def settled(p):
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     most = np.int64(1000)
-    c = np.empty(ORDER + 1)
+    c = np.empty(DEGREE + 1)
     return find_steady_state(ALL_EFFECTS, p, grid, start, log, c, most, most, None), log
 
 
@@ -86,7 +94,7 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     x, v = state_xv(p, orbit.state)
     energy = np.zeros(2)
     integrate_along(
-        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, energy, np.empty(ORDER + 1)
+        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, energy, np.empty(DEGREE + 1)
     )
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
     np.testing.assert_allclose(closed[kept], direct[kept] / m, atol=1e-9)
@@ -112,12 +120,20 @@ def test_every_bound_has_a_status() -> None:
     start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
     _end, status = march(
-        ALL_EFFECTS, FORCED, grid, start, Instant(1000, 0, 0.0), log, None, np.empty(ORDER + 1), 20
+        ALL_EFFECTS, FORCED, grid, start, Instant(1000, 0, 0.0), log, None, np.empty(DEGREE + 1), 20
     )
     assert status == Status.MAX_IMPACTS
     broken = start._replace(y=math.nan)
     _end, status = march(
-        ALL_EFFECTS, FORCED, grid, broken, Instant(1000, 0, 0.0), log, None, np.empty(ORDER + 1), 20
+        ALL_EFFECTS,
+        FORCED,
+        grid,
+        broken,
+        Instant(1000, 0, 0.0),
+        log,
+        None,
+        np.empty(DEGREE + 1),
+        20,
     )
     assert status == Status.NOT_FINITE
 
@@ -128,6 +144,6 @@ def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
     most = np.int64(1000)
     _end, status = orbit_periods(
-        ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(ORDER + 1), most
+        ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(DEGREE + 1), most
     )
     assert status == Status.MAX_IMPACTS

@@ -20,7 +20,7 @@ from vibropipe.orbits.settling import NEWTON_REACH, find_steady_state, settles_o
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.words.status import Status
 
 TURN = 2 * math.pi
@@ -38,13 +38,13 @@ def kernel_arguments(p: Parameters, x: float, v: float) -> tuple[Any, ...]:
 def shot(
     p: Parameters, x: float, v: float, m: int, shooting: Shooting | None = None
 ) -> tuple[Orbit, Log]:
-    log, c = new_log(2000, 100), np.empty(ORDER + 1)
+    log, c = new_log(2000, 100), np.empty(DEGREE + 1)
     bounds = Shooting() if shooting is None else shooting
     return shoot(*kernel_arguments(p, x, v), np.int64(m), bounds, log, c), log
 
 
 def settled(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
-    log, c, most = new_log(2000, 100), np.empty(ORDER + 1), np.int64(1000)
+    log, c, most = new_log(2000, 100), np.empty(DEGREE + 1), np.int64(1000)
     return find_steady_state(*kernel_arguments(p, x, v), log, c, most, most, None)
 
 
@@ -61,7 +61,7 @@ def followed(p: Parameters, frequencies: Iterable[float]) -> tuple[Parameters, O
 
 def image(p: Parameters, x: float, v: float, m: int) -> np.ndarray:
     """(x, v) after m forcing periods."""
-    log, c = new_log(2000, 100), np.empty(ORDER + 1)
+    log, c = new_log(2000, 100), np.empty(DEGREE + 1)
     end, status = march_periods(*kernel_arguments(p, x, v), np.int64(m), log, c, np.int64(10**6))
     assert status == Status.OK
     return np.array(state_xv(p, end))

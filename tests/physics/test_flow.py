@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import (
-    ORDER,
+    DEGREE,
     REACH,
     combine,
     displacement,
@@ -58,19 +58,19 @@ def exact_state(nu, h, y, w, load, s, c, t):
 @pytest.mark.parametrize(("nu", "h"), RATES)
 def test_one_polynomial_covers_a_step_to_rounding(nu: float, h: float) -> None:
     dt = 2 * math.pi / nu / steps_for_exact(nu, h)
-    c = np.empty(ORDER + 1)
+    c = np.empty(DEGREE + 1)
     taylor(c, 0.3, -0.7, Force(0.4, -0.9), 0.2, h, nu, dt)
     for theta in (0.0, 0.3, 1.0):
         y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, theta * dt)
-        assert displacement(c, ORDER, theta) == pytest.approx(y, abs=1e-15)
-        assert velocity(c, ORDER, theta, dt) == pytest.approx(w, abs=3e-15)
+        assert displacement(c, DEGREE, theta) == pytest.approx(y, abs=1e-15)
+        assert velocity(c, DEGREE, theta, dt) == pytest.approx(w, abs=3e-15)
         assert motion(c, theta, dt) == pytest.approx((y, w), abs=3e-15)
 
 
 @pytest.mark.parametrize(("nu", "h"), RATES)
 def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
     dt = REACH / fastest_rate(nu, h)
-    one, other = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    one, other = np.empty(DEGREE + 1), np.empty(DEGREE + 1)
     taylor(one, 0.3, -0.7, Force(0.4, -0.9), 0.2, h, nu, dt)
     combine(ALL_EFFECTS, exact_basis(h, nu, dt), other, 0.3, -0.7, 0.2, Force(0.4, -0.9))
     np.testing.assert_allclose(other, one, rtol=0, atol=2e-16)

@@ -12,7 +12,7 @@ from vibropipe.march.state import initial_state
 from vibropipe.orbits.outputs import count_contacts, regime_of
 from vibropipe.orbits.return_map import at_period_zero, clear_log, march_periods, state_xv
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
@@ -26,7 +26,7 @@ REPEATS = 1e-7
 def patient(nu: float, f: float, patience: int) -> tuple[int, int]:
     """(regime, multiple) after `patience` periods; multiple 0 and aperiodic where nothing repeats."""
     p = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=nu, f=f).parameters()
-    grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(8192, 512), np.empty(ORDER + 1)
+    grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(8192, 512), np.empty(DEGREE + 1)
     most = np.int64(10_000_000)
     state = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
     state, _ = march_periods(ALL_EFFECTS, p, grid, state, np.int64(patience), log, c, most)

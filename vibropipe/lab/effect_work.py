@@ -17,7 +17,7 @@ from vibropipe.march.log import IMPACTS, RESTS, Log, new_log
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import march_row, row_parameters, sample_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_of
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import (
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
@@ -111,7 +111,7 @@ def row_calls(
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     out = new_rows(ROWS_PER_CALL, HARMONICS, trial.outputs, new_impact_buffer(ROWS_PER_CALL))
-    work = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1), out
+    work = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
 
     def solve(n_calls: int) -> None:
         for first in range(0, n_calls, ROWS_PER_CALL):

@@ -17,7 +17,7 @@ from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_lo
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
@@ -97,7 +97,7 @@ class March:
     def __init__(
         self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects = ALL_EFFECTS
     ) -> None:
-        self.scratch = np.empty(3 if grid.exact is None else ORDER + 1)
+        self.scratch = np.empty(3 if grid.exact is None else DEGREE + 1)
         self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
         end = grid_time(float(motion.periods), grid.steps)
         start = motion.exciter.parameters(), grid, motion.x0, motion.v0

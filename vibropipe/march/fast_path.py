@@ -125,7 +125,7 @@ def step_through_impact(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
     """Take a step with exactly one regular impact and log it.
 
     period, at : start of the step, `at` in steps of the period; y, w, y1, w1 : motion at both ends, as if the support
-    were absent; c : work array (ORDER + 1,). Returns (done, frame, theta, y, w): the frame of the support struck and
+    were absent; c : work array (DEGREE + 1,). Returns (done, frame, theta, y, w): the frame of the support struck and
     the state at the end of the step, theta = 0, or, without forcing, at the impact, theta later. done is False, and
     nothing logged, if this is not certified.
     """
@@ -223,7 +223,7 @@ def coast(e, p, grid, state, end, log, c, events_left):
 
     A row with one support has long flights, so two steps at once are tried first; without forcing they are tried for a
     departure from a support too.
-    state : one that `may_coast`; c : work array (ORDER + 1,); events_left : largest number of impacts.
+    state : one that `may_coast`; c : work array (DEGREE + 1,); events_left : largest number of impacts.
     Returns (state, impacts logged).
     """
     a11, a12, a21, a22 = grid.a11, grid.a12, grid.a21, grid.a22

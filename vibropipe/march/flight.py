@@ -37,7 +37,7 @@ SHORTEST_FLIGHT = 1e-4
 def fill_polynomial(e, p, grid, frame, state, limit, c):
     """Fill c with the polynomial of the method's motion from the state to `limit` in its step, origin at the state.
 
-    limit : in steps; c : (ORDER + 1,) of the exact method, (3,) of Newmark's.
+    limit : in steps; c : (DEGREE + 1,) of the exact method, (3,) of Newmark's.
     """
     sigma, load, force = frame.sigma, frame.load, Force(0.0, 0.0)
     if e.forcing is not None:
@@ -192,7 +192,7 @@ def fly(e, p, grid, state, end, log, samples, c):
         In any mode but REST and IMPACTS_AT_START.
     end : Instant
     log, samples : Log, Samples or None
-    c : ndarray, shape (ORDER + 1,) or (3,)
+    c : ndarray, shape (DEGREE + 1,) or (3,)
         Work array.
 
     Returns

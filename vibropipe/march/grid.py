@@ -57,7 +57,7 @@ class StepGrid(NamedTuple):
     table_1, table_2 : ndarray, shape (steps,) or (0,)
         Exact method: p and q of every step. Newmark: sin and cos, the same for all rows of equal `steps`. Empty without
         force or where a period has too many steps.
-    basis : ndarray, shape (COLUMNS, ORDER + 1) or (0, 0)
+    basis : ndarray, shape (COLUMNS, DEGREE + 1) or (0, 0)
         `flow.exact_basis`; empty for Newmark's method.
     """
 

@@ -33,7 +33,7 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
         Contacts are appended.
     samples : Samples or None
         None leaves the code for samples out.
-    c : ndarray, shape (ORDER + 1,) of the exact method, (3,) of Newmark's
+    c : ndarray, shape (DEGREE + 1,) of the exact method, (3,) of Newmark's
         Work array.
     max_events : int
         Largest number of contacts and releases.

@@ -5,7 +5,7 @@ removes the known zero of a departure from the support, so no nudge off it is ne
 left. Each stride ends where a parabola below g reaches zero, so it cannot skip a root; near a root the strides
 converge like Newton's method.
 
-A polynomial c has shape (ORDER + 1,), of the exact method, or (3,), of Newmark's; theta and span are in steps of the
+A polynomial c has shape (DEGREE + 1,), of the exact method, or (3,), of Newmark's; theta and span are in steps of the
 grid.
 """
 
@@ -217,7 +217,7 @@ def first_root(c, power, sign, offset, load, span, counts):
 
     Parameters
     ----------
-    c : ndarray, shape (ORDER + 1,) or (3,)
+    c : ndarray, shape (DEGREE + 1,) or (3,)
     power : int
         Power of theta that the gap is divided by: the `State.mode` of a departure, 0 in flight.
     sign, offset : float

@@ -11,7 +11,7 @@ from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.flow import ORDER, REACH, displacement, fastest_rate, taylor, velocity
+from vibropipe.physics.flow import DEGREE, REACH, displacement, fastest_rate, taylor, velocity
 from vibropipe.physics.load import Force, force_at, force_times, forcing_period, phase_factor
 from vibropipe.physics.quotient import divide
 
@@ -35,8 +35,8 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
         taylor(c, x, v, force, 0.0, p.h, p.nu, dt)
         for g in range(NODES.size):
             turn = begin + NODES[g] * dt / period
-            at_x = displacement(c, ORDER, NODES[g])
-            at_v = velocity(c, ORDER, NODES[g], dt)
+            at_x = displacement(c, DEGREE, NODES[g])
+            at_v = velocity(c, DEGREE, NODES[g], dt)
             share = WEIGHTS[g] * dt / period
             if e.forcing is not None:
                 energy[0] += force_times(p, share * period, turn) * at_v
@@ -44,7 +44,7 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
                 energy[1] += share * period * p.h * at_v * at_v
             for k in range(out.size):
                 out[k] += share * at_x * phase_factor(k * turn / m)
-        x, v = displacement(c, ORDER, 1.0), velocity(c, ORDER, 1.0, dt)
+        x, v = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     return x, v
 
 

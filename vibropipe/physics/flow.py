@@ -15,10 +15,10 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.load import COLUMNS, first_terms, load_of, load_terms, next_term
 
 # Degree of the polynomial.
-ORDER = 15
+DEGREE = 15
 # Largest product of a rate and the step: the first neglected term is then below 1e-18 of the motion.
 REACH = 0.5
-_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(ORDER - 1))
+_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
 
 
 @jit
@@ -39,7 +39,7 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
 
     Parameters
     ----------
-    c : ndarray, shape (ORDER + 1,)
+    c : ndarray, shape (DEGREE + 1,)
     y, w : float
         Displacement and velocity at t0.
     force : Force
@@ -60,7 +60,7 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
     c[0] = y
     c[1] = w * dt
     c[2] = 0.5 * d2 * ((term + load) - h * w - y)
-    for n in range(1, ORDER - 1):
+    for n in range(1, DEGREE - 1):
         c[n + 2] = (d2 * (term_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
         term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
 
@@ -85,7 +85,7 @@ def velocity(c, degree: int, theta: float, dt: float) -> float:
 
 @jit_inline
 def motion_with_curvature(c, t: float):
-    """Return value, slope and curvature by theta of the polynomial of degree ORDER at theta = t, by Estrin's scheme.
+    """Return value, slope and curvature by theta of the polynomial of degree DEGREE at theta = t, by Estrin's scheme.
 
     Its products are independent of each other: it takes a third of the time of Horner's scheme.
 
@@ -114,19 +114,19 @@ def motion_with_curvature(c, t: float):
 
 @jit_inline
 def motion(c, t: float, dt: float):
-    """Return (y, w) of the polynomial of degree ORDER at theta = t."""
+    """Return (y, w) of the polynomial of degree DEGREE at theta = t."""
     y, slope, _curvature = motion_with_curvature(c, t)
     return y, slope / dt
 
 
 @jit_allocating
 def exact_basis(h: float, nu: float, dt: float):
-    """Return the polynomials of a unit y, w and each part of the load at t0, shape (COLUMNS, ORDER + 1).
+    """Return the polynomials of a unit y, w and each part of the load at t0, shape (COLUMNS, DEGREE + 1).
 
     The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
     than the recurrence runs.
     """
-    basis = np.empty((COLUMNS, ORDER + 1))
+    basis = np.empty((COLUMNS, DEGREE + 1))
     unit = np.zeros(COLUMNS)
     for column in range(COLUMNS):
         unit[:] = 0.0
@@ -138,7 +138,7 @@ def exact_basis(h: float, nu: float, dt: float):
 
 @jit
 def combine(e, basis, c, y, w, load, force) -> None:
-    """Fill c, shape (ORDER + 1,), with the motion from (y, w) under a constant load and a `Force`."""
+    """Fill c, shape (DEGREE + 1,), with the motion from (y, w) under a constant load and a `Force`."""
     # The length is read from the array: a constant length would be unrolled instead of vectorised.
     for n in range(basis.shape[1]):
         c[n] = (y * basis[0, n] + w * basis[1, n]) + load_terms(e, basis, n, load, force)
@@ -153,8 +153,8 @@ def exact_map(basis, dt: float):
     """
     y, w = np.empty(COLUMNS), np.empty(COLUMNS)
     for column in range(COLUMNS):
-        y[column] = displacement(basis[column], ORDER, 1.0)
-        w[column] = velocity(basis[column], ORDER, 1.0, dt)
+        y[column] = displacement(basis[column], DEGREE, 1.0)
+        w[column] = velocity(basis[column], DEGREE, 1.0, dt)
     return (y[0], y[1], y[2], y[3], y[4], w[0], w[1], w[2], w[3], w[4])
 
 

@@ -15,7 +15,7 @@ from vibropipe.march.state import initial_state
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.load import force_values
 from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
@@ -40,7 +40,7 @@ def work_of_flights(
     found = np.zeros(4)
     # A rest at the end is in the log: the motion ends in no state of its own.
     end = state._replace(mode=0)
-    add_energy(e, p, *start, turns[0], turns[1], end, log, found, np.empty(ORDER + 1))
+    add_energy(e, p, *start, turns[0], turns[1], end, log, found, np.empty(DEGREE + 1))
     return found
 
 

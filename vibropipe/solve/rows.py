@@ -21,7 +21,7 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import row_parameters, sample_row, solve_row_chains
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.start import row_starts
 from vibropipe.solve.unsolved import mask_unsolved
 from vibropipe.words.outputs import OUTPUTS
@@ -111,7 +111,7 @@ def solve_piece(
 ) -> None:
     """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
     it and the first by starts (rows, 2)."""
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
     solve_row_chains(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
 
@@ -124,7 +124,7 @@ def _sample(
     motion: np.ndarray,
 ) -> None:
     """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(ORDER + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
     for row in range(parameters.shape[0]):
         if multiple[row] > 0:
             x, v = section[row, 0], section[row, 1]

@@ -21,7 +21,7 @@ from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, as_float
-from vibropipe.physics.flow import ORDER
+from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD, within_text
 from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve import linear_motion as linear
@@ -225,7 +225,7 @@ def _march(
         at = state.period * grid.steps + state.step, state.theta
         samples = Samples(*empty, 1, int(request.samples_per_period), *at)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
-    c = np.empty(3 if grid.exact is None else ORDER + 1)
+    c = np.empty(3 if grid.exact is None else DEGREE + 1)
     end: Instant = grid_time(turns[1], grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
     events, reported_period = 0, int(state.period)

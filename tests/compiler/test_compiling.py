@@ -1,4 +1,4 @@
-"""What runs is what the cache holds, in the process that first asks for it as in those after it."""
+"""Every process runs the kernels that the cache holds, also the process that first needs them."""
 
 import os
 import signal
@@ -9,7 +9,7 @@ import pytest
 
 from vibropipe.compiler import client
 
-TOLD = """
+PRINTS_NAMES = """
 import sys
 from vibropipe.compiler import client
 client.on_compiling.append(lambda name: print("compiling", name, file=sys.stderr))
@@ -27,13 +27,13 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import free_flow
 events, compile_once = [], client._compile_once
 
-def noted(dispatcher, signature):
+def recorded(dispatcher, signature):
     events.append("begin")
-    done = compile_once(dispatcher, signature)
+    completed = compile_once(dispatcher, signature)
     events.append("end")
-    return done
+    return completed
 
-client._compile_once = noted
+client._compile_once = recorded
 p = Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0)
 client.compile_side_by_side([lambda: force_at(p, 1.0, 0.25), lambda: free_flow(0.2, 1.0)], 2)
 print(*events, len(client._idle))
@@ -56,50 +56,52 @@ def command(script, cache, **more):
 
 
 def run(script, cache, **more):
-    done = subprocess.run(**command(script, cache, **more), capture_output=True, check=True)
-    return done.stdout.split()
+    completed = subprocess.run(**command(script, cache, **more), capture_output=True, check=True)
+    return completed.stdout.split()
 
 
-def test_what_is_not_cached_is_compiled_apart_and_loaded(tmp_path):
+def test_a_missing_kernel_is_compiled_in_another_process_and_loaded(tmp_path):
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
-    # What a kernel calls is kept as a piece, without machine code.
-    kept = {path.name.split("-")[0]: path for path in tmp_path.rglob("*.nbc")}
-    assert sorted(kept) == ["load.force_at", "load.sincos_turns"]
-    is_piece = {name: client.PIECES in path.parts for name, path in kept.items()}
+    # Functions that a kernel calls are cached as pieces, without machine code.
+    files = {path.name.split("-")[0]: path for path in tmp_path.rglob("*.nbc")}
+    assert sorted(files) == ["load.force_at", "load.sincos_turns"]
+    is_piece = {name: client.PIECES in path.parts for name, path in files.items()}
     assert is_piece == {"load.force_at": False, "load.sincos_turns": True}
-    holds_code = {name: b"\x7fELF" in path.read_bytes() for name, path in kept.items()}
+    holds_code = {name: b"\x7fELF" in path.read_bytes() for name, path in files.items()}
     assert holds_code == {"load.force_at": True, "load.sincos_turns": False}
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
 
 
-def test_processes_that_need_one_kernel_wait_for_the_first_of_them(tmp_path):
-    begun = [
+def test_processes_that_need_one_kernel_compile_it_once(tmp_path):
+    processes = [
         subprocess.Popen(
-            **command(TOLD + FIRST_CALL, tmp_path), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            **command(PRINTS_NAMES + FIRST_CALL, tmp_path),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
         )
         for _ in range(3)
     ]
-    ended = [process.communicate() for process in begun]
-    assert [out.split() for out, _ in ended] == [["1", "0"]] * 3
-    assert "".join(err for _, err in ended) == "compiling physics.load.force_at\n"
+    outputs = [process.communicate() for process in processes]
+    assert [out.split() for out, _ in outputs] == [["1", "0"]] * 3
+    assert "".join(err for _, err in outputs) == "compiling physics.load.force_at\n"
 
 
-def test_kernels_that_are_known_beforehand_are_compiled_at_once(tmp_path):
+def test_known_kernels_are_compiled_side_by_side(tmp_path):
     assert run(SIDE_BY_SIDE, tmp_path) == ["begin", "begin", "end", "end", "2"]
     assert run(SIDE_BY_SIDE, tmp_path) == ["0"]
 
 
-def test_a_copy_of_the_package_in_the_folder_one_is_in_is_not_compiled(tmp_path):
+def test_a_copy_of_the_package_in_the_working_directory_is_ignored(tmp_path):
     (tmp_path / "vibropipe").mkdir()
     (tmp_path / "vibropipe" / "__init__.py").write_text("raise ImportError('another copy')\n")
     call = command(FIRST_CALL, tmp_path / "cache")
     call["args"].insert(1, "-P")
-    done = subprocess.run(**call, cwd=tmp_path, capture_output=True, check=True)
-    assert done.stdout.split() == ["1", "0"]
-    assert done.stderr == ""
+    completed = subprocess.run(**call, cwd=tmp_path, capture_output=True, check=True)
+    assert completed.stdout.split() == ["1", "0"]
+    assert completed.stderr == ""
 
 
-def test_without_a_cache_it_is_compiled_apart_too_and_goes_with_the_process(tmp_path):
+def test_without_a_writable_cache_kernels_are_temporary(tmp_path):
     blocked, scratch = tmp_path / "file", tmp_path / "scratch"
     blocked.touch()
     scratch.mkdir()
@@ -107,22 +109,22 @@ def test_without_a_cache_it_is_compiled_apart_too_and_goes_with_the_process(tmp_
     assert not list(scratch.iterdir())
 
 
-def test_without_locks_and_forks_it_is_compiled_apart_too(tmp_path):
-    """As on Windows; the compiler, a process of its own, is started without them as well."""
-    taken_away = (
+def test_without_locks_and_forks_another_process_compiles(tmp_path):
+    """As on Windows; the compiling process is started without them as well."""
+    removal = (
         "import os, sys\n"
         "sys.modules['fcntl'] = None\n"
         "for name in ('fork', 'killpg', 'forkpty'):\n"
         "    vars(os).pop(name, None)\n"
     )
-    (tmp_path / "sitecustomize.py").write_text(taken_away)
+    (tmp_path / "sitecustomize.py").write_text(removal)
     assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["1", "0"]
     assert list(tmp_path.rglob("*.nbc"))
 
 
-def test_where_numba_has_other_private_parts_a_process_compiles_for_itself(tmp_path):
-    taken_away = "import numba.core.codegen\ndel numba.core.codegen.JITCodeLibrary\n"
-    (tmp_path / "sitecustomize.py").write_text(taken_away)
+def test_without_private_parts_of_numba_a_process_compiles_for_itself(tmp_path):
+    removal = "import numba.core.codegen\ndel numba.core.codegen.JITCodeLibrary\n"
+    (tmp_path / "sitecustomize.py").write_text(removal)
     assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["0", "1"]
 
 
@@ -138,7 +140,7 @@ def test_a_compiler_that_has_ended_is_replaced():
 
 
 @pytest.mark.slow
-def test_the_first_process_computes_what_those_after_it_do(tmp_path):
+def test_the_first_process_computes_the_same_bits_as_later_ones(tmp_path):
     first, second = run(CHAOTIC, tmp_path), run(CHAOTIC, tmp_path)
     assert int(first[0]) >= 3
     assert first == second

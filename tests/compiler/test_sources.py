@@ -1,4 +1,4 @@
-"""The hash of the sources: all that numbers depend on, and nothing else."""
+"""The hash of the sources covers all that numbers depend on, and nothing else."""
 
 import os
 import shutil
@@ -26,7 +26,7 @@ vp.backbone([0.1], [3.0, 4.0])
 vp.amplitude_frequency(exciter, [0.6, 0.7])
 print(*(name for name in sys.modules if name.split(".")[0] == "vibropipe"))
 """
-# An edit of each of these is one of the numbers, of one measurement of the program, or of neither.
+# Files whose edit changes the hash of the numbers, of some measurements of the program, or no hash.
 NUMBERS = (
     "words/regimes.py",
     "words/parameters.py",
@@ -65,7 +65,7 @@ NEITHER = (
 
 @pytest.fixture
 def package(tmp_path):
-    """A copy of the package, to be edited."""
+    """Yield a copy of the package that tests may edit."""
     ignored = shutil.ignore_patterns("__pycache__")
     yield Path(shutil.copytree(PACKAGE, tmp_path / "vibropipe", ignore=ignored))
     sources._read.cache_clear()
@@ -78,8 +78,8 @@ def hashes(package: Path) -> dict[str, str]:
     return {"numbers": source_hash(SOLVERS, package=package), **own}
 
 
-def edited(package: Path, name: str) -> set[str]:
-    """Edit a file and return which hashes are other ones then."""
+def changed_hashes(package: Path, name: str) -> set[str]:
+    """Edit a file and return the names of the hashes that change."""
     before = hashes(package)
     assert package.joinpath(name).is_file()
     with package.joinpath(name).open("a") as file:
@@ -88,33 +88,33 @@ def edited(package: Path, name: str) -> set[str]:
     return {kind for kind in before if before[kind] != after[kind]}
 
 
-def test_a_process_that_solves_imports_nothing_that_is_not_hashed():
+def test_a_solving_process_imports_hashed_modules_only():
     done = subprocess.run(
         [sys.executable, "-c", SOLVING], capture_output=True, text=True, check=True, env=os.environ
     )
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
-    # the vocabulary names the codes of measurements, which no solver writes
+    # the vocabulary imports the codes of measurements, which no solver writes
     named = {"vibropipe.words.measurements"}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_an_edit_of_what_solves_changes_the_hash_of_all(package, name):
-    assert edited(package, name) >= {"numbers"}
+def test_an_edit_of_a_solver_changes_the_hash_of_numbers(package, name):
+    assert changed_hashes(package, name) >= {"numbers"}
 
 
 @pytest.mark.parametrize(("name", "kinds"), MEASUREMENTS.items())
-def test_an_edit_of_a_measurement_changes_its_own_hash_alone(package, name, kinds):
-    assert edited(package, name) == kinds
+def test_an_edit_of_a_measurement_changes_its_own_hash_only(package, name, kinds):
+    assert changed_hashes(package, name) == kinds
 
 
 @pytest.mark.parametrize("name", NEITHER)
 def test_an_edit_of_words_and_pictures_changes_no_hash(package, name):
-    assert edited(package, name) == set()
+    assert changed_hashes(package, name) == set()
 
 
-def test_another_number_of_a_regime_is_another_hash(package):
+def test_a_changed_regime_code_changes_the_hash(package):
     text = package.joinpath("words/regimes.py").read_text()
     before = hashes(package)["numbers"]
     package.joinpath("words/regimes.py").write_text(text.replace("TWO_SIDED = 3", "TWO_SIDED = 9"))
@@ -124,7 +124,7 @@ def test_another_number_of_a_regime_is_another_hash(package):
 @pytest.mark.parametrize(
     ("old", "new"), [("POSITIVE, 1.0", "POSITIVE, 2.0"), ("Range(0, 1)", "Range(0)")]
 )
-def test_another_default_or_range_of_a_parameter_is_another_hash(package, old, new):
+def test_a_changed_default_or_range_changes_the_hash(package, old, new):
     file = package / "words/parameters.py"
     text, before = file.read_text(), hashes(package)["numbers"]
     assert old in text
@@ -138,15 +138,15 @@ def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
         for path in PACKAGE.rglob("*.py")
         if "\n@jit" in path.read_text()
     }
-    rooms = [f"{kind.package}.solve" for kind in kinds().values()]
-    lab = set(closure(rooms))
-    # Newmark in lockstep is called from Python alone
+    scene_modules = [f"{kind.package}.solve" for kind in kinds().values()]
+    lab = set(closure(scene_modules))
+    # Newmark's method in lanes is called from Python only
     others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows"}
     assert compiled - set(closure(SOLVERS)) - lab == others
     assert len(compiled) > 20
 
 
-def test_imports_are_found_wherever_they_stand(tmp_path):
+def test_imports_are_found_in_every_position(tmp_path):
     folder = tmp_path / "vibropipe"
     (folder / "a").mkdir(parents=True)
     files = {
@@ -160,8 +160,8 @@ def test_imports_are_found_wherever_they_stand(tmp_path):
     }
     for name, text in files.items():
         folder.joinpath(name).write_text(text)
-    found = closure(["vibropipe.a.one"], package=folder)
-    assert set(found) == {f"vibropipe.a{end}" for end in ("", ".one", ".two", ".three", ".four")}
+    modules = closure(["vibropipe.a.one"], package=folder)
+    assert set(modules) == {f"vibropipe.a{end}" for end in ("", ".one", ".two", ".three", ".four")}
     without = closure(["vibropipe.a.one"], ["vibropipe.a.two"], folder)
     assert set(without) == {"vibropipe.a", "vibropipe.a.one", "vibropipe.a.three"}
     with pytest.raises(ValueError, match=r"vibropipe\.a\.five"):

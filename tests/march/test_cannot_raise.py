@@ -1,4 +1,7 @@
-"""A kernel cannot raise: what its compiled code could raise is read off, of all that solves rows and motions."""
+"""No kernel can raise.
+
+The exceptions that compiled code can raise are read from it, for all functions that solve rows and motions.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ from vibropipe.lab.simulate_rows import simulate_rows
 from vibropipe.solve.rows import solve_piece
 from vibropipe.words.outputs import OUTPUTS
 
-# What is left is no fault of a row: arrays are made once per row or motion, their sizes bounded by constants, so only
-# a machine without memory refuses them. numba looks at the size of every one.
+# Exceptions of allocation. Arrays are created once per row or motion and their sizes are bounded by constants, so only
+# a machine without memory raises these; numba checks the size of every array.
 OF_ALLOCATION = {
     (MemoryError, "Allocation failed (probably too large)."),
     (ValueError, "negative dimensions not allowed"),
@@ -28,7 +31,7 @@ OF_ALLOCATION = {
         "array is too big; `arr.size * arr.dtype.itemsize` is larger than the maximum possible size.",
     ),
 }
-# The same of the threads that numba divides a loop among; not of what they solve.
+# Exception of the threads that numba divides a loop among.
 OF_THREADS = {(RuntimeError, "Invalid number of threads. This likely indicates a bug in Numba.")}
 CONSTANT = re.compile(
     r'^@(\S*pickledata\S*) = .*constant \[\d+ x i8\] c"(.*?)"(?:, align \d+)?$', re.M
@@ -38,9 +41,9 @@ EXCITER = vp.Exciter(l=0.5, nu=0.9, f=1.0, h=0.2, R1=0.7, R2=0.7)
 
 
 def raised_by(dispatcher: Any) -> Iterator[tuple[type, str]]:
-    """(exception, message) of all that the compiled code of a function can raise, and of what it calls.
+    """Yield (exception, message) of all that the compiled code of a function and its callees can raise.
 
-    numba keeps each as a pickle among the constants of the module; optimised code has those it can still reach.
+    numba stores each as a pickle among the constants of the module; optimised code keeps those that are reachable.
     """
     for compiled in dispatcher.overloads.values():
         text = str(compiled.library._get_module_for_linking())
@@ -48,14 +51,14 @@ def raised_by(dispatcher: Any) -> Iterator[tuple[type, str]]:
             raw = ESCAPE.sub(lambda m: bytes([int(m[1], 16)]), escaped.encode("latin1"))
             try:
                 kept = pickle.loads(raw)
-            except Exception:  # the hash beside it
+            except Exception:  # the hash stored with it
                 continue
             if isinstance(kept, tuple) and isinstance(kept[0], type):
                 yield kept[0], " ".join(map(str, kept[1] or ()))
 
 
 def compiled_functions() -> dict[str, Any]:
-    """All functions of the package that have been compiled for some arguments, by name."""
+    """Return all functions of the package that are compiled for some arguments, by name."""
     return {
         f"{name}.{key}": value
         for name, module in list(sys.modules.items())
@@ -67,7 +70,7 @@ def compiled_functions() -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def functions() -> dict[str, Any]:
-    """Compiled functions, after something of every kind was solved."""
+    """Return compiled functions, after problems of every kind were solved."""
     vp.sweep(EXCITER, {"nu": [0.9]}, outputs=OUTPUTS)
     vp.simulate(EXCITER, 20.0, energy=True)
     vp.simulate(EXCITER, 20.0, method="newmark", steps_per_period=64, energy=True)
@@ -78,19 +81,21 @@ def functions() -> dict[str, Any]:
     return compiled_functions()
 
 
-def test_nothing_that_solves_can_raise(functions: dict[str, Any]) -> None:
+def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
     for needed in (
         "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
     ):  # fmt: skip
         assert f"vibropipe.{needed}" in functions
-    found = {name: set(raised_by(function)) - OF_ALLOCATION for name, function in functions.items()}
-    assert found.pop("vibropipe.lab.simulate_rows._drive") <= OF_THREADS
-    assert not {name: raised for name, raised in found.items() if raised}
+    exceptions = {
+        name: set(raised_by(function)) - OF_ALLOCATION for name, function in functions.items()
+    }
+    assert exceptions.pop("vibropipe.lab.simulate_rows._drive") <= OF_THREADS
+    assert not {name: raised for name, raised in exceptions.items() if raised}
 
 
-def test_what_can_raise_is_seen() -> None:
+def test_exceptions_are_detected() -> None:
     @jit
     def divided(a: complex, b: complex) -> complex:
         return a / b
@@ -107,6 +112,6 @@ def test_what_can_raise_is_seen() -> None:
     assert {kind for kind, _message in raised_by(refused)} == {KeyError, ZeroDivisionError}
 
 
-def test_drivers_keep_what_they_may_raise_to_allocation(functions: dict[str, Any]) -> None:
-    """The list of what is let pass is no longer than it must be."""
+def test_drivers_raise_on_allocation_only(functions: dict[str, Any]) -> None:
+    """The list of accepted exceptions is no longer than necessary."""
     assert set(raised_by(solve_piece)) == OF_ALLOCATION

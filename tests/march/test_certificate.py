@@ -1,4 +1,4 @@
-"""The certificate of free flight: what it passes, over a step or two, touches no support at any instant."""
+"""The certificate of free flight: a motion that it accepts, over one step or two, touches no support."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ SAMPLES = np.linspace(0, 1, 501)
 )  # fmt: skip
 @example(1.0, 1.0, 0.6, 0.2, -0.5, 0.5, 0, 2, 1.0, 0.0, 9.0, False)
 @example(1.0, 1.0, 0.6, 0.0, 1.0, -0.5, 3, 2, -1.0, 0.0, 9.0, True)
-def test_what_is_certified_touches_nothing(
+def test_a_certified_motion_touches_no_support(
     nu: float, f: float, h: float, y: float, w: float, load: float, step: int, steps: int,
     sigma: float, near: float, width: float, departs: bool,
 ) -> None:  # fmt: skip
-    """Against samples of the exact polynomials of each step."""
+    """Compare with samples of the exact polynomial of each step."""
     grid = exact_grid(ALL_EFFECTS, Parameters(nu, f, h, 1.0, 0.0, 0.7, 0.7))
     if departs:
         y, near, w = 0.0, 0.0, abs(w)
     end_y, end_w, motion, c = y, w, [], np.empty(DEGREE + 1)
     for k in range(step, step + steps):
-        turn = TWO_PI * k / grid.steps
-        force = Force(sigma * f * np.sin(turn), sigma * f * np.cos(turn))
+        phase = TWO_PI * k / grid.steps
+        force = Force(sigma * f * np.sin(phase), sigma * f * np.cos(phase))
         combine(ALL_EFFECTS, grid.basis, c, end_y, end_w, load, force)
         motion.append(np.polyval(c[::-1], SAMPLES))
-        p, q = force_at_step(grid, k % grid.steps)
+        force_y, force_w = force_at_step(grid, k % grid.steps)
         end_y, end_w = (
-            grid.a11 * end_y + grid.a12 * end_w + sigma * p + grid.b1 * load,
-            grid.a21 * end_y + grid.a22 * end_w + sigma * q + grid.b2 * load,
+            grid.a11 * end_y + grid.a12 * end_w + sigma * force_y + grid.b1 * load,
+            grid.a21 * end_y + grid.a22 * end_w + sigma * force_w + grid.b2 * load,
         )
-    far, along = near + width, np.concatenate(motion)
-    one, other = (
+    far, displacement = near + width, np.concatenate(motion)
+    stays_above, stays_below = (
         stays_between(
             grid,
-            Frame(0, sigma, load, near, far, *reach),
+            Frame(0, sigma, load, near, far, *reachable),
             int(departs),
             y,
             w,
@@ -55,16 +55,16 @@ def test_what_is_certified_touches_nothing(
             end_w,
             float(steps),
         )
-        for reach in ((True, False), (False, True))
+        for reachable in ((True, False), (False, True))
     )
-    if one:
-        assert (along[1:] > near).all()
-    if other:
-        assert (along < far).all()
+    if stays_above:
+        assert (displacement[1:] > near).all()
+    if stays_below:
+        assert (displacement < far).all()
 
 
-def test_it_passes_nearly_all_flights_that_are_free() -> None:
-    """One that passed nothing would be safe as well: of motions a tenth of a step's reach away it passes all."""
+def test_flights_off_the_supports_are_certified() -> None:
+    """A certificate that rejects everything would be safe too: this one accepts motions 0.2 off the support."""
     grid = exact_grid(ALL_EFFECTS, Parameters(1.0, 1.0, 0.6, 1.0, 0.0, 0.7, 0.7))
     force = np.array([force_at_step(grid, k) for k in range(grid.steps)])
     passed = 0

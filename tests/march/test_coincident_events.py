@@ -1,8 +1,8 @@
-"""What happens when events fall on one another, on the start or on the end: stated rules.
+"""Coincident events: on one another, on the start or on the end of a motion.
 
-Events at tau <= tau_end are processed, and the end state is the one after them. A mass at rest on a
-support and pushed into it stays; one that moves in strikes once, at the start; one that moves out,
-or is pulled off, leaves without an impact.
+Events at tau <= tau_end are processed, and the end state is the one after them. A mass at rest on a support that is
+pressed against it stays; one that moves into it has one impact, at the start; one that moves out or is pulled off
+leaves without an impact.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ mirrors = pytest.mark.parametrize("side", [1, -1], ids=["support 1", "support 2"
 
 
 def exciter(side: int = 1, **parameters: float) -> Any:
-    """An exciter given for support 1, mirrored for support 2."""
-    made = vp.Exciter(**parameters)
-    return made if side == 1 else made.mirrored()
+    """Return an exciter defined for support 1, mirrored for support 2."""
+    original = vp.Exciter(**parameters)
+    return original if side == 1 else original.mirrored()
 
 
 # -- starting on a support ---------------------------------------------------------------------
 
-# force f sin(nu tau) at tau = 0 is zero: the spring alone pushes (delta < -l) or pulls (delta > -l)
+# The force is zero at tau = 0: the spring alone presses the mass on (delta < -l) or pulls it off (delta > -l).
 PUSHED = {"l": 0.5, "delta": -0.8, "R1": 0.6}
 PULLED = {"l": 0.5, "delta": 0.0, "R1": 0.6}
 BALANCED = {"l": 0.5, "delta": -0.5, "R1": 0.6}
@@ -39,7 +39,7 @@ BALANCED = {"l": 0.5, "delta": -0.5, "R1": 0.6}
 @mirrors
 @pytest.mark.parametrize("speed", [0.3, 1e-7, 1e-12])
 @pytest.mark.parametrize("where", [PUSHED, PULLED, BALANCED])
-def test_a_start_that_moves_in_strikes_once_at_the_start(
+def test_a_start_into_a_support_has_one_impact_there(
     where: dict[str, float], speed: float, side: int, method: dict[str, Any]
 ) -> None:
     e = exciter(side, **where)
@@ -55,7 +55,7 @@ def test_a_start_that_moves_in_strikes_once_at_the_start(
 @methods
 @mirrors
 @pytest.mark.parametrize("where", [PUSHED, PULLED, BALANCED])
-def test_a_start_that_moves_out_does_not_strike_at_the_start(
+def test_a_start_off_a_support_has_no_impact_there(
     where: dict[str, float], side: int, method: dict[str, Any]
 ) -> None:
     e = exciter(side, **where)
@@ -93,10 +93,10 @@ def test_a_start_at_rest_and_pulled_leaves(side: int, method: dict[str, Any]) ->
 @methods
 @mirrors
 @pytest.mark.parametrize("f", [0.4, -0.4])
-def test_a_balanced_start_goes_where_the_force_will_go(
+def test_a_balanced_start_follows_the_growing_force(
     f: float, side: int, method: dict[str, Any]
 ) -> None:
-    """Support at the equilibrium: the growing force pushes in (half a period of rest) or pulls."""
+    """The support is at the equilibrium: the growing force presses (half a period of rest) or pulls."""
     e = exciter(side, **BALANCED, f=f, nu=2.0)
     ds = vp.simulate(e, tau_end=1.0, x0=0.0, **method)
     assert ds.impact_tau.size == 0
@@ -113,10 +113,10 @@ def test_a_balanced_start_goes_where_the_force_will_go(
 
 @methods
 @mirrors
-def test_a_force_that_only_just_balances_does_not_release(
+def test_a_force_equal_to_the_spring_force_does_not_release(
     side: int, method: dict[str, Any]
 ) -> None:
-    """f equals the spring's push exactly: the push touches zero once a period and never turns."""
+    """f equals the spring force exactly: the gap acceleration touches zero once a period from below."""
     e = exciter(side, l=0.5, delta=-1.0, f=-0.5, R1=0.5)
     ds = vp.simulate(e, tau_end=40.0, x0=-side * 0.5, **method)
     assert rests_of(ds) == [(0.0, math.inf, 1 if side == 1 else 2)]
@@ -128,14 +128,12 @@ def test_a_force_that_only_just_balances_does_not_release(
 
 @methods
 @pytest.mark.parametrize("name", ["fig9_offset", "one_sided_at_equilibrium", "plastic_R0"])
-def test_an_impact_at_tau_end_is_counted_and_the_end_is_after_it(
-    name: str, method: dict[str, Any]
-) -> None:
+def test_an_impact_at_tau_end_precedes_the_end_state(name: str, method: dict[str, Any]) -> None:
     entry = reference("motions")[name]
     e = vp.Exciter(**{key: float(entry[key]) for key in Parameters._fields})
     start = {"x0": float(entry["x0"]), "v0": float(entry["v0"])}
-    whole = impacts_of(vp.simulate(e, tau_end=10.0, **start, **method))
-    for k, (tau, support, before, after) in enumerate(whole):
+    impacts = impacts_of(vp.simulate(e, tau_end=10.0, **start, **method))
+    for k, (tau, support, before, after) in enumerate(impacts):
         if method and tau % (TURN / e.nu / method["steps_per_period"]) == 0:
             continue
         late = vp.simulate(e, tau_end=tau + 1e-9, **start, **method)
@@ -145,11 +143,11 @@ def test_an_impact_at_tau_end_is_counted_and_the_end_is_after_it(
         assert float(late.velocity_end) == pytest.approx(after, abs=1e-7)
         assert float(early.velocity_end) == pytest.approx(before, abs=1e-7)
         if not method:
-            there = vp.simulate(e, tau_end=tau, **start)
-            assert impacts_of(there)[-1][1] == support
-            assert there.impact_tau.size == k + 1
-            assert float(there.velocity_end) == pytest.approx(after, abs=1e-13)
-            assert float(there.displacement[-1]) == float(there.displacement_end)
+            at_impact = vp.simulate(e, tau_end=tau, **start)
+            assert impacts_of(at_impact)[-1][1] == support
+            assert at_impact.impact_tau.size == k + 1
+            assert float(at_impact.velocity_end) == pytest.approx(after, abs=1e-13)
+            assert float(at_impact.displacement[-1]) == float(at_impact.displacement_end)
 
 
 @methods
@@ -166,7 +164,7 @@ def test_a_rest_that_ends_at_tau_end(method: dict[str, Any]) -> None:
 
 
 def test_an_impact_at_the_instant_of_release() -> None:
-    """Struck when the push is zero to rounding and about to turn: one impact, and it leaves."""
+    """The gap acceleration is zero within rounding and grows: there is one impact, and the mass leaves."""
     p = Parameters(nu=1.0, f=1.0, h=0.0, l=0.5, R1=0.0, R2=0.0)
     release = math.pi - math.asin(0.5)  # sin(tau) falls below l here
     c = digits(p)
@@ -180,30 +178,30 @@ def test_an_impact_at_the_instant_of_release() -> None:
         assert [i[1] for i in struck] == [1]
         x, _ = judged.motion.state(judged.motion.pieces[0][0])
         assert x0 == x
-        # leaving a support at the very instant of release forgets when it came, up to off
+        # the motion after the release does not depend on the time of the impact, up to off
         assert float(ds.displacement_end) == pytest.approx(
             float(judged.motion.displacement_end), abs=1e-9
         )
 
 
 @pytest.mark.parametrize("nu", [0.1, 1.0, 20.0])
-def test_a_mass_that_lost_its_speed_touches_its_support_for_ever(nu: float) -> None:
-    """R = 0 and no loss elsewhere: back where it was stopped it has no speed, and is not stopped again."""
+def test_a_mass_stopped_by_a_support_grazes_it_every_period(nu: float) -> None:
+    """R = 0 and no other loss: the mass returns to the support with zero velocity, a grazing per period."""
     e = vp.Exciter(l=0.7, delta=-0.1, nu=nu, f=1e-300, R1=0.0, R2=0.0)
     ds = vp.simulate(e, 1000.0, 0.0, 1.0, samples_per_period=0)
     start = math.asin(0.6)
     assert ds.impact_tau.values == pytest.approx([start], abs=1e-15)
-    known = start + TURN * np.arange(1, ds.grazing_tau.size + 1)
+    expected = start + TURN * np.arange(1, ds.grazing_tau.size + 1)
     assert ds.grazing_tau.size == (1000 - start) // TURN
-    np.testing.assert_allclose(ds.grazing_tau, known, rtol=0, atol=1e-6)
-    # a touch forgets when it came within the root of rounding, but not where and how fast
+    np.testing.assert_allclose(ds.grazing_tau, expected, rtol=0, atol=1e-6)
+    # each grazing has its time within the root of rounding only; the energy is kept to rounding
     x, v = float(ds.displacement_end), float(ds.velocity_end)
     assert math.hypot(x, v) == pytest.approx(0.6, rel=1e-12)
 
 
 @pytest.mark.parametrize("length", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_both_supports_at_one_place(length: float) -> None:
-    """l -> 0 at fixed force: to and fro between the supports, every impact on the other one."""
+def test_supports_close_together(length: float) -> None:
+    """l -> 0 at fixed force: the mass strikes both supports in turn."""
     p = Parameters(nu=1.0, f=1.0, h=0.2, l=length, R1=0.9, R2=0.9)
     tau_end = 12 * length
     ds = vp.simulate(vp.Exciter(**p._asdict()), tau_end=tau_end, x0=0.0, v0=1.0)

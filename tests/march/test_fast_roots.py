@@ -1,4 +1,4 @@
-"""The quick ways to an impact: where they are sure, there is one root, and it is this one."""
+"""Fast event location: where it certifies a root, there is exactly one, and it is the one returned."""
 
 from __future__ import annotations
 
@@ -18,66 +18,77 @@ from vibropipe.words.effects import EFFECT_NAMES
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 GRID: StepGrid = exact_grid(ALL_EFFECTS, FORCED)
-NOT_SURE = -1.0
-SOME = st.floats(-1, 1)
+NOT_CERTIFIED = -1.0
+UNIT_RANGE = st.floats(-1, 1)
 
 
 def padded(c: list[float]) -> np.ndarray:
+    """Return coefficients padded to the length that kernels take."""
     full = np.zeros(DEGREE + 1)
     full[: len(c)] = c
     return full
 
 
-def closings(c: np.ndarray, span: float) -> list[float]:
-    """Places on (0, span] at which a polynomial turns negative, from 20,001 samples."""
+def sampled_roots(c: np.ndarray, span: float) -> list[float]:
+    """Return the points on (0, span] at which a polynomial turns negative, from 20,001 samples."""
     at = np.linspace(0, span, 20001)
     values = np.polyval(c[::-1], at)
     return list(at[1:][(values[1:] <= 0) & (values[:-1] > 0)])
 
 
 @given(
-    first=st.floats(1e-3, 1), rest=st.lists(SOME, min_size=2, max_size=8), room=st.floats(0.1, 3)
+    first=st.floats(1e-3, 1),
+    coefficients=st.lists(UNIT_RANGE, min_size=2, max_size=8),
+    distance=st.floats(0.1, 3),
 )
-@example(first=0.5, rest=[-1.0, 0.2], room=1.0)
-@example(first=0.5, rest=[1.0, -2.0], room=1.0)
-@example(first=0.5, rest=[1.0, -2.0], room=0.55)
-def test_the_only_root_is_the_only_one(first: float, rest: list[float], room: float) -> None:
-    c = padded([first, *rest])
-    theta = unique_root(GRID, c, 1.0, 0.0, first, float(c.sum()), 1.0, room)
-    if theta == NOT_SURE:
+@example(first=0.5, coefficients=[-1.0, 0.2], distance=1.0)
+@example(first=0.5, coefficients=[1.0, -2.0], distance=1.0)
+@example(first=0.5, coefficients=[1.0, -2.0], distance=0.55)
+def test_a_certified_root_is_the_only_one(
+    first: float, coefficients: list[float], distance: float
+) -> None:
+    c = padded([first, *coefficients])
+    theta = unique_root(GRID, c, 1.0, 0.0, first, float(c.sum()), 1.0, distance)
+    if theta == NOT_CERTIFIED:
         return
-    (found,) = closings(c, 1.0)
-    assert theta == pytest.approx(found, abs=1e-4)
+    (root,) = sampled_roots(c, 1.0)
+    assert theta == pytest.approx(root, abs=1e-4)
     assert abs(np.polyval(c[::-1], theta)) < 1e-14
     if c[1] > 0:
-        assert np.polyval(c[::-1], np.linspace(0, theta, 1001)).max() < room
+        assert np.polyval(c[::-1], np.linspace(0, theta, 1001)).max() < distance
 
 
 @pytest.mark.parametrize(
-    ("rest", "room", "sure"),
+    ("coefficients", "distance", "is_certified"),
     [
-        ([-1.0, 0.2], 1.0, True),  # falls all the way
-        ([1.0, -2.0], 1.5, True),  # rises first, bent back
-        ([1.0, -2.0], 1.0, False),  # may reach the other support before
+        ([-1.0, 0.2], 1.0, True),  # falls throughout
+        ([1.0, -2.0], 1.5, True),  # concave, rises first
+        ([1.0, -2.0], 1.0, False),  # may reach the other support first
         ([-3.0, 3.1], 1.0, False),  # closes and opens again
         ([-0.1], 1.0, False),  # stays open
     ],
 )
-def test_the_quick_way_is_sure_of_the_usual(rest: list[float], room: float, sure: bool) -> None:
-    c = padded([0.5, *rest])
-    theta = unique_root(GRID, c, 1.0, 0.0, 0.5, float(c.sum()), 1.0, room)
-    assert (theta != NOT_SURE) == sure
+def test_usual_impacts_are_certified(
+    coefficients: list[float], distance: float, is_certified: bool
+) -> None:
+    c = padded([0.5, *coefficients])
+    theta = unique_root(GRID, c, 1.0, 0.0, 0.5, float(c.sum()), 1.0, distance)
+    assert (theta != NOT_CERTIFIED) == is_certified
 
 
 @given(
-    speed=st.floats(1e-9, 1), rest=st.lists(SOME, min_size=1, max_size=8), far=st.floats(0.01, 1)
+    speed=st.floats(1e-9, 1),
+    coefficients=st.lists(UNIT_RANGE, min_size=1, max_size=8),
+    far=st.floats(0.01, 1),
 )
-@example(speed=1e-9, rest=[-1.0, 0.3], far=1.0)
-@example(speed=0.4, rest=[-1.0, 0.1], far=1.0)
-def test_a_hop_ends_where_it_first_comes_back(speed: float, rest: list[float], far: float) -> None:
-    c = padded([0.0, speed, *rest])
+@example(speed=1e-9, coefficients=[-1.0, 0.3], far=1.0)
+@example(speed=0.4, coefficients=[-1.0, 0.1], far=1.0)
+def test_a_hop_ends_at_its_first_return(
+    speed: float, coefficients: list[float], far: float
+) -> None:
+    c = padded([0.0, speed, *coefficients])
     theta = hop_end(GRID, c, far, float(c.sum()), 1.0)
-    if theta == NOT_SURE:
+    if theta == NOT_CERTIFIED:
         return
     quotient = c[1:]
     assert abs(np.polyval(quotient[::-1], theta)) < 1e-14
@@ -86,60 +97,63 @@ def test_a_hop_ends_where_it_first_comes_back(speed: float, rest: list[float], f
     assert np.polyval(c[::-1], before).max() < far
 
 
-def test_a_hop_that_is_bent_back_is_sure() -> None:
+def test_a_concave_hop_is_certified() -> None:
     for speed in (1e-12, 1e-3, 0.4):
         c = padded([0.0, speed, -1.0, 0.1])
-        known = np.roots([0.1, -1.0, speed]).min()
-        assert hop_end(GRID, c, 1.0, float(c.sum()), 1.0) == pytest.approx(known, rel=1e-14)
+        expected = np.roots([0.1, -1.0, speed]).min()
+        assert hop_end(GRID, c, 1.0, float(c.sum()), 1.0) == pytest.approx(expected, rel=1e-14)
 
 
 @given(
-    y=SOME, w=st.floats(-3, 3), load=SOME, turn=st.floats(0, 1), near=SOME, room=st.floats(0.1, 2)
+    y=UNIT_RANGE,
+    w=st.floats(-3, 3),
+    load=UNIT_RANGE,
+    phase=st.floats(0, 1),
+    near=UNIT_RANGE,
+    distance=st.floats(0.1, 2),
 )
-@example(y=0.1, w=-1.0, load=0.0, turn=0.2, near=-0.1, room=1.0)
-@example(y=0.02, w=0.3, load=-1.0, turn=0.75, near=0.0, room=1.0)
-def test_a_step_is_certified_to_cross_once_from_its_ends(
-    y: float, w: float, load: float, turn: float, near: float, room: float
+@example(y=0.1, w=-1.0, load=0.0, phase=0.2, near=-0.1, distance=1.0)
+@example(y=0.02, w=0.3, load=-1.0, phase=0.75, near=0.0, distance=1.0)
+def test_a_step_certified_by_its_ends_has_one_root(
+    y: float, w: float, load: float, phase: float, near: float, distance: float
 ) -> None:
-    s, rate = FORCED.f * np.sin(TWO_PI * turn), FORCED.f * np.cos(TWO_PI * turn)
+    s, rate = FORCED.f * np.sin(TWO_PI * phase), FORCED.f * np.cos(TWO_PI * phase)
     c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(s, rate))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y - near, y1 - near, w * GRID.dt, w1 * GRID.dt
-    if not crosses_once(GRID, y, w, load, *ends, room):
+    if not crosses_once(GRID, y, w, load, *ends, distance):
         return
     gap = c.copy()
     gap[0] -= near
-    (found,) = closings(gap, 1.0)
+    (root,) = sampled_roots(gap, 1.0)
     if w > 0:
-        assert np.polyval(gap[::-1], np.linspace(0, found, 1001)).max() < room
+        assert np.polyval(gap[::-1], np.linspace(0, root, 1001)).max() < distance
     theta, slope = refine_root(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
     if theta <= 1.0:
-        assert theta == pytest.approx(found, abs=1e-4)
+        assert theta == pytest.approx(root, abs=1e-4)
         assert abs(np.polyval(gap[::-1], theta)) < 1e-15
         assert slope == pytest.approx(np.polyval(np.polyder(gap[::-1]), theta), abs=1e-12)
 
 
 @pytest.mark.parametrize(("y", "w", "load"), [(0.1, -1.0, 0.0), (0.02, 0.3, -2.0)])
-def test_falling_and_bent_back_steps_are_certified(y: float, w: float, load: float) -> None:
+def test_falling_and_concave_steps_are_certified(y: float, w: float, load: float) -> None:
     c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     assert crosses_once(GRID, y, w, load, y, y1, w * GRID.dt, w1 * GRID.dt, 1.0)
 
 
-@given(y=st.floats(0.01, 0.2), w=st.floats(-3, -0.5), load=SOME)
+@given(y=st.floats(0.01, 0.2), w=st.floats(-3, -0.5), load=UNIT_RANGE)
 @example(y=0.1, w=-1.0, load=0.0)
-def test_without_a_force_the_equation_refines_like_the_polynomial(
-    y: float, w: float, load: float
-) -> None:
+def test_unforced_refinement_agrees_with_the_polynomial(y: float, w: float, load: float) -> None:
     c = np.empty(DEGREE + 1)
     combine(ALL_EFFECTS, GRID.basis, c, y, w, load, Force(0.0, 0.0))
     y1, w1 = motion(c, 1.0, GRID.dt)
     ends = y, y1, w * GRID.dt, w1 * GRID.dt
     if not crosses_once(GRID, y, w, load, *ends, 1.0):
         return
-    asked = FORCED, GRID, c, load, 1.0, 0.0, *ends
-    theta, slope = refine_root(ALL_EFFECTS, *asked)
+    arguments = FORCED, GRID, c, load, 1.0, 0.0, *ends
+    theta, slope = refine_root(ALL_EFFECTS, *arguments)
     unforced = effects_from_names([name for name in EFFECT_NAMES if name != "forcing"])
-    assert refine_root(unforced, *asked) == pytest.approx((theta, slope), rel=1e-14)
+    assert refine_root(unforced, *arguments) == pytest.approx((theta, slope), rel=1e-14)

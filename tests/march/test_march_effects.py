@@ -1,4 +1,4 @@
-"""Kernels without an absent effect give what the full ones give, and hold no code for it."""
+"""Kernels without an absent effect give the results of the full ones, and hold no code for it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
 from vibropipe.physics.flow import DEGREE
 from vibropipe.words.effects import EFFECT_NAMES
 
-# name of what is absent: parameters, start (x0, v0) and the effects that are left
+# name of the absent effects: parameters, start (x0, v0), effects present
 FORCED = {"l": 0.5, "nu": 1.1, "f": 0.45, "h": 0.1, "delta": 0.01, "R1": 0.6, "R2": 0.8}
 FREE = {**FORCED, "f": 0.0}
 CASES: dict[str, tuple[dict[str, float], tuple[float, float], tuple[str, ...]]] = {
@@ -55,15 +55,15 @@ METHODS: list[dict[str, Any]] = [{}, {"method": "newmark", "steps_per_period": 4
 
 
 def motions(absent: str, method: dict[str, Any], samples: int = 16) -> tuple[Any, Any]:
-    """The same motion by the full kernel, the effect present but null, and by the one without it."""
+    """Return one motion by the full kernel, whose effect is present but null, and by the kernel without it."""
     parameters, (x0, v0), effects = CASES[absent]
     exciter = vp.Exciter(**parameters)
-    asked = {"tau_end": 20.0, "x0": x0, "v0": v0, "samples_per_period": samples, **method}
-    return vp.simulate(exciter, **asked), vp.simulate(exciter, effects=effects, **asked)
+    options = {"tau_end": 20.0, "x0": x0, "v0": v0, "samples_per_period": samples, **method}
+    return vp.simulate(exciter, **options), vp.simulate(exciter, effects=effects, **options)
 
 
 def compare_all() -> None:
-    """Every case by both methods, to the last bit: without the compiler nothing is fused."""
+    """Compare every case by both methods bit for bit, uncompiled, since the compiler fuses products and sums."""
     for absent in CASES:
         for method in METHODS:
             if method and absent.startswith("support"):
@@ -75,7 +75,7 @@ def compare_all() -> None:
 
 
 def run(code: str, **environment: str) -> str:
-    """What a fresh process prints."""
+    """Return the output of a new process."""
     path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -95,7 +95,7 @@ def test_null_effects_change_no_bit_of_the_formulas() -> None:
 
 @pytest.mark.parametrize("absent", ["forcing and rest", "support 1", "support 2"])
 def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
-    """Compilers fuse products and sums differently where there are fewer of them."""
+    """The compiler fuses other products and sums where there are fewer of them."""
     full, without = motions(absent, {}, samples=0)
     assert full.impact_tau.size > 2
     for name in ("impact_support", "rest_support", "status"):
@@ -114,12 +114,12 @@ def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
 def test_unforced_motions_are_those_of_the_full_kernel(
     h: float, width: float, share: float, R1: float, R2: float, x: float, v: float, tau_end: float
 ) -> None:
-    """Its steps begin anew at each impact, not on a grid of phases: other roundings, the same motion."""
+    """Unforced steps begin at each impact instead of on a grid of phases, so only rounding differs."""
     exciter = vp.Exciter(l=width, f=0.0, h=h, delta=share * width, R1=R1, R2=R2)
-    asked = {"tau_end": tau_end, "x0": (share + x) * width, "v0": v, "samples_per_period": 0}
-    full = vp.simulate(exciter, **asked)
-    without = vp.simulate(exciter, effects=CASES["forcing and rest"][2], **asked)
-    # Impacts that graze amplify rounding; no other does by more than the ratio of speeds.
+    options = {"tau_end": tau_end, "x0": (share + x) * width, "v0": v, "samples_per_period": 0}
+    full = vp.simulate(exciter, **options)
+    without = vp.simulate(exciter, effects=CASES["forcing and rest"][2], **options)
+    # Nearly grazing impacts amplify rounding; others by no more than the ratio of speeds.
     speeds = np.abs(full.impact_velocity.values)
     assume(speeds.size == 0 or speeds.min() > 1e-3)
     np.testing.assert_array_equal(full.impact_support.values, without.impact_support.values)
@@ -128,18 +128,18 @@ def test_unforced_motions_are_those_of_the_full_kernel(
 
 
 @given(
-    nu=st.floats(0.3, 4), f=st.floats(-3, 3), h=st.floats(0.3, 1), gap=st.floats(-0.5, 1),
+    nu=st.floats(0.3, 4), f=st.floats(-3, 3), h=st.floats(0.3, 1), distance=st.floats(-0.5, 1),
     R=st.floats(0.2, 0.9), x=st.floats(0.01, 1), v=st.floats(-2, 2), side=st.sampled_from([1, 2]),
 )  # fmt: skip
-@example(nu=1.0, f=1.0, h=0.6, gap=0.5, R=0.7, x=0.5, v=0.0, side=2)
+@example(nu=1.0, f=1.0, h=0.6, distance=0.5, R=0.7, x=0.5, v=0.0, side=2)
 @settings(max_examples=150, deadline=None)
 def test_motions_off_one_support_are_those_of_the_full_kernel(
-    nu: float, f: float, h: float, gap: float, R: float, x: float, v: float, side: int
+    nu: float, f: float, h: float, distance: float, R: float, x: float, v: float, side: int
 ) -> None:
-    """Two steps at once change no impact; the other support stands out of reach."""
+    """Double steps change no impact; the other support is out of reach."""
     away = -1.0 if side == 1 else 1.0
-    exciter = vp.Exciter(l=100.0, nu=nu, f=f, h=h, delta=away * (100.0 - gap), R1=R, R2=R)
-    start = {"x0": away * (x - gap), "v0": v, "samples_per_period": 0}
+    exciter = vp.Exciter(l=100.0, nu=nu, f=f, h=h, delta=away * (100.0 - distance), R1=R, R2=R)
+    start = {"x0": away * (x - distance), "v0": v, "samples_per_period": 0}
     full = vp.simulate(exciter, tau_end=25.0, **start)
     without = vp.simulate(exciter, tau_end=25.0, effects=CASES[f"support {3 - side}"][2], **start)
     speeds = np.abs(full.impact_velocity.values)
@@ -150,14 +150,16 @@ def test_motions_off_one_support_are_those_of_the_full_kernel(
 
 
 def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
-    """Whether there is a sine in the machine code of a kernel with all it calls, as the cache holds it: a call of
-    one, or a coefficient of the polynomial that is one."""
+    """Return whether the machine code of a kernel and its callees, as cached, contains a sine.
+
+    That is a call of one, or a coefficient of the polynomial that computes one.
+    """
     p = vp.Exciter(l=0.5, f=f, h=0.1, R1=0.5, R2=0.5).parameters()
     grid = exact_grid(e, p)
     state = initial_state(e, p, grid, 0.0, 0.1, 2.0)
-    given = [e, p, grid, *(state if a is State else a for a in arguments)]
-    kernel(*given)
-    signature = tuple(map(kernel.typeof_pyval, given))
+    call = [e, p, grid, *(state if a is State else a for a in arguments)]
+    kernel(*call)
+    signature = tuple(map(kernel.typeof_pyval, call))
     index = kernel._cache._cache_file._load_index()
     (name,) = [name for key, name in index.items() if key[0] == signature]
     code = (Path(kernel.stats.cache_path) / name).read_bytes()
@@ -168,7 +170,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
 
 
 def test_an_unforced_kernel_holds_no_sine() -> None:
-    """Neither a call of it nor its polynomial, in the code of the whole march; the forced one does."""
+    """The code of the whole unforced march holds neither a call nor the polynomial; the forced one does."""
     unforced = effects_from_names(["damping", "support_1", "support_2", "restitution", "rest"])
     end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(DEGREE + 1), 100)
     assert not holds_a_sine(march, unforced, 0.0, State, *end)

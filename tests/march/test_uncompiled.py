@@ -1,4 +1,4 @@
-"""The kernels as plain Python say the same as compiled: nothing hangs on what the compiler makes of them."""
+"""The kernels as plain Python give the results of the compiled ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import vibropipe as vp
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
 
-# high_frequency turns one rounding into 1e-2 of its end: a fused product is enough.
+# high_frequency amplifies one rounding, as of a fused product, to 1e-2 of its end.
 MOTIONS = [name for name in reference("motions") if name != "high_frequency"]
 NEWMARK = ["fig9_offset", "chatter_and_rest", "plastic_R0"]
 ORBITS = ["fig6_symmetric", "plastic_R0", "one_sided_at_equilibrium"]
@@ -27,27 +27,27 @@ ORBIT = ("displacement_amplitude", "impact_velocity", "period_multiple", "regime
 
 
 def numbers() -> dict[str, list[float]]:
-    """Contacts, ends and orbits of the sample, by name."""
-    found = {}
+    """Return contacts, end states and orbits of the sample, by name."""
+    values = {}
     for name in MOTIONS:
         entry = reference("motions")[name]
         exciter = vp.Exciter(**parameters_of(entry)._asdict())
         x0, v0 = float(entry["x0"]), float(entry["v0"])
-        asked = [{}, {"method": "newmark", "steps_per_period": 40}][: 1 + (name in NEWMARK)]
-        for how in asked:
+        options = [{}, {"method": "newmark", "steps_per_period": 40}][: 1 + (name in NEWMARK)]
+        for method in options:
             tau_end = min(float(entry["tau_end"]), 25.0)
-            ds = vp.simulate(exciter, tau_end, x0, v0, samples_per_period=0, energy=True, **how)
+            ds = vp.simulate(exciter, tau_end, x0, v0, samples_per_period=0, energy=True, **method)
             for quantity in (*CONTACTS, *ENDS):
-                found[f"{name} {len(how)} {quantity}"] = np.ravel(ds[quantity].values).tolist()
+                values[f"{name} {len(method)} {quantity}"] = np.ravel(ds[quantity].values).tolist()
         if name in ORBITS:
             orbit = vp.steady_state(exciter, x0, v0)
             for quantity in ORBIT:
-                found[f"{name} orbit {quantity}"] = np.ravel(orbit[quantity].values).tolist()
-    return found
+                values[f"{name} orbit {quantity}"] = np.ravel(orbit[quantity].values).tolist()
+    return values
 
 
 def status_at_the_bound() -> int:
-    """Of a motion whose searches for a contact all reach their bound, which only plain Python can lower."""
+    """Return the status of a motion whose searches all reach the stride limit, which plain Python can lower."""
     import vibropipe.march.roots as roots
 
     roots.MAX_STRIDES = 0
@@ -57,13 +57,15 @@ def status_at_the_bound() -> int:
     return int(ds.status)
 
 
-# striking both supports but for the first, which keeps off by itself
+# rows that strike both supports, except the first
 LEFT_OUT = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7), {"f": [0.02, 1.0, 2.0]}
 
 
 def rows_with_a_support_left_out() -> list[list[int]]:
-    """Status and regime of rows marched without support 1, which is only watched (kernels that no other test
-    asks for: compiled they would be the dearest of all)."""
+    """Return status and regime of rows marched without support 1, which is watched.
+
+    No other test needs these kernels, and their compilation would be the longest of all.
+    """
     effects = [name for name in EFFECT_NAMES if name != "support_1"]
     ds = vp.sweep(*LEFT_OUT, outputs=["impacts"], effects=effects)
     return [ds.status.values.tolist(), ds.regime.values.tolist()]
@@ -88,12 +90,12 @@ def uncompiled() -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
-def test_a_search_that_reaches_its_bound_is_named(uncompiled: dict[str, Any]) -> None:
+def test_a_search_that_reaches_its_limit_is_reported(uncompiled: dict[str, Any]) -> None:
     assert uncompiled["bound"] == Status.ROOT_BOUND
 
 
-def test_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
-    """Two rows of three; what the third does is known by its own bound alone."""
+def test_rows_that_reach_a_support_left_out_have_a_status(uncompiled: dict[str, Any]) -> None:
+    """Two of three rows reach the support; the bound of the first proves that it does not."""
     status, regime = uncompiled["left out"]
     assert status == [Status.OK, Status.SUPPORT_REACHED, Status.SUPPORT_REACHED]
     full = vp.sweep(*LEFT_OUT, outputs=["impacts"])
@@ -102,7 +104,9 @@ def test_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -
 
 
 @pytest.mark.slow
-def test_compiled_rows_that_reach_a_support_left_out_say_so(uncompiled: dict[str, Any]) -> None:
+def test_compiled_rows_that_reach_a_support_left_out_have_a_status(
+    uncompiled: dict[str, Any],
+) -> None:
     assert rows_with_a_support_left_out() == uncompiled["left out"]
 
 

@@ -1,4 +1,4 @@
-"""Reset, chatter, release, saltation, and the closed forms of motions that need no march."""
+"""Reset, chatter, frames, saltation, and the closed forms of motions that need no march."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vibropipe.physics.saltation import product, saltation_matrix
 P = Parameters(1.0, 1.0, 0.2, 0.5, 0.01, 0.7, 0.6)
 
 
-def test_a_frame_knows_the_supports_that_can_be_reached() -> None:
+def test_a_frame_holds_the_reachable_supports() -> None:
     """From home 0 support 2 is near and support 1 far; from a support that one is near."""
     assert [frame_at(ALL_EFFECTS, P, home)[-2:] for home in range(3)] == [(True, True)] * 3
     alone = ALL_EFFECTS._replace(support_2=None)
@@ -44,36 +44,38 @@ def test_a_frame_maps_supports_to_its_ends(home: int) -> None:
     frame = frame_at(ALL_EFFECTS, P, home)
     ends = sorted([to_displacement(P, home, frame.near), to_displacement(P, home, frame.far)])
     assert ends == pytest.approx([P.delta - P.l, P.l + P.delta], abs=1e-16)
-    # At y = 0 without force the spring pulls by the load.
+    # At y = 0 without force the spring force is the load.
     assert frame.load == pytest.approx(
         -to_displacement(P, home, 0.0) * (-1.0 if home == 1 else 1.0)
     )
 
 
 @pytest.mark.parametrize("R", [0.05, 0.5, 0.9, 0.99])
-def test_a_chatter_under_constant_push_is_its_geometric_series(R: float) -> None:
-    w, push, flights = 1e-10, -0.8, 0.0
+def test_a_chatter_under_constant_acceleration_is_its_geometric_series(R: float) -> None:
+    w, acceleration, duration = 1e-10, -0.8, 0.0
     for _ in range(5000):
-        flights += 2 * w / -push
+        duration += 2 * w / -acceleration
         w *= R
-    assert chatter_duration(1e-10, push, 0.0, R, 0.0, 1.0) == pytest.approx(flights, rel=1e-12)
+    assert chatter_duration(1e-10, acceleration, 0.0, R, 0.0, 1.0) == pytest.approx(
+        duration, rel=1e-12
+    )
 
 
-def test_a_chatter_is_not_completed_while_the_push_changes() -> None:
+def test_a_chatter_is_not_completed_while_the_acceleration_changes() -> None:
     assert chatter_duration(1e-3, -0.8, 0.5, 0.7, 0.2, 1.0) == NEVER
     assert chatter_duration(1e-9, -0.8, 0.5, 1.0, 0.2, 1.0) == NEVER
     assert chatter_duration(1e-16, -0.8, 0.5, 1.0, 0.2, 1.0) == pytest.approx(2.5e-16)
 
 
 @given(
-    R=st.floats(0, 1), v=st.floats(0.1, 3), push=st.floats(-2, 2), h=st.floats(0, 1),
+    R=st.floats(0, 1), v=st.floats(0.1, 3), force=st.floats(-2, 2), h=st.floats(0, 1),
     dx=st.floats(-1, 1), dv=st.floats(-1, 1),
 )  # fmt: skip
 def test_saltation_is_the_derivative_of_a_late_impact(
-    R: float, v: float, push: float, h: float, dx: float, dv: float
+    R: float, v: float, force: float, h: float, dx: float, dv: float
 ) -> None:
-    """A deviating motion, marched on to its own impact and back, to first order in the deviation."""
-    before, after = push - h * v, push + h * R * v
+    """A perturbed motion is marched to its own impact and back, to first order in the deviation."""
+    before, after = force - h * v, force + h * R * v
     s11, s12, s21, s22 = saltation_matrix(R, v, before, after)
     assert s11 * s22 - s12 * s21 == pytest.approx(R * R, abs=1e-14)
     e = 1e-6
@@ -92,12 +94,16 @@ def test_product_is_the_matrix_product() -> None:
 def test_the_linear_motion_solves_equation_5() -> None:
     x = linear_amplitude(P)
     for tau in (0.0, 0.4, 2.0):
-        turn = complex(math.cos(P.nu * tau), math.sin(P.nu * tau))
-        at, rate, second = (2 * (x * factor * turn).real for factor in (1, 1j * P.nu, -(P.nu**2)))
-        assert second + P.h * rate + at == pytest.approx(P.f * math.sin(P.nu * tau), abs=1e-14)
+        phasor = complex(math.cos(P.nu * tau), math.sin(P.nu * tau))
+        x_tau, velocity, acceleration = (
+            2 * (x * factor * phasor).real for factor in (1, 1j * P.nu, -(P.nu**2))
+        )
+        assert acceleration + P.h * velocity + x_tau == pytest.approx(
+            P.f * math.sin(P.nu * tau), abs=1e-14
+        )
 
 
-def test_the_certificate_is_given_only_where_it_holds() -> None:
+def test_the_certificate_holds_for_damped_motions_off_the_supports() -> None:
     quiet = P._replace(f=0.04)
     assert settles_without_impact(quiet, 0.0, 0.0)
     assert not settles_without_impact(P, 0.0, 0.0)
@@ -109,8 +115,8 @@ def test_the_certificate_is_given_only_where_it_holds() -> None:
 FREE = Parameters(1.0, 0.0, 0.0, 0.5, 0.01, 1.0, 1.0)
 
 
-def test_the_backbone_is_the_half_period_of_its_own_motion() -> None:
-    """Eq. (10) read backwards: a motion with that velocity takes that time from support to support."""
+def test_the_backbone_gives_the_period_of_its_motion() -> None:
+    """By eq. (10) a motion of that velocity takes half the period from one support to the other."""
     for d in (0.0, 0.1, 0.3):
         for tau_bar in (0.5, 1.0, 1.6):
             v = float(backbone_velocity(np.array(d), np.array(tau_bar)))
@@ -119,7 +125,7 @@ def test_the_backbone_is_the_half_period_of_its_own_motion() -> None:
             assert arc_state(a, a.half * (1 - 1e-12))[0] == pytest.approx(-(1 - d), abs=1e-10)
 
 
-def test_the_backbone_ends_where_one_support_is_missed() -> None:
+def test_the_backbone_is_nan_where_a_support_is_missed() -> None:
     assert math.isnan(backbone_velocity(np.array(0.3), np.array(4.6)))
     assert math.isnan(backbone_velocity(np.array(0.0), np.array(2 * math.pi + 0.1)))
 

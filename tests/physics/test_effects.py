@@ -1,4 +1,4 @@
-"""What a set of parameters calls for, and the bounds that prove a support out of reach."""
+"""The effects that parameters need, and the bounds that prove a support out of reach."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
         ({"f": 0.01}, (0.0, 0.0), {"damping", "forcing"}),
         ({**FAR_2, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_1", "restitution"}),
         ({**FAR_1, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_2", "restitution"}),
-        # a support out of reach has no say
+        # the restitution of a support out of reach does not count
         (
             {**FAR_2, "f": 0.3, "R1": 1.0, "R2": 0.5},
             (0.0, 0.0),
@@ -55,15 +55,15 @@ def test_effects_follow_from_parameters_and_start(
     assert set(effect_names(effects_of({**FORCED, **changed}, *start))) == called_for
 
 
-def test_a_short_motion_can_not_come_far() -> None:
-    free = {**FORCED, "h": 0.0, "f": 0.1}
-    assert effect_names(effects_of(free, 0.0, 0.0, 4.9)) == ("forcing",)
-    assert "support_1" in effect_names(effects_of(free, 0.0, 0.0, 5.1))
+def test_a_short_motion_cannot_reach_the_supports() -> None:
+    undamped = {**FORCED, "h": 0.0, "f": 0.1}
+    assert effect_names(effects_of(undamped, 0.0, 0.0, 4.9)) == ("forcing",)
+    assert "support_1" in effect_names(effects_of(undamped, 0.0, 0.0, 5.1))
     # the bound is not proven for Newmark's method
-    assert "support_1" in effect_names(effects_of(free, 0.0, 0.0, 4.9, exact=False))
+    assert "support_1" in effect_names(effects_of(undamped, 0.0, 0.0, 4.9, exact=False))
 
 
-def test_a_grid_calls_for_what_any_of_its_rows_calls_for() -> None:
+def test_a_grid_has_the_effects_of_all_its_rows() -> None:
     grid = {**FORCED, "f": [0.0, 0.1], "h": [0.0, 0.3], "R2": [0.5, 1.0]}
     assert set(effect_names(effects_of(grid, 0.0, 0.4))) == set(EFFECT_NAMES) - {"rest"}
     # resonance lies inside the range, not at its ends
@@ -73,7 +73,7 @@ def test_a_grid_calls_for_what_any_of_its_rows_calls_for() -> None:
     assert "support_1" in effect_names(effects_of({**off, "nu": nu, "h": 0.05}, 0.0, 0.0))
 
 
-def test_rows_that_follow_each_other_start_anywhere() -> None:
+def test_rows_that_follow_each_other_have_no_bound() -> None:
     weak = {**FORCED, "f": 0.01}
     assert "support_1" not in effect_names(effects_of(weak, 0.0, 0.0))
     assert "support_1" in effect_names(effects_of(weak, 0.0, 0.0, followed=True))
@@ -86,7 +86,7 @@ def test_all_effects_where_nothing_is_stated() -> None:
 
 
 @pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
-def test_an_effect_the_parameters_have_can_not_be_left_out(name: str) -> None:
+def test_an_effect_that_the_parameters_need_cannot_be_left_out(name: str) -> None:
     names = [other for other in EFFECT_NAMES if other != name]
     must, found = missing_effect(names, FORCED, 0.0, 0.0) or ("", "")
     assert must.startswith(f"must include {name} unless ")
@@ -105,7 +105,7 @@ def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
     assert proven == ALL_EFFECTS._replace(support_2=None)
 
 
-def test_more_than_is_called_for_may_be_stated() -> None:
+def test_effects_that_are_not_needed_may_be_stated() -> None:
     assert resolve_effects(EFFECT_NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
 
 
@@ -142,14 +142,14 @@ def test_no_motion_leaves_its_bounds(**drawn: Any) -> None:
     exciter = vp.Exciter(**shape, R1=drawn["R"], R2=drawn["R"])
     x0 = exciter.delta
     motion = vp.simulate(exciter, tau_end=20.0, x0=x0, v0=drawn["v"], samples_per_period=64)
-    size = np.hypot(motion.displacement, motion.velocity)
+    norm = np.hypot(motion.displacement, motion.velocity)
     start = math.hypot(x0, drawn["v"])
-    assert (size <= (start + f * motion.tau) * (1 + 1e-12)).all()
-    assert size.max() <= ultimate_bound(drawn["h"], f, start)
+    assert (norm <= (start + f * motion.tau) * (1 + 1e-12)).all()
+    assert norm.max() <= ultimate_bound(drawn["h"], f, start)
     if motion.impact_tau.size == 0 and motion.rest_start.size == 0:
-        assert size.max() <= linear_bound(drawn["nu"], drawn["h"], f, start)
+        assert norm.max() <= linear_bound(drawn["nu"], drawn["h"], f, start)
     grid = {name: np.atleast_1d(value) for name, value in exciter.parameters()._asdict().items()}
-    assert size.max() <= state_norm_bound(grid, x0, drawn["v"], 20.0, False)
+    assert norm.max() <= state_norm_bound(grid, x0, drawn["v"], 20.0, False)
 
 
 def test_the_linear_bound_is_infinite_at_resonance() -> None:

@@ -1,4 +1,4 @@
-"""The exciter: its checks name what is wrong, its conversions are eqs. (2)-(4)."""
+"""The exciter: checks of its parameters, and its conversion by eqs. (2)-(4)."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def test_from_physical_is_equations_2_to_4(
 ) -> None:
     e = vp.Exciter.from_physical(m=m, C=C, H=H, F=F, omega=omega, l=0.3, delta=0.1, R1=0.5, R2=0.9)
     # The same motion in physical time: m x'' + H x' + C x = F sin(omega t), with tau = p t.
-    p = math.sqrt(C / m)
-    assert e.nu * p == pytest.approx(omega, rel=1e-14)
-    assert e.h * p * m == pytest.approx(H, rel=1e-13, abs=1e-300)
+    eigenfrequency = math.sqrt(C / m)
+    assert e.nu * eigenfrequency == pytest.approx(omega, rel=1e-14)
+    assert e.h * eigenfrequency * m == pytest.approx(H, rel=1e-13, abs=1e-300)
     assert e.f * C == pytest.approx(F, rel=1e-14)
     assert (e.l, e.delta, e.R1, e.R2) == (0.3, 0.1, 0.5, 0.9)
 

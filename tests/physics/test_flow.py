@@ -40,7 +40,7 @@ RATES = [
 
 
 def exact_state(nu, h, y, w, load, s, c, t):
-    """(y, y') at t by the matrix exponential in 40 digits: y'' = load + force - h y' - y, force turning."""
+    """Return (y, y') at t of y'' = load + force - h y' - y, by the matrix exponential in 40 digits."""
     with mp.workdps(40):
         a = mp.matrix(
             [
@@ -93,7 +93,7 @@ def test_the_free_flow_is_a_group_with_the_right_determinant(h: float, t: float)
         np.array(free_flow(h, t / 2)).reshape(2, 2),
     )
     np.testing.assert_allclose(half @ half, whole, rtol=0, atol=1e-12)
-    # Twice the half way: the determinant of the whole is lost in rounding where its terms are not small.
+    # Two halves: the determinant of the whole is lost in rounding where its terms are not small.
     assert np.linalg.det(half) == pytest.approx(math.exp(-h * t / 2), abs=1e-13)
 
 
@@ -101,8 +101,8 @@ def test_the_free_flow_is_a_group_with_the_right_determinant(h: float, t: float)
 @pytest.mark.parametrize("t", [0.0, 1e-9, 0.3, 7.0])
 def test_the_free_flow_against_forty_digits(h: float, t: float) -> None:
     for column, (y, w) in enumerate([(1.0, 0.0), (0.0, 1.0)]):
-        found = free_flow(h, t)[column], free_flow(h, t)[column + 2]
-        assert found == pytest.approx(exact_state(1.0, h, y, w, 0, 0, 0, t), abs=2e-15)
+        flow = free_flow(h, t)[column], free_flow(h, t)[column + 2]
+        assert flow == pytest.approx(exact_state(1.0, h, y, w, 0, 0, 0, t), abs=2e-15)
 
 
 @given(
@@ -112,7 +112,7 @@ def test_the_free_flow_against_forty_digits(h: float, t: float) -> None:
 def test_newmark_is_constant_average_acceleration(
     y: float, w: float, start: float, end: float, h: float, dt: float
 ) -> None:
-    """By its definition: the accelerations at both ends, each from eq. (5), averaged (beta 1/4, gamma 1/2)."""
+    """By definition: the mean of the accelerations at both ends, each from eq. (5) (beta 1/4, gamma 1/2)."""
     y1, w1 = step(y, w, start, end, h, dt)
     a0, a1 = start - h * w - y, end - h * w1 - y1
     assert w1 == pytest.approx(w + dt / 2 * (a0 + a1), abs=1e-12)

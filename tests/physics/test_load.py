@@ -1,4 +1,4 @@
-"""The load: its phases, its release of a resting mass, its bounds and its harmonics against samples of it."""
+"""The load: phases, release of a sticking mass, bounds, and harmonics against samples."""
 
 from __future__ import annotations
 
@@ -40,20 +40,20 @@ def test_sine_and_cosine_of_turns(u: float) -> None:
 
 
 def test_quarters_of_a_turn_are_exact() -> None:
-    found = [sincos_turns(k / 4 + 1000) for k in range(4)]
-    assert found == [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)]
+    values = [sincos_turns(k / 4 + 1000) for k in range(4)]
+    assert values == [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)]
 
 
 @given(f=st.floats(-5, 5), load=st.floats(-5, 5))
-def test_release_is_where_the_push_turns(f: float, load: float) -> None:
+def test_release_is_where_the_force_turns_positive(f: float, load: float) -> None:
     assume(abs(abs(load) - abs(f)) > 1e-6)
     turn = release_turn(P._replace(f=f), 1.0, load)
     turns = np.linspace(0, 1, 2001)
-    push = f * np.sin(2 * np.pi * turns) + load
+    force = f * np.sin(2 * np.pi * turns) + load
     if turn == NEVER:
-        assert (push <= 1e-12).all()
+        assert (force <= 1e-12).all()
     elif turn < 0:
-        assert (push > 0).all()
+        assert (force > 0).all()
     else:
         eps = 1e-7
         assert f * math.sin(2 * math.pi * (turn - eps)) + load < 0
@@ -70,10 +70,10 @@ def test_the_taylor_terms_add_up_to_the_force() -> None:
         assert np.polyval(terms[::-1], theta) == pytest.approx(later.sine, abs=1e-15)
 
 
-def test_bounds_are_reached_and_not_passed() -> None:
+def test_bounds_are_sharp() -> None:
     forces = [force_at(P, 1.0, turn) for turn in np.linspace(0, 1, 1001)]
-    size, rate, second = force_bounds(P)
-    assert max(abs(force.sine) for force in forces) == pytest.approx(size, rel=1e-6)
+    amplitude, rate, second = force_bounds(P)
+    assert max(abs(force.sine) for force in forces) == pytest.approx(amplitude, rel=1e-6)
     assert max(abs(force_rate(P, force)) for force in forces) == pytest.approx(rate, rel=1e-6)
     assert second == pytest.approx(P.nu**2 * 0.8)
 
@@ -84,9 +84,11 @@ def test_harmonics_of_the_force_are_those_of_its_samples(k: int, m: int) -> None
     waves = np.exp(-2j * math.pi * k * turns)
     force = force_values(P.f, m * turns)
     assert with_force(P, k, m, 0j) == pytest.approx(np.mean(force * waves), abs=1e-14)
-    rest = 0.2 + 0.3 * turns
-    over = -0.3 * np.mean(force_values(P.f, rest) * np.exp(-2j * math.pi * k / m * rest))
-    assert reaction_integral(P, k, m, 0.2, 0.5) == pytest.approx(over, abs=1e-7)
+    rest_turns = 0.2 + 0.3 * turns
+    expected = -0.3 * np.mean(
+        force_values(P.f, rest_turns) * np.exp(-2j * math.pi * k / m * rest_turns)
+    )
+    assert reaction_integral(P, k, m, 0.2, 0.5) == pytest.approx(expected, abs=1e-7)
 
 
 @given(x=st.complex_numbers(max_magnitude=2.0))

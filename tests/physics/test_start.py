@@ -1,4 +1,4 @@
-"""Where motions start: left out, on a support within rounding, and refused outside."""
+"""Starts of motions: by default, on a support within rounding, and rejected outside."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ DECIMAL = vp.Exciter(l=0.5, delta=0.8, f=1.0, h=0.2, R1=0.7, R2=0.7)
 @pytest.mark.parametrize(
     ("delta", "start"), [(0.0, 0.0), (0.2, 0.0), (0.5, 0.0), (0.6, 0.6 - 0.5), (-0.6, 0.5 - 0.6)]
 )
-def test_a_start_left_out_is_the_equilibrium_or_the_support_nearest_to_it(
+def test_the_default_start_is_the_equilibrium_or_the_nearest_support(
     delta: float, start: float
 ) -> None:
     exciter = vp.Exciter(delta=delta, **BEYOND)
     assert exciter.check_start(None, 0.0) == (start, 0.0)
-    left_out, given = (vp.simulate(exciter, 20.0, **x) for x in ({}, {"x0": start}))
-    np.testing.assert_array_equal(left_out.displacement.values, given.displacement.values)
+    left_out, explicit = (vp.simulate(exciter, 20.0, **x) for x in ({}, {"x0": start}))
+    np.testing.assert_array_equal(left_out.displacement.values, explicit.displacement.values)
     assert float(left_out.displacement[0]) == start
-    one, two = vp.steady_state(exciter), vp.steady_state(exciter, x0=start)
-    assert float(one.displacement_strobe) == float(two.displacement_strobe)
-    assert int(one.status) == Status.OK
+    default, same = vp.steady_state(exciter), vp.steady_state(exciter, x0=start)
+    assert float(default.displacement_strobe) == float(same.displacement_strobe)
+    assert int(default.status) == Status.OK
 
 
-def test_a_start_left_out_is_of_each_row() -> None:
+def test_the_default_start_is_that_of_each_row() -> None:
     offsets = np.array([-1.2, -0.6, 0.0, 0.4, 0.6, 1.2])
     sweep = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets, "nu": [0.8, 1.2]})
     for i, delta in enumerate(offsets):
@@ -48,8 +48,8 @@ def test_a_start_left_out_is_of_each_row() -> None:
 
 def test_a_chain_begins_at_its_own_start() -> None:
     offsets = np.linspace(0.55, 0.8, 6)
-    for way, first in (("up", 0), ("down", -1)):
-        chain = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets}, follow=("delta", way))
+    for direction, first in (("up", 0), ("down", -1)):
+        chain = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets}, follow=("delta", direction))
         alone = vp.steady_state(vp.Exciter(delta=offsets[first], **BEYOND), patience=300)
         assert float(chain.displacement_strobe[first]) == float(alone.displacement_strobe)
 
@@ -67,7 +67,7 @@ def test_a_start_within_rounding_of_a_support_lies_on_it(x0: float) -> None:
 
 
 @pytest.mark.parametrize("x0", [0.2999999999, 1.3000000001])
-def test_a_start_outside_is_refused(x0: float) -> None:
+def test_a_start_outside_is_rejected(x0: float) -> None:
     for call in (vp.simulate, vp.steady_state):
         with pytest.raises(vp.ParameterError, match=f"x0: must be .*, got {x0}"):
             call(DECIMAL, x0=x0)
@@ -75,19 +75,19 @@ def test_a_start_outside_is_refused(x0: float) -> None:
         vp.sweep(DECIMAL, {"nu": [0.9]}, x0=x0)
 
 
-def test_a_start_given_must_suit_every_row() -> None:
+def test_an_explicit_start_must_suit_every_row() -> None:
     with pytest.raises(vp.ParameterError, match=r"x0: must be .*, got 0\.0"):
         vp.sweep(vp.Exciter(**BEYOND), {"delta": [0.0, 0.6]}, x0=0.0)
 
 
-def test_a_motion_goes_on_from_where_it_is_however_near_to_a_support() -> None:
+def test_a_moving_start_close_to_a_support_is_not_moved() -> None:
     exciter = vp.Exciter(l=0.5, delta=0.5, f=1e-300)
     assert exciter.check_start(1e-302, 1e-302) == (1e-302, 1e-302)
     assert exciter.check_start(1e-302, 0.0) == (0.0, 0.0)
     assert DECIMAL.check_start(0.3, 1.0) == (DECIMAL.lower, 1.0)
 
 
-def test_places_of_many_rows_are_those_of_each() -> None:
+def test_starts_of_many_rows_equal_those_of_each() -> None:
     rng = np.random.default_rng(3)
     rows = np.zeros((500, 7))
     rows[:, 3], rows[:, 4] = rng.uniform(0.1, 1, 500), rng.uniform(-2, 2, 500)
@@ -98,7 +98,7 @@ def test_places_of_many_rows_are_those_of_each() -> None:
         assert delta - half <= x <= half + delta
     values = {"l": rows[:, 3], "delta": rows[:, 4]}
     assert np.abs(starts[:, 0]).max() <= largest_start(values, None)
-    # Supports nearer to each other than the rounding of their places.
+    # Supports closer to each other than the rounding of their positions.
     assert start_at(1e-16, 0.0, 1e-16, 0.0) == 1e-16
 
 
@@ -112,7 +112,7 @@ scenes:
 """
 
 
-def test_a_study_may_leave_the_start_out(tmp_path: object) -> None:
+def test_a_study_may_omit_the_start(tmp_path: object) -> None:
     study = parse_study(yaml.safe_load(STUDY))
     motion, sweep, near = (
         kind_of(study.scene(name)).solve(study.scene(name)) for name in ("m", "s", "near")

@@ -59,10 +59,8 @@ def crosses_once(grid, y, w, load, first, last, slope0, slope1, distance) -> boo
     fall = last - first
     if max(max(slope0, slope1), 3.0 * fall - slope0 - slope1) < -SLOPE_MARGIN * margin:
         return True
-    curvature0, curvature1 = (
-        6.0 * fall - 4.0 * slope0 - 2.0 * slope1,
-        2.0 * slope0 + 4.0 * slope1 - 6.0 * fall,
-    )
+    curvature0 = 6.0 * fall - 4.0 * slope0 - 2.0 * slope1
+    curvature1 = 2.0 * slope0 + 4.0 * slope1 - 6.0 * fall
     return (
         max(curvature0, curvature1) < -CURVATURE_MARGIN * margin
         and first + max(slope0, 0.0) < distance

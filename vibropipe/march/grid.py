@@ -8,12 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_unfused
-from vibropipe.physics.flow import (
-    exact_basis,
-    exact_map,
-    motion,
-    steps_for_exact,
-)
+from vibropipe.physics.flow import exact_basis, exact_map, motion, steps_for_exact
 from vibropipe.physics.load import (
     exact_factors,
     force_bounds,

@@ -26,7 +26,7 @@ STRIDE = 8
 Y, W, A11, A12, A21, A22, P_S, P_C, P_L, Q_S, Q_C, Q_L, HALF, LOW, HIGH, UNTIL, PENDING = (
     WIDTH * field for field in range(17)
 )
-SIZE = 17 * WIDTH
+SIZE = PENDING + WIDTH
 # Rounding of y, as a share of the lengths that it is computed from: the limits LOW and HIGH lie inside the supports
 # by as much.
 SUPPORT_MARGIN = 2.0**-46

@@ -8,14 +8,7 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
-from vibropipe.physics.load import (
-    NEVER,
-    Force,
-    force_at,
-    force_rate,
-    largest_force,
-    release_turn,
-)
+from vibropipe.physics.load import NEVER, Force, force_at, force_rate, largest_force, release_turn
 
 # Modes of a state. FLIGHT: off its home, or written from the equilibrium. LEAVES_BY_*: on its support; the name is
 # the leading derivative of the gap, the number the power of time with which the gap begins to grow.

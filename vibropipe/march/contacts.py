@@ -115,7 +115,10 @@ def resolve_departure(e, p, grid, state, end, log):
 
 @jit
 def advance_rest(e, p, grid, state, end, log, samples):
-    """Log a rest and return the state at its release, or the resting state at the end if that comes first."""
+    """Skip a rest: log it and return the state at its release, or the resting state at the end if that comes first.
+
+    samples : `Samples` to write, or None.
+    """
     wait = release_wait(e, p, state.home, phase_at(grid, state))
     at, released = end, False
     if wait < NEVER:

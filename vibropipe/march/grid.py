@@ -93,7 +93,15 @@ def _margins(p, dt):
 def exact_grid_with_steps(e, p, steps):
     """Return the grid of the exact method with a number of steps per forcing period.
 
-    steps : at least `steps_for_exact`; another number gives the same motion with other rounding.
+    Parameters
+    ----------
+    e, p : Effects, Parameters
+    steps : int
+        At least `steps_for_exact`; another number gives the same motion with other rounding.
+
+    Returns
+    -------
+    StepGrid
     """
     dt = forcing_period(p) / steps
     basis = exact_basis(p.h, p.nu, dt)
@@ -124,7 +132,18 @@ def newmark_coefficients(p, steps):
 
 @jit_allocating
 def newmark_grid(e, p, steps):
-    """Return the grid of Newmark's method with a number of steps per forcing period."""
+    """Return the grid of Newmark's method.
+
+    Parameters
+    ----------
+    e, p : Effects, Parameters
+    steps : int
+        Steps per forcing period.
+
+    Returns
+    -------
+    StepGrid
+    """
     sines, cosines = sincos_tables(e, steps)
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
     basis = np.zeros((0, 0))

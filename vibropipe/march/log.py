@@ -59,7 +59,19 @@ class Samples(NamedTuple):
 
 @jit_allocating
 def new_log(impacts, rests):
-    """Return an empty log with capacities for impacts, and for rests and grazings each."""
+    """Return an empty log.
+
+    Parameters
+    ----------
+    impacts : int
+        Capacity for impacts.
+    rests : int
+        Capacity for rests, and for grazings.
+
+    Returns
+    -------
+    Log
+    """
     return Log(
         np.empty(impacts),
         np.empty(impacts),
@@ -76,7 +88,18 @@ def new_log(impacts, rests):
 
 @jit
 def log_impact(log, position, support, velocity_before, impulse) -> None:
-    """Append an impact or, with a negative support, the tail of a chatter."""
+    """Append an impact, or the tail of a chatter.
+
+    Parameters
+    ----------
+    log : Log
+    position : float
+        Time in forcing periods.
+    support : int
+        1 or 2; negative for a tail.
+    velocity_before, impulse : float
+        x' before the impact, and its change.
+    """
     n = log.counts[IMPACTS]
     if n < log.position.size:
         log.position[n] = position

@@ -34,7 +34,11 @@ SUPPORT_MARGIN = 2.0**-46
 
 @jit
 def coast_newmark(e, p, grid, state, end, counts):
-    """Take whole steps in flight while each is certified to reach no support; count them in counts[STEPS]."""
+    """Take whole steps in flight while each is certified to reach no support; add them to counts[STEPS].
+
+    state : in flight at the start of a step. Returns the state at the start of the first step not taken, or of that of
+    `end`.
+    """
     frame = frame_at(e, p, state.home)
     sigma, load_y, load_w = frame.sigma, grid.b1 * frame.load, grid.b2 * frame.load
     period, step, y, w = state.period, state.step, state.y, state.w
@@ -111,7 +115,10 @@ def set_map(grid, block, i) -> None:
 
 @jit
 def load_sincos(sines, cosines, steps, at_step, sin_cos) -> None:
-    """Write sin and cos at the starts of STRIDE steps from `at_step` into sin_cos, shape (2 STRIDE,)."""
+    """Write sin and cos at the starts of STRIDE steps into sin_cos, shape (2 STRIDE,).
+
+    sines, cosines : `sincos_tables`; steps : per forcing period; at_step : first step, counted from tau = 0.
+    """
     step = at_step % steps
     for k in range(STRIDE):
         sin_cos[2 * k], sin_cos[2 * k + 1] = sincos_at_step(sines, cosines, steps, step)

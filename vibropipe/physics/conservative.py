@@ -87,7 +87,19 @@ def _contact_kind(reach, amplitude) -> int:
 
 @jit
 def is_conservative(p, x, v) -> bool:
-    """Return whether a motion from (x, v) is conservative and wide enough for its closed form."""
+    """Return whether a motion has the closed form of this module.
+
+    Parameters
+    ----------
+    p : Parameters
+    x, v : float
+        Start.
+
+    Returns
+    -------
+    bool
+        True if h = f = 0, R1 = R2 = 1 and the motion is wide enough (`SHALLOW`).
+    """
     if p.h != 0.0 or largest_force(p) != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
         return False
     outside_distance = max(support_position(p, 2), -support_position(p, 1))
@@ -104,7 +116,19 @@ def _is_mirrored(p, x, v) -> bool:
 
 @jit
 def arc(p, x, v) -> Arc:
-    """Return the `Arc` of the conservative motion from (x, v) between the supports of p."""
+    """Return the conservative motion from a start between the supports.
+
+    Parameters
+    ----------
+    p : Parameters
+        Of an exciter with h = f = 0, R1 = R2 = 1.
+    x, v : float
+        Start, one that `is_conservative`.
+
+    Returns
+    -------
+    Arc
+    """
     upper, lower, sign = support_position(p, 1), support_position(p, 2), 1.0
     if _is_mirrored(p, x, v):
         upper, lower, sign, x, v = -lower, -upper, -1.0, -x, -v
@@ -150,8 +174,20 @@ def arc_state(a: Arc, tau):
 
 @jit
 def arc_harmonic(a: Arc, k: int) -> complex:
-    """Return X_k of x = sum over all integers k of X_k exp(i k w tau), w = pi/half, tau from the start.
+    """Return the complex amplitude X_k of a harmonic.
 
+    Parameters
+    ----------
+    a : Arc
+    k : int
+
+    Returns
+    -------
+    complex
+        X_k of x = sum over all integers k of X_k exp(i k w tau), w = pi/half, tau from the start.
+
+    Notes
+    -----
     The motion is even about its upper end: X_k is the integral of cos(top + s) cos(k w s) over half a period, with
     sin(z)/z as one function, shifted to the start.
     """

@@ -146,10 +146,21 @@ def combine(e, basis, c, y, w, load, force) -> None:
 
 @jit_allocating
 def exact_map(basis, dt: float):
-    """Return the exact one-step map (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2) of a basis.
+    """Return the exact one-step map of a basis.
 
-    y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y + a22 w + b2 load + q1 s + q2 c, with the `Force` (s, c).
-    b1 is the response to a constant force; 1 - a11 would cancel for short steps.
+    Parameters
+    ----------
+    basis : ndarray, shape (COLUMNS, DEGREE + 1)
+        `exact_basis`.
+    dt : float
+        Step.
+
+    Returns
+    -------
+    tuple of float
+        (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2) of y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y + a22
+        w + b2 load + q1 s + q2 c, with the `Force` (s, c). b1 is the response to a constant force; 1 - a11 would cancel
+        for short steps.
     """
     y, w = np.empty(COLUMNS), np.empty(COLUMNS)
     for column in range(COLUMNS):
@@ -160,10 +171,23 @@ def exact_map(basis, dt: float):
 
 @jit
 def free_flow(h: float, t: float):
-    """Return the matrix (e11, e12, e21, e22) of the unforced motion y'' + h y' + y = 0 over any time t >= 0.
+    """Return the matrix of the unforced motion y'' + h y' + y = 0, the derivative of the flow between impacts.
 
-    It is the derivative of the flow between impacts, in closed form; its determinant is exp(-h t). Near critical
-    damping the sine (or hyperbolic sine) over its argument is summed from its series.
+    Parameters
+    ----------
+    h : float
+        Damping, >= 0.
+    t : float
+        Time, >= 0.
+
+    Returns
+    -------
+    tuple of float
+        (e11, e12, e21, e22); the determinant is exp(-h t).
+
+    Notes
+    -----
+    Closed form. Near critical damping the sine (or hyperbolic sine) over its argument is summed from its series.
     """
     b = 0.5 * h
     g = (b - 1.0) * (b + 1.0)

@@ -26,9 +26,12 @@ def _length(x, y):
 
 @jit
 def linear_amplitude(p) -> complex:
-    """Return X of the steady motion x = 2 Re(X exp(i nu tau)) of eq. (5) without supports.
+    """Return the complex amplitude of the steady motion of eq. (5) without supports.
 
-    X = -i f/2 / (1 - nu^2 + i h nu); infinite at resonance without damping.
+    Returns
+    -------
+    complex
+        X = -i f/2 / (1 - nu^2 + i h nu) of x = 2 Re(X exp(i nu tau)); infinite at resonance without damping.
     """
     if largest_force(p) == 0.0:
         return complex(0.0, 0.0)
@@ -58,8 +61,22 @@ def state_at_phase(p, amplitude, turn):
 
 @jit
 def stays_off_supports(p, x, v, turn) -> bool:
-    """Return whether the motion from (x, v) at the phase `turn` certainly never reaches a support.
+    """Return whether a motion certainly never reaches a support.
 
+    Parameters
+    ----------
+    p : Parameters
+    x, v : float
+        Start.
+    turn : float
+        Phase of the start, in turns.
+
+    Returns
+    -------
+    bool
+
+    Notes
+    -----
     The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0: |x| never
     exceeds 2 |X| + sqrt(z0^2 + z0'^2). A factor 1 + 1e-12 covers rounding.
     """
@@ -73,9 +90,12 @@ def stays_off_supports(p, x, v, turn) -> bool:
 
 @jit
 def linear_multipliers(p):
-    """Return the Floquet multipliers of the steady motion, the larger modulus first.
+    """Return the Floquet multipliers of the steady motion without impacts.
 
-    They are exp(s T) for the roots of s^2 + h s + 1 = 0, T the forcing period.
+    Returns
+    -------
+    tuple of complex
+        exp(s T) for the roots of s^2 + h s + 1 = 0, T the forcing period; the larger modulus first.
     """
     b, period = 0.5 * p.h, forcing_period(p)
     square = (1.0 - b) * (1.0 + b)

@@ -89,7 +89,16 @@ def constant_load(sigma, reference):
 
 @jit
 def force_at(p, sigma: float, u: float) -> Force:
-    """Return the `Force` at the phase u, in turns."""
+    """Return the `Force` at a phase.
+
+    Parameters
+    ----------
+    p : Parameters
+    sigma : float
+        Sign of the frame, 1 or -1.
+    u : float
+        Phase in turns.
+    """
     s, c = sincos_turns(u)
     return Force(sigma * (p.f * s), sigma * (p.f * c))
 
@@ -121,7 +130,13 @@ def force_bounds(p):
 
 @jit
 def release_turn(p, sigma: float, load: float) -> float:
-    """Return the phase at which the force sigma f sin + load on a sticking mass turns positive.
+    """Return the phase at which the force on a sticking mass turns positive.
+
+    Parameters
+    ----------
+    p : Parameters
+    sigma, load : float
+        The force is sigma f sin + load.
 
     Returns
     -------
@@ -242,9 +257,20 @@ def with_force(p, k, m, amplitude):
 
 @jit_inline
 def reaction_integral(p, k, m, start, end):
-    """Return the integral of -f sin(nu tau) exp(-i k nu tau / m) over a rest, in forcing periods.
+    """Return a harmonic of the part of the support force that balances the external force during a rest.
 
-    It is the part of the support force that balances the external force.
+    Parameters
+    ----------
+    p : Parameters
+    k, m : int
+        Harmonic of the frequency k nu / m.
+    start, end : float
+        The rest, in forcing periods.
+
+    Returns
+    -------
+    complex
+        Integral of -f sin(nu tau) exp(-i k nu tau / m) over the rest, in forcing periods.
     """
     cycles = k / m
     up = phase_integral(cycles - 1.0 if k != m else 0.0, start, end)

@@ -53,7 +53,19 @@ def start_at(half: Any, delta: Any, x0: float | None, v0: float) -> Any:
 
 
 def row_starts(parameters: np.ndarray, x0: float | None, v0: float) -> np.ndarray:
-    """Return the starts (x0, v0) of rows, shape (rows, 2), from parameters of shape (rows, 7)."""
+    """Return the starts of rows.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (rows, 7)
+    x0, v0 : float or None, float
+        As in `start_at`.
+
+    Returns
+    -------
+    ndarray, shape (rows, 2)
+        Displacement and velocity.
+    """
     starts = np.empty((len(parameters), 2))
     starts[:, 0], starts[:, 1] = start_at(parameters[:, 3], parameters[:, 4], x0, v0), v0
     return starts
@@ -62,8 +74,17 @@ def row_starts(parameters: np.ndarray, x0: float | None, v0: float) -> np.ndarra
 def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
     """Return the start farthest from the equilibrium over a grid.
 
-    values : values of each parameter over the grid; x0 : None for the default start, whose result is 0 where it is the
-    equilibrium in every row.
+    Parameters
+    ----------
+    values : mapping of str to array_like
+        Values of each parameter over the grid.
+    x0 : float or None
+        As in `start_at`.
+
+    Returns
+    -------
+    float
+        x0; for None 0 where the default start is the equilibrium in every row.
     """
     if x0 is not None:
         return x0

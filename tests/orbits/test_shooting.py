@@ -15,8 +15,9 @@ from textbook import Parameters as TextbookParameters
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import Log, new_log
 from vibropipe.march.state import initial_state
+from vibropipe.orbits.closing import NEWTON_REACH, settles_on
 from vibropipe.orbits.return_map import floquet_multipliers, march_periods, state_xv
-from vibropipe.orbits.settling import NEWTON_REACH, find_steady_state, settles_on
+from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters

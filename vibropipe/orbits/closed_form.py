@@ -1,4 +1,4 @@
-"""Rows that need no march: nothing struck (linear), or nothing lost and nothing driven (conservative)."""
+"""Rows in closed form: linear motions, which reach no support, and conservative ones, without loss or force."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vibropipe.physics.load import phase_factor, work_of_force
 
 @jit_inline
 def _write_label(out, row, regime, m) -> None:
-    """A row known in closed form: nothing marched, nothing left over."""
+    """Write the regime and period multiple m of a row in closed form, whose residual is 0."""
     out.regime[row] = regime
     out.period_multiple[row] = m
     out.residual[row] = 0.0
@@ -24,13 +24,14 @@ def _write_label(out, row, regime, m) -> None:
 
 @jit_inline
 def _linear_amplitudes(x, amplitudes, row) -> None:
+    """Write the amplitudes of x = 2 Re(X exp(i nu tau)): X at the first harmonic, 0 at the others."""
     if amplitudes.size > 0 and amplitudes.shape[1] > 1:
         amplitudes[row, 1] = x
 
 
 @jit_inline
 def _linear_energy(p, x, energy, row) -> None:
-    """Work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
+    """Write work of the force and loss by damping of x = 2 Re(X exp(i nu tau)) over a forcing period."""
     if energy.size > 0:
         half_period = math.pi / p.nu
         energy[row, 0] = work_of_force(p, x)
@@ -39,16 +40,31 @@ def _linear_energy(p, x, energy, row) -> None:
 
 @jit_inline
 def _linear_motion(p, x, motion, row) -> None:
+    """Write samples of x = 2 Re(X exp(i nu tau)) and its velocity over a forcing period."""
     if motion.size > 0:
         for i in range(motion.shape[2]):
-            turned = 2.0 * x * phase_factor(-i / motion.shape[2])
-            motion[row, 0, i] = turned.real
-            motion[row, 1, i] = -p.nu * turned.imag
+            rotated = 2.0 * x * phase_factor(-i / motion.shape[2])
+            motion[row, 0, i] = rotated.real
+            motion[row, 1, i] = -p.nu * rotated.imag
 
 
 @jit_inline
 def solve_linear(p, out, row):
-    """A row whose motion strikes nothing: the steady state of eq. (5) in closed form; returns its section."""
+    """Solve a row whose motion reaches no support: the steady state of eq. (5) in closed form.
+
+    Parameters
+    ----------
+    p : Parameters
+    out : RowResults
+        Results; outputs without entries are not computed.
+    row : int
+        Index into `out`.
+
+    Returns
+    -------
+    x, v : float
+        Stroboscopic section.
+    """
     x = linear_amplitude(p)
     _write_label(out, row, NO_IMPACT, 1)
     out.frequency[row] = p.nu
@@ -64,29 +80,33 @@ def solve_linear(p, out, row):
 
 
 @jit
-def _conservative_amplitudes(a, amplitudes, row) -> None:
+def _conservative_amplitudes(orbit, amplitudes, row) -> None:
+    """Write the amplitudes of a conservative orbit at the multiples of its own frequency."""
     if amplitudes.size > 0:
         for k in range(amplitudes.shape[1]):
-            amplitudes[row, k] = arc_harmonic(a, k)
+            amplitudes[row, k] = arc_harmonic(orbit, k)
 
 
 @jit
-def _conservative_motion(a, motion, row) -> None:
+def _conservative_motion(orbit, motion, row) -> None:
+    """Write samples of a conservative orbit at equal fractions of its own period."""
     if motion.size > 0:
         for i in range(motion.shape[2]):
-            motion[row, 0, i], motion[row, 1, i] = arc_state(a, 2.0 * a.half * i / motion.shape[2])
+            motion[row, 0, i], motion[row, 1, i] = arc_state(
+                orbit, 2.0 * orbit.half * i / motion.shape[2]
+            )
 
 
 @jit
-def _conservative_impacts(a, speeds, count, position, velocity, support, row) -> None:
-    """Impacts of a conservative orbit; positions as fractions of its own period."""
+def _conservative_impacts(orbit, speeds, count, position, velocity, support, row) -> None:
+    """Write the impacts of a conservative orbit in order of time; positions are fractions of its own period."""
     if count.size > 0:
         n = 0
         for side in range(2):
-            at_top = top_support(a) == side + 1
-            if (a.meets_top if at_top else a.meets_bottom) == 1:
-                at = ((0.0 if at_top else a.half) - a.time_from_top) / (2.0 * a.half)
-                position[n, row] = at - math.floor(at)
+            at_top = top_support(orbit) == side + 1
+            if (orbit.meets_top if at_top else orbit.meets_bottom) == 1:
+                phase = ((0.0 if at_top else orbit.half) - orbit.time_from_top) / (2.0 * orbit.half)
+                position[n, row] = phase - math.floor(phase)
                 velocity[n, row] = speeds[side] if side == 0 else -speeds[side]
                 support[n, row] = side + 1
                 n += 1
@@ -99,18 +119,36 @@ def _conservative_impacts(a, speeds, count, position, velocity, support, row) ->
 
 @jit_allocating
 def solve_conservative(p, x, v, out, row):
-    """A conservative row in closed form: its period is its own, its multipliers are 1; returns (x, v)."""
-    a = arc(p, x, v)
+    """Solve a conservative row (h = f = 0, R1 = R2 = 1) in closed form.
+
+    The orbit has its own period, not that of the force, and both Floquet multipliers are 1.
+
+    Parameters
+    ----------
+    p : Parameters
+    x, v : float
+        Start of the motion.
+    out : RowResults
+        Results; outputs without entries are not computed.
+    row : int
+        Index into `out`.
+
+    Returns
+    -------
+    x, v : float
+        The start, which lies on the orbit.
+    """
+    orbit = arc(p, x, v)
     speeds, one = np.zeros(2), complex(1.0, 0.0)
     for side in range(2):
-        if (a.meets_top if top_support(a) == side + 1 else a.meets_bottom) == 1:
+        if (orbit.meets_top if top_support(orbit) == side + 1 else orbit.meets_bottom) == 1:
             out.impacts[row, side] = 1.0
             speeds[side] = speed_at(x, v, support_position(p, side + 1))
     _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
-    _conservative_amplitudes(a, out.amplitudes, row)
+    _conservative_amplitudes(orbit, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)
     _conservative_impacts(
-        a,
+        orbit,
         speeds,
         out.impact_count,
         out.impact_position,
@@ -119,6 +157,6 @@ def solve_conservative(p, x, v, out, row):
         row,
     )
     write_largest(speeds, out.impacts[row], out.impact_velocity_max, row)
-    _conservative_motion(a, out.motion, row)
-    out.frequency[row] = math.pi / a.half
+    _conservative_motion(orbit, out.motion, row)
+    out.frequency[row] = math.pi / orbit.half
     return x, v

@@ -1,8 +1,8 @@
-"""Fourier amplitudes of a piecewise exact motion from its contacts alone, in closed form.
+"""Fourier amplitudes of a motion from its contacts, in closed form.
 
-Multiply eq. (5), with the forces of the supports written out, by exp(-i w tau) and integrate over an orbit:
+Multiply eq. (5), with the support forces written out, by exp(-i w tau) and integrate over the length of an orbit:
 (1 - w^2 + i h w) X(w) = F(w) + sum of impulses exp(-i w tau_i) + integral over rests of (x_s - F) exp(-i w tau),
-all over the orbit's length. Nothing is sampled and nothing aliases.
+divided by that length. The amplitudes need no samples and have no aliasing error.
 """
 
 from __future__ import annotations
@@ -21,32 +21,62 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.quotient import divide
 
-# Below this modulus of 1 - w^2 + i h w the closed form loses more than three digits: quadrature takes over.
+# Modulus of the dynamic stiffness 1 - w^2 + i h w below which the closed form loses more than three digits and the
+# amplitude is computed by quadrature.
 RESONANT = 1e-3
-# One period, as a numpy integer: numba compiles a plain constant to code of its own, march and all.
+# One forcing period. It is a numpy integer because numba compiles another copy of the march for a literal constant.
 ONE_PERIOD = np.int64(1)
 
 
 @jit
 def rest_force(p, support, k, m, start, end):
-    """Integral over a rest, in forcing periods, of (x_s - f sin nu tau) exp(-i k nu tau / m)."""
+    """Integrate the support force x_s - f sin(nu tau) times exp(-i k nu tau / m) over a rest.
+
+    Parameters
+    ----------
+    p : Parameters
+    support : int
+        Support, 1 or 2.
+    k, m : int
+        Harmonic and period multiple.
+    start, end : float
+        Rest, in forcing periods.
+
+    Returns
+    -------
+    complex
+        The integral, in forcing periods.
+    """
     x = support_position(p, support)
     return x * phase_integral(k / m, start, end) + reaction_integral(p, k, m, start, end)
 
 
 @jit_inline
 def add_support_forces(p, log, resting, rest_start, m, until, out) -> None:
-    """Add to out[k] the support forces of a log, k = 0 .. len(out) - 1 multiples of nu/m.
+    """Add the support forces of logged contacts to the sums at the frequencies k nu/m, k = 0, 1, ...
 
-    In units of impulse times nu/(2 pi); times in the log count from 0 to `until` periods; a rest that began
-    earlier is counted from 0, one that goes on (`resting`: its support, or 0) up to `until`.
+    Parameters
+    ----------
+    p : Parameters
+    log : Log
+        Contacts; times in forcing periods from 0 to `until`.
+    resting : int
+        Support of a rest that has not ended at `until`; 0 for none.
+    rest_start : float
+        Start of that rest. A rest counts from 0 if it began earlier.
+    m : int
+        Period multiple.
+    until : float
+        End of the log, in forcing periods.
+    out : (harmonics + 1,) complex
+        Sums, increased in place, in units of impulse times nu/(2 pi).
     """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         impulse = log.impulse[i] * p.nu / TWO_PI
-        turn, power = phase_factor(log.position[i] / m), complex(1.0, 0.0)
+        rotation, power = phase_factor(log.position[i] / m), complex(1.0, 0.0)
         for k in range(out.size):
             out[k] += impulse * power
-            power *= turn
+            power *= rotation
     for i in range(min(log.counts[RESTS], log.rest_start.size)):
         for k in range(out.size):
             start = max(0.0, log.rest_start[i])
@@ -58,23 +88,36 @@ def add_support_forces(p, log, resting, rest_start, m, until, out) -> None:
 
 @jit
 def dynamic_stiffness(p, k, m):
-    """1 - w^2 + i h w at w = k nu / m: the force over the displacement that it causes."""
+    """Return the dynamic stiffness 1 - w^2 + i h w, force over displacement, at w = k nu/m."""
     w = k * p.nu / m
     return complex((1.0 - w) * (1.0 + w), p.h * w)
 
 
 @jit
 def divide_by_stiffness(p, m, length, out) -> bool:
-    """Turn the support forces summed over `length` periods into amplitudes X(k nu/m), in place.
+    """Convert sums of support forces to amplitudes X(k nu/m), in place.
 
-    False if some harmonic is too near resonance for the closed form; those are left as they are.
+    Parameters
+    ----------
+    p : Parameters
+    m : int
+        Period multiple.
+    length : float
+        Forcing periods that the sums extend over.
+    out : (harmonics + 1,) complex
+        Sums of `add_support_forces`; amplitudes on return. Harmonics near resonance are left unchanged.
+
+    Returns
+    -------
+    bool
+        Whether all harmonics were converted; False if one is too near resonance for the closed form.
     """
-    good = True
+    is_complete = True
     for k in range(out.size):
         force = with_force(p, k, m, divide(out[k], complex(length, 0.0)))
-        d = dynamic_stiffness(p, k, m)
-        if abs(d) < RESONANT:
-            good = False
+        stiffness = dynamic_stiffness(p, k, m)
+        if abs(stiffness) < RESONANT:
+            is_complete = False
         else:
-            out[k] = divide(force, d)
-    return good
+            out[k] = divide(force, stiffness)
+    return is_complete

@@ -1,4 +1,4 @@
-"""The results of rows, and how each output is written from a closed orbit whose contacts are in the log."""
+"""Results of rows, and how each output is written from a closed orbit whose contacts are in the log."""
 
 from __future__ import annotations
 
@@ -24,8 +24,11 @@ TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
 
 
 class RowResults(NamedTuple):
-    """Arrays of results, first dimension the row (of impacts the second); an output that nobody asked for has no
-    size."""
+    """Arrays of results. An output that is not requested has no entries.
+
+    The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: (impacts,
+    rows) while rows are solved, flat and in the order of rows once compacted (`solve.rows`).
+    """
 
     regime: np.ndarray
     frequency: np.ndarray
@@ -50,7 +53,19 @@ class RowResults(NamedTuple):
 
 @jit_inline
 def count_contacts(log, end, impacts, rests, largest) -> None:
-    """Add a log's impacts and rests on each support, and keep the largest impact velocities."""
+    """Add the contacts of a log to the counts, and update the largest impact velocities.
+
+    Parameters
+    ----------
+    log : Log
+        Contacts of an orbit or a forcing period.
+    end : State
+        State at its end.
+    impacts, rests : (2,) float
+        Counts for each support, increased in place.
+    largest : (2,) float
+        Largest impact velocity on each support, updated in place.
+    """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         side = log.support[i] - 1
         if side >= 0:
@@ -59,13 +74,19 @@ def count_contacts(log, end, impacts, rests, largest) -> None:
     for i in range(min(log.counts[RESTS], log.rest_start.size)):
         rests[log.rest_support[i] - 1] += 1.0
     if end.mode == REST and end.rest_start <= 0.0:
-        # A rest over the whole orbit has no end in the log.
+        # The log holds only rests that have ended; this one lasts over the whole orbit.
         rests[end.home - 1] += 1.0
 
 
 @jit
 def regime_of(impacts, rests) -> int:
-    """The code of `regime` of an orbit with these impacts and rests on each support."""
+    """Return the code of `regime` for an orbit.
+
+    Parameters
+    ----------
+    impacts, rests : (2,) float
+        Impacts and rests on each support.
+    """
     if rests[0] + rests[1] > 0.0:
         return WITH_REST
     if impacts[0] > 0.0 and impacts[1] > 0.0:
@@ -75,46 +96,89 @@ def regime_of(impacts, rests) -> int:
     return ONE_SIDED_2 if impacts[1] > 0.0 else NO_IMPACT
 
 
-# Outputs that nobody asked for are arrays of no size: one compiled driver serves every choice of outputs.
+# Each function below writes nothing to an array without entries, so that one compiled kernel serves every choice of
+# outputs.
 
 
 @jit_allocating
-def write_harmonics(e, p, settled, log, c, amplitudes, row) -> None:
-    """Amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit whose contacts are in the log."""
+def write_harmonics(e, p, steady, log, c, amplitudes, row) -> None:
+    """Write the amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit.
+
+    Parameters
+    ----------
+    e, p, c
+        As for `march`.
+    steady : SteadyState
+        The orbit.
+    log : Log
+        Its contacts.
+    amplitudes : (rows, harmonics + 1) complex
+        Zero on entry, or without entries.
+    row : int
+        Index into `amplitudes`.
+    """
     if amplitudes.size > 0:
-        m, end = settled.m, settled.end
+        m, end = steady.m, steady.end
         resting = end.home if end.mode == REST else 0
         add_support_forces(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
         if not divide_by_stiffness(p, m, float(m), amplitudes[row]):
-            x, v = state_xv(p, settled.state)
+            x, v = state_xv(p, steady.state)
             replace_resonant_harmonics(e, p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
 
 
 @jit
 def write_multipliers(first, second, multipliers, row) -> None:
-    """Both Floquet multipliers."""
+    """Write both Floquet multipliers into multipliers[row], (rows, 2) complex or without entries."""
     if multipliers.size > 0:
         multipliers[row, 0] = first
         multipliers[row, 1] = second
 
 
 @jit_allocating
-def write_energy(e, p, settled, log, c, energy, row) -> None:
-    """Work of the force, loss by damping, loss at support 1 and at support 2, over a closed orbit."""
+def write_energy(e, p, steady, log, c, energy, row) -> None:
+    """Write the energies of a closed orbit: work of the force, loss by damping, at support 1 and at support 2.
+
+    Parameters
+    ----------
+    e, p, c
+        As for `march`.
+    steady : SteadyState
+        The orbit.
+    log : Log
+        Its contacts.
+    energy : (rows, 4) float
+        Zero on entry, or without entries.
+    row : int
+        Index into `energy`.
+    """
     if energy.size > 0:
-        x, v = state_xv(p, settled.state)
-        stop = float(settled.m)
-        add_energy(e, p, x, v, 0.0, stop, settled.end, log, energy[row], c)
+        x, v = state_xv(p, steady.state)
+        stop = float(steady.m)
+        add_energy(e, p, x, v, 0.0, stop, steady.end, log, energy[row], c)
 
 
 @jit
 def write_impacts(log, m, count, position, velocity, support, row) -> None:
-    """The impacts of an orbit of m periods, in order and at positions in [0, m)."""
+    """Write the impacts of an orbit, in order of time and at positions in [0, m).
+
+    Parameters
+    ----------
+    log : Log
+        Contacts of the orbit.
+    m : int
+        Period multiple.
+    count : (rows,) int
+        Number of impacts, or without entries.
+    position, velocity, support : (capacity, rows)
+        Position in forcing periods, velocity before impact, and support.
+    row : int
+        Index of the row.
+    """
     if count.size > 0:
         n = 0
         for at_end in range(1, -1, -1):
             for i in range(min(log.counts[IMPACTS], log.position.size)):
-                # An impact at the end of the orbit is the one at its beginning.
+                # An impact at the end of the orbit is written as the one at its start.
                 if log.support[i] > 0 and (log.position[i] >= m) == (at_end == 1):
                     position[n, row] = log.position[i] - at_end * m
                     velocity[n, row] = log.velocity[i]
@@ -125,7 +189,19 @@ def write_impacts(log, m, count, position, velocity, support, row) -> None:
 
 @jit
 def write_largest(largest_seen, impacts, largest, row) -> None:
-    """The largest impact velocity on each support; nan where there was none."""
+    """Write the largest impact velocity on each support; NaN on a support without impacts.
+
+    Parameters
+    ----------
+    largest_seen : (2,) float
+        Largest impact velocity on each support.
+    impacts : (2,) float
+        Impacts on each support.
+    largest : (rows, 2) float
+        Output, or without entries.
+    row : int
+        Index into `largest`.
+    """
     if largest.size > 0:
         for side in range(2):
             largest[row, side] = largest_seen[side] if impacts[side] > 0.0 else math.nan

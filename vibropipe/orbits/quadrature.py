@@ -1,4 +1,4 @@
-"""Integrals along an orbit by Gauss quadrature of the exact motion: energy, and harmonics at resonance."""
+"""Integrals along an orbit by Gauss quadrature of the exact motion: energies, and harmonics near resonance."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from vibropipe.physics.flow import DEGREE, REACH, displacement, fastest_rate, ta
 from vibropipe.physics.load import Force, force_at, force_times, forcing_period, phase_factor
 from vibropipe.physics.quotient import divide
 
+# Gauss-Legendre rule on [0, 1] for each step of the polynomial motion; exact up to degree 19.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
 @jit
 def _add_flight(e, p, x, v, start, end, m, out, energy, c):
-    """Add the integrals over one flight from (x, v) at `start` to `end` (forcing periods); returns (x, v)."""
+    """Add the integrals over a flight from (x, v) at `start` to `end` (forcing periods); return (x, v) at its end."""
     if end <= start:
         return x, v
     period = forcing_period(p)
@@ -34,72 +35,99 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
             force = force_at(p, 1.0, begin)
         taylor(c, x, v, force, 0.0, p.h, p.nu, dt)
         for g in range(NODES.size):
-            turn = begin + NODES[g] * dt / period
-            at_x = displacement(c, DEGREE, NODES[g])
-            at_v = velocity(c, DEGREE, NODES[g], dt)
-            share = WEIGHTS[g] * dt / period
+            phase = begin + NODES[g] * dt / period
+            node_x = displacement(c, DEGREE, NODES[g])
+            node_v = velocity(c, DEGREE, NODES[g], dt)
+            weight = WEIGHTS[g] * dt / period
             if e.forcing is not None:
-                energy[0] += force_times(p, share * period, turn) * at_v
+                energy[0] += force_times(p, weight * period, phase) * node_v
             if e.damping is not None:
-                energy[1] += share * period * p.h * at_v * at_v
+                energy[1] += weight * period * p.h * node_v * node_v
             for k in range(out.size):
-                out[k] += share * at_x * phase_factor(k * turn / m)
+                out[k] += weight * node_x * phase_factor(k * phase / m)
         x, v = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     return x, v
 
 
 @jit
 def _add_rest(x, start, end, m, out) -> None:
-    """Add the integrals over one rest at x; the force does no work and nothing is lost."""
+    """Add the integrals of x over a rest, during which the force does no work and nothing is lost."""
     for g in range(NODES.size):
-        turn = start + NODES[g] * (end - start)
+        phase = start + NODES[g] * (end - start)
         for k in range(out.size):
-            out[k] += WEIGHTS[g] * (end - start) * x * phase_factor(k * turn / m)
+            out[k] += WEIGHTS[g] * (end - start) * x * phase_factor(k * phase / m)
 
 
 @jit
 def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
-    """Integrals over a logged motion from (x, v) at `start` to the state `end` at `stop`, in forcing periods.
+    """Integrate over a logged motion.
 
-    out[k] += integral of x exp(-i k nu tau/m), in forcing periods; energy[0] += work of the force,
-    energy[1] += loss by damping.
+    Parameters
+    ----------
+    e : Effects
+    p : Parameters
+    x, v : float
+        Start of the motion.
+    start, stop : float
+        Start and end, in forcing periods.
+    end : State
+        State at `stop`.
+    log : Log
+        Contacts; positions in forcing periods.
+    m : int
+        Period multiple.
+    out : (harmonics + 1,) complex
+        out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
+    energy : (2,) float or longer
+        energy[0] is increased by the work of the force, energy[1] by the loss by damping.
+    c : (DEGREE + 1,) float
+        Work array.
     """
-    impacts = min(log.counts[IMPACTS], log.position.size)
-    rests = min(log.counts[RESTS], log.rest_start.size)
-    now, i, r = start, 0, 0
-    chattered = False
-    while now < stop:
-        impact_at = log.position[i] if i < impacts else math.inf
-        rest_at, until, side = math.inf, stop, end.home
-        if r < rests:
-            rest_at, until, side = (
+    n_impacts = min(log.counts[IMPACTS], log.position.size)
+    n_rests = min(log.counts[RESTS], log.rest_start.size)
+    position, i, r = start, 0, 0
+    is_after_tail = False
+    while position < stop:
+        next_impact = log.position[i] if i < n_impacts else math.inf
+        next_rest, rest_end, side = math.inf, stop, end.home
+        if r < n_rests:
+            next_rest, rest_end, side = (
                 max(start, log.rest_start[r]),
                 log.rest_end[r],
                 int(log.rest_support[r]),
             )
-        elif end.mode == REST and r == rests:
-            rest_at = max(start, end.rest_start)
-        upto = min(min(impact_at, rest_at), stop)
-        tail = impact_at <= rest_at and impact_at < stop and log.support[i] < 0
-        if tail or chattered:
-            # The flights of a completed chatter are no higher than rounding; one over all its time would be.
-            _add_rest(x, now, upto, m, out)
+        elif end.mode == REST and r == n_rests:
+            next_rest = max(start, end.rest_start)
+        flight_end = min(min(next_impact, next_rest), stop)
+        is_tail = next_impact <= next_rest and next_impact < stop and log.support[i] < 0
+        if is_tail or is_after_tail:
+            # The remaining flights of a chatter are no higher than rounding; a single flight over all its time is not.
+            _add_rest(x, position, flight_end, m, out)
         else:
-            x, v = _add_flight(e, p, x, v, now, upto, m, out, energy, c)
-        now, chattered = upto, tail
-        if impact_at <= rest_at and impact_at < stop:
+            x, v = _add_flight(e, p, x, v, position, flight_end, m, out, energy, c)
+        position, is_after_tail = flight_end, is_tail
+        if next_impact <= next_rest and next_impact < stop:
             x = support_position(p, abs(log.support[i]))
             v = log.velocity[i] + log.impulse[i] if log.support[i] > 0 else 0.0
             i += 1
-        elif rest_at < stop:
+        elif next_rest < stop:
             x, v = support_position(p, side), 0.0
-            _add_rest(x, now, until, m, out)
-            now, r = until, r + 1
+            _add_rest(x, position, rest_end, m, out)
+            position, r = rest_end, r + 1
 
 
 @jit
 def tail_loss(p, impulse, side):
-    """Energy lost in the completed tail of a chatter that carries `impulse`: all of its departure speed."""
+    """Return the energy lost in the tail of a chatter: the kinetic energy with which the tail began.
+
+    Parameters
+    ----------
+    p : Parameters
+    impulse : float
+        Sum of the impulses of the tail.
+    side : int
+        Index of the support, 0 or 1.
+    """
     restitution = p.R1 if side == 0 else p.R2
     speed = (
         abs(impulse) * (1.0 - restitution) / (1.0 + restitution)
@@ -111,7 +139,7 @@ def tail_loss(p, impulse, side):
 
 @jit
 def add_losses(p, log, losses) -> None:
-    """losses[0] and [1] += energy lost in the logged impacts on support 1 and 2."""
+    """Add the energies lost in the logged impacts on support 1 and 2 to losses[0] and losses[1]."""
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         before, impulse = log.velocity[i], log.impulse[i]
         side = abs(log.support[i]) - 1
@@ -123,7 +151,15 @@ def add_losses(p, log, losses) -> None:
 
 @jit_allocating
 def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
-    """energy (4,) += work of the force, loss by damping, loss at support 1 and at support 2."""
+    """Add the energies of a logged motion.
+
+    Parameters
+    ----------
+    e, p, x, v, start, stop, end, log, c
+        As for `integrate_along`.
+    energy : (4,) float
+        Increased by the work of the force and the losses by damping, at support 1 and at support 2.
+    """
     integrate_along(
         e, p, x, v, start, stop, end, log, ONE_PERIOD, np.zeros(0, np.complex128), energy, c
     )
@@ -132,7 +168,15 @@ def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
 
 @jit_allocating
 def replace_resonant_harmonics(e, p, x, v, end, log, m, out, energy, c) -> None:
-    """Replace the harmonics that `harmonics.divide_by_stiffness` could not divide out by their quadrature."""
+    """Replace the harmonics that `harmonics.divide_by_stiffness` left unchanged by quadrature.
+
+    Parameters
+    ----------
+    e, p, x, v, end, log, m, energy, c
+        As for `integrate_along`, from 0 to m forcing periods.
+    out : (harmonics + 1,) complex
+        Amplitudes.
+    """
     direct = np.zeros(out.size, np.complex128)
     integrate_along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
     for k in range(out.size):

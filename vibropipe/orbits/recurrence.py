@@ -1,25 +1,39 @@
-"""Near returns of a motion to where it was at the section, some forcing periods before.
+"""Near returns of the stroboscopic section to its state some forcing periods before.
 
-The sections (x, x') at the periods 0 to k lie in two arrays from HISTORY_OFFSET on; before that lies infinity, which
-nothing is near to.
+Two arrays hold the sections (x, x') at the periods 0 to k, from HISTORY_OFFSET on. The entries before are infinite,
+so that no section is near them.
 """
 
 from __future__ import annotations
 
 from vibropipe.compiler import jit
 
+# Largest period multiple of an orbit, in forcing periods.
 MAX_MULTIPLE = 32
+# Entries before period 0: a return is compared with the one before it, two multiples back.
 HISTORY_OFFSET = 2 * MAX_MULTIPLE
-# Share of the motion's size within which the section counts as nearly repeating.
+# Largest distance of a near return, relative to the norm of the motion.
 RETURN_TOLERANCE = 1e-4
-# An orbit of more than so many periods has nearly repeated once before, within so many times that share: a chaotic
-# motion comes back by chance after many periods, and seldom twice.
+# A return after more than MAX_UNCONFIRMED_MULTIPLE periods counts only if the return before it was within
+# CONFIRM_FACTOR times the tolerance: a chaotic motion returns by chance after many periods, but seldom twice.
 MAX_UNCONFIRMED_MULTIPLE, CONFIRM_FACTOR = 2, 30.0
 
 
 @jit
-def may_repeat(xs, vs, k, size) -> bool:
-    """Whether the section at period k nearly repeats any of the last: one look at all, which the vector units do."""
+def may_repeat(xs, vs, k, norm) -> bool:
+    """Return whether the section at period k is near any of the last MAX_MULTIPLE sections.
+
+    The loop has no branch, so that it is vectorised; `nearly_repeats` then examines each multiple.
+
+    Parameters
+    ----------
+    xs, vs : (HISTORY_OFFSET + n,) float
+        Sections.
+    k : int
+        Forcing periods marched.
+    norm : float
+        Norm of the motion.
+    """
     now = HISTORY_OFFSET + k
     x, v, last_xs, last_vs = (
         xs[now],
@@ -27,25 +41,35 @@ def may_repeat(xs, vs, k, size) -> bool:
         xs[now - MAX_MULTIPLE : now],
         vs[now - MAX_MULTIPLE : now],
     )
-    near = 0
+    n_near = 0
     for i in range(MAX_MULTIPLE):
-        near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= RETURN_TOLERANCE * size
-    return near > 0
+        n_near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= RETURN_TOLERANCE * norm
+    return n_near > 0
 
 
 @jit
 def _return_distance(xs, vs, k, m):
-    """Distance |dx| + |dx'| of the section at period k from that m periods before."""
+    """Return the distance |dx| + |dx'| between the sections at the periods k and k - m."""
     now = HISTORY_OFFSET + k
     return abs(xs[now - m] - xs[now]) + abs(vs[now - m] - vs[now])
 
 
 @jit
-def nearly_repeats(xs, vs, k, m, size) -> bool:
-    """Whether the section at period k nearly repeats that m periods before, and no chance return."""
-    if not _return_distance(xs, vs, k, m) <= RETURN_TOLERANCE * size:
+def nearly_repeats(xs, vs, k, m, norm) -> bool:
+    """Return whether the section at period k nearly repeats that at k - m, and not by chance.
+
+    Parameters
+    ----------
+    xs, vs : (HISTORY_OFFSET + n,) float
+        Sections.
+    k, m : int
+        Forcing periods marched, and the period multiple.
+    norm : float
+        Norm of the motion.
+    """
+    if not _return_distance(xs, vs, k, m) <= RETURN_TOLERANCE * norm:
         return False
     return (
         m <= MAX_UNCONFIRMED_MULTIPLE
-        or _return_distance(xs, vs, k - m, m) <= CONFIRM_FACTOR * RETURN_TOLERANCE * size
+        or _return_distance(xs, vs, k - m, m) <= CONFIRM_FACTOR * RETURN_TOLERANCE * norm
     )

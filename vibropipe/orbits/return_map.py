@@ -1,4 +1,4 @@
-"""The return map over m forcing periods: its value by marching, its derivative by flows and saltations."""
+"""The return map over m forcing periods: its value by marching, its Jacobian from flow and saltation matrices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LOG_FULL = int(Status.LOG_FULL)
 
 @jit_inline
 def clear_log(log) -> None:
-    """Empty a log; the counts of work go on."""
+    """Empty a log of contacts. The counts of steps and evaluations are kept."""
     log.counts[IMPACTS] = 0
     log.counts[RESTS] = 0
     log.counts[GRAZINGS] = 0
@@ -29,7 +29,7 @@ def clear_log(log) -> None:
 
 @jit
 def at_period_zero(state):
-    """The same state with its time shifted to the first forcing period."""
+    """Return the state with its time shifted to the first forcing period."""
     return State(
         0,
         state.step,
@@ -44,14 +44,27 @@ def at_period_zero(state):
 
 @jit_inline
 def march_periods(e, p, grid, state, m, log, c, max_events):
-    """(state, status) after m forcing periods; status LOG_FULL when the log had no room for all contacts.
+    """March over m forcing periods, emptying the log whenever it is full.
 
-    The march goes on with an emptied log, so counts and list are then those of the last part only; max_events
-    are those of all parts.
+    Parameters
+    ----------
+    e, p, grid, state, log, c
+        As for `march`.
+    m : int
+        Number of forcing periods.
+    max_events : int
+        Largest number of events, counted over all fillings of the log.
+
+    Returns
+    -------
+    state : State
+        State after m periods.
+    status : int
+        `Status`; LOG_FULL if the log was emptied, so that it holds only the last contacts.
     """
     overflow = False
     until = state.period + m
-    # Not a plain 0: numba would compile a march of its own for it.
+    # `until - until` instead of 0: numba compiles another copy of the march for a literal.
     end = Instant(until, until - until, 0.0)
     while True:
         state, status = march(e, p, grid, state, end, log, None, c, max_events)
@@ -65,13 +78,13 @@ def march_periods(e, p, grid, state, m, log, c, max_events):
 
 @jit
 def state_xv(p, state):
-    """(x, v) of a state."""
+    """Return (x, x') of a state, in the fixed frame."""
     return to_displacement(p, state.home, state.y), to_velocity(state.home, state.w)
 
 
 @jit
 def gap_difference(e, p, after, before):
-    """(dy, dw) between two states in the frame of `before`, exact near its support."""
+    """Return the difference (dy, dw) of two states in the frame of `before`, without cancellation near its support."""
     if after.home == before.home:
         return after.y - before.y, after.w - before.w
     frame = frame_at(e, p, before.home)
@@ -82,7 +95,7 @@ def gap_difference(e, p, after, before):
 
 @jit
 def flow_jacobian(e, p, t):
-    """Derivative of the flow between impacts over a time t."""
+    """Return the Jacobian (e11, e12, e21, e22) of the flow between impacts over the time t (in tau)."""
     if e.damping is None:
         return math.cos(t), math.sin(t), -math.sin(t), math.cos(t)
     return free_flow(p.h, t)
@@ -90,10 +103,32 @@ def flow_jacobian(e, p, t):
 
 @jit_inline
 def return_map_jacobian(e, p, log, start, end, m):
-    """Derivative (j11, j12, j21, j22) of the return map over m periods along a marched orbit.
+    """Compute the Jacobian of the return map over m periods along a marched orbit.
 
-    The product of free flows and saltation matrices over the logged impacts; zero after a rest, which
-    forgets where the mass came from.
+    It is the product of the flow matrices of the flights and the saltation matrices of the logged impacts [1]_, [2]_.
+    After a rest it is zero: the motion no longer depends on the start.
+
+    Parameters
+    ----------
+    e : Effects
+    p : Parameters
+    log : Log
+        Contacts from `start` to `end`; positions in forcing periods after `start`.
+    start, end : State
+        States before and after the m periods.
+    m : int
+        Number of forcing periods.
+
+    Returns
+    -------
+    j11, j12, j21, j22 : float
+        Derivative of (x, x') at `end` by (x, x') at `start`.
+
+    References
+    ----------
+    .. [1] P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos, Solitons
+       & Fractals 5 (1995) 1671.
+    .. [2] R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
     """
     if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.mode == REST or end.mode == REST:
         return 0.0, 0.0, 0.0, 0.0
@@ -123,25 +158,53 @@ def return_map_jacobian(e, p, log, start, end, m):
 
 @jit
 def floquet_multipliers(j11, j12, j21, j22):
-    """Floquet multipliers: eigenvalues of the derivative, the larger modulus first, as complex numbers."""
-    half = 0.5 * (j11 + j22)
+    """Return the Floquet multipliers, the eigenvalues of the Jacobian of the return map.
+
+    Parameters
+    ----------
+    j11, j12, j21, j22 : float
+        Elements of the Jacobian.
+
+    Returns
+    -------
+    first, second : complex
+        The larger modulus first.
+    """
+    half_trace = 0.5 * (j11 + j22)
     determinant = j11 * j22 - j12 * j21
-    # (j11 - j22)^2/4 + j12 j21 keeps what half^2 - determinant cancels.
-    square = 0.25 * (j11 - j22) * (j11 - j22) + j12 * j21
-    if square < 0.0:
-        root = math.sqrt(-square)
-        return complex(half, root), complex(half, -root)
-    large = half + math.copysign(math.sqrt(square), half)
+    # (j11 - j22)^2/4 + j12 j21 equals half_trace^2 - determinant but cancels less.
+    discriminant = 0.25 * (j11 - j22) * (j11 - j22) + j12 * j21
+    if discriminant < 0.0:
+        root = math.sqrt(-discriminant)
+        return complex(half_trace, root), complex(half_trace, -root)
+    large = half_trace + math.copysign(math.sqrt(discriminant), half_trace)
     small = determinant / large if large != 0.0 else 0.0
     if abs(small) > abs(large):
-        # Both are none but for rounding, as where R = 0, and so is the determinant.
+        # Both eigenvalues and the determinant are rounding only, for example with R = 0.
         small = math.copysign(large, small)
     return complex(large, 0.0), complex(small, 0.0)
 
 
 @jit
 def newton_step(e, p, state, after, j11, j12, j21, j22):
-    """The next guess for a fixed point of the return map, and whether it lies between the supports."""
+    """Compute the next iterate of Newton's method for a fixed point of the return map.
+
+    Parameters
+    ----------
+    e : Effects
+    p : Parameters
+    state, after : State
+        The current iterate and its image.
+    j11, j12, j21, j22 : float
+        Jacobian of the return map; if it is zero the image is the next iterate.
+
+    Returns
+    -------
+    state : State
+        The next iterate; the current one if there is none.
+    is_inside : bool
+        Whether the iterate exists and lies between the supports.
+    """
     if j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0:
         return at_period_zero(after), True
     dy, dw = gap_difference(e, p, after, state)

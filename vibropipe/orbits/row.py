@@ -1,4 +1,4 @@
-"""One row of a sweep: its steady state, and of it only the outputs that have somewhere to go."""
+"""One row of a sweep: its steady state, and of its outputs those that are requested."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from vibropipe.words.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
-# Steps of a forcing period beyond which a row is not marched: half a second, and some minutes for the row.
+# Steps of a forcing period above which a row is not marched: a period takes half a second, the row some minutes.
 MAX_STEPS_PER_PERIOD, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
 
 
 @jit
 def aperiodic_regime(kind):
-    """The code of `regime` of a motion that found no orbit within its bound on periods."""
+    """Return the code of `regime` for a motion without an orbit, from its kind (`settling`)."""
     if kind == UNBOUNDED:
         return UNBOUNDED_REGIME
     return UNRESOLVED if kind == DRIFTING else APERIODIC_REGIME
@@ -47,9 +47,29 @@ def aperiodic_regime(kind):
 
 @jit_allocating
 def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
-    """A row that has to be marched; returns the (x, v) at its section.
+    """Solve a row by marching.
 
-    Where it is not solved its regime is unresolved, its status says why, and (x, v) are those it began with.
+    Parameters
+    ----------
+    e : Effects
+        Effects of the compiled kernel.
+    p : Parameters
+    x, v : float
+        Start of the motion.
+    max_periods, patience : int
+        Limits of `find_steady_state`, in forcing periods.
+    log, c
+        Work space, as for `march`.
+    out : RowResults
+        Results; outputs without entries are not computed.
+    row : int
+        Index into `out`.
+
+    Returns
+    -------
+    x, v : float
+        Stroboscopic section; the start if the row is not solved. In that case its regime is unresolved and its status
+        gives the reason.
     """
     out.section[row, 0], out.section[row, 1] = x, v
     if not forcing_period(p) * fastest_rate(p.nu, p.h) / REACH < MAX_STEPS_PER_PERIOD:
@@ -59,25 +79,25 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     state = initial_state(e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
     window = new_window(p, out.amplitudes, row, impacts, rests)
-    settled = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
-    status, largest = settled.status, window.largest
+    steady = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
+    status, largest = steady.status, window.largest
     if status != MAX_PERIODS:
         clear_window(window)
     out.status[row] = status
-    out.settled_after[row] = settled.periods_marched
+    out.settled_after[row] = steady.periods_marched
     if status != OK and status != MAX_PERIODS:
         out.regime[row] = UNRESOLVED
         return x, v
-    if settled.kind == PERIODIC:
-        count_contacts(log, settled.end, impacts, rests, largest)
+    if steady.kind == PERIODIC:
+        count_contacts(log, steady.end, impacts, rests, largest)
         out.regime[row] = regime_of(impacts, rests)
-        out.period_multiple[row] = settled.m
-        out.frequency[row] = p.nu / settled.m
-        write_harmonics(e, p, settled, log, c, out.amplitudes, row)
-        write_energy(e, p, settled, log, c, out.energy, row)
+        out.period_multiple[row] = steady.m
+        out.frequency[row] = p.nu / steady.m
+        write_harmonics(e, p, steady, log, c, out.amplitudes, row)
+        write_energy(e, p, steady, log, c, out.energy, row)
         write_impacts(
             log,
-            settled.m,
+            steady.m,
             out.impact_count,
             out.impact_position,
             out.impact_velocity,
@@ -85,19 +105,19 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
             row,
         )
     else:
-        out.regime[row] = aperiodic_regime(settled.kind)
+        out.regime[row] = aperiodic_regime(steady.kind)
         out.window_periods[row] = int(window.start[2])
-    out.residual[row] = settled.residual
-    write_multipliers(settled.first, settled.second, out.multipliers, row)
+    out.residual[row] = steady.residual
+    write_multipliers(steady.first, steady.second, out.multipliers, row)
     write_largest(largest, impacts, out.impact_velocity_max, row)
-    x, v = state_xv(p, settled.state)
+    x, v = state_xv(p, steady.state)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
 
 
 @jit
 def row_parameters(parameters, row):
-    """(nu, f, h, l, delta, R1, R2) of a row of numbers (rows, 7), by name."""
+    """Return row `row` of an array (rows, 7) as `Parameters`."""
     return Parameters(
         parameters[row, 0],
         parameters[row, 1],
@@ -111,10 +131,32 @@ def row_parameters(parameters, row):
 
 @jit_allocating
 def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
-    """Solve rows from `row` on in closed form, up to the first that has to be marched: (that row, its start).
+    """Solve rows in closed form up to the first that has to be marched.
 
-    A function of its own: amid a march a row in closed form takes four times as long. x, v: the section of the
-    row before, which seeds this one within a chain.
+    Parameters
+    ----------
+    e : Effects
+    parameters : (rows, 7) float
+    starts : (rows, 2) float
+        Start (x, v) of the first row of each chain.
+    chain_length : int
+        Rows per chain.
+    row : int
+        First row.
+    x, v : float
+        Section of the row before, the start of this one within a chain.
+    out : RowResults
+
+    Returns
+    -------
+    row : int
+        The first row that has to be marched, or the number of rows.
+    x, v : float
+        Its start.
+
+    Notes
+    -----
+    This loop is a function of its own because within the loop of marches a row in closed form takes four times as long.
     """
     while row < parameters.shape[0]:
         p = row_parameters(parameters, row)
@@ -136,10 +178,21 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
 def solve_row_chains(
     e, parameters, starts, chain_length, max_periods, patience, log, c, out
 ) -> None:
-    """Solve rows (rows, 7) into `out` in chains of chain_length, each row of a chain seeded by the one before it
-    and the first by starts (rows, 2).
+    """Solve rows in chains: each row starts from the section of the row before, the first from `starts`.
 
-    max_periods, patience: as for `find_steady_state`.
+    Parameters
+    ----------
+    e : Effects
+    parameters : (rows, 7) float
+    starts : (rows, 2) float
+        Start (x, v) of the first row of each chain.
+    chain_length : int
+        Rows per chain.
+    max_periods, patience : int
+        Limits of `find_steady_state`, in forcing periods.
+    log, c
+        Work space, as for `march`.
+    out : RowResults
     """
     row, x, v = 0, 0.0, 0.0
     while True:
@@ -153,8 +206,21 @@ def solve_row_chains(
 
 @jit_allocating
 def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
-    """Samples of a closed orbit of multiple m from its section (x, v), at equal fractions of it, into
-    motion[row] (2, samples); nan where that march comes to no end."""
+    """Sample a closed orbit at equal fractions of its length.
+
+    Parameters
+    ----------
+    e, p, log, c
+        As for `march`.
+    x, v : float
+        Stroboscopic section.
+    m : int
+        Period multiple.
+    motion : (rows, 2, samples) float
+        Output: displacement and velocity; NaN if the march fails.
+    row : int
+        Index into `motion`.
+    """
     grid = exact_grid(e, p)
     samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
     clear_log(log)

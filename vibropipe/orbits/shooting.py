@@ -1,7 +1,6 @@
-"""Orbits as fixed points of the return map, by Newton's method: solved for, not judged.
+"""Shooting: periodic orbits as fixed points of the return map, found by Newton's method.
 
-An unstable orbit is a result like any other. Whoever shoots decides what an orbit means: `orbits.settling` asks
-whether a motion settles on it.
+Stable and unstable orbits are found alike. `orbits.settling` decides whether a motion settles on an orbit.
 """
 
 from __future__ import annotations
@@ -27,26 +26,26 @@ from vibropipe.orbits.return_map import (
     state_xv,
 )
 
+# Largest number of Newton iterations; with quadratic convergence a few suffice.
 MAX_NEWTON = 12
-# Residual, as a share of the motion's size, that rounding lets a march reach.
+# Residual of a closed orbit, relative to the norm of the motion: about the rounding of a march.
 CLOSURE_TOLERANCE = 1e-13
-# A numpy integer: numba compiles a plain constant to code of its own, march and all.
+# Largest number of events in a forcing period, which bounds the time of a march. It is a numpy integer because numba
+# compiles another copy of the march for a literal constant.
 EVENTS_PER_PERIOD = np.int64(100_000)
 
 
 class Shooting(NamedTuple):
-    """When Newton's method begins and ends.
+    """Bounds of Newton's method. Residuals are relative to the norm of the motion.
 
     Attributes
     ----------
     within : float
-        Largest residual of the start from which it begins.
+        Largest residual of the start; beyond it no iteration is made.
     max_multiplier : float
-        Largest modulus of a multiplier of the return map at the start from which it begins.
+        Largest modulus of a multiplier at the start; beyond it no iteration is made.
     closed : float
-        Residual at which an orbit is closed. It also is where the residual, small already, shrinks no more.
-
-    Residuals are shares of the motion's size.
+        Residual of a closed orbit. An orbit is also closed if its residual is small but decreases no more.
     """
 
     within: float = math.inf
@@ -55,32 +54,34 @@ class Shooting(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """A fixed point of the return map, or the last guess at one.
+    """A fixed point of the return map, or the last iterate of Newton's method. Distances are |dx| + |dx'|.
 
     Attributes
     ----------
     is_closed : bool
-        Whether the return map brings `state` back to itself as nearly as was asked.
+        Whether the return map brings `state` back to itself within the tolerance.
     status : int
-        `Status` of the last march. LOG_FULL: the log has only the last contacts, and `return_map_jacobian` is of these.
+        `Status` of the last march. LOG_FULL: the log, and `derivative`, contain only the last contacts.
     m : int
         Period multiple.
     state, end : State
-        At forcing period 0 of the orbit, and m periods later.
+        State at forcing period 0 of the orbit, and m periods later.
     residual : float
-        Distance from `state` to `end`, as a share of `size`.
+        Distance from `state` to `end`, relative to `norm`.
     derivative : tuple of 4 floats
-        Derivative (j11, j12, j21, j22) of the return map by (x, x') at `state`; zero after a rest.
+        Jacobian (j11, j12, j21, j22) of the return map by (x, x') at `state`; zero after a rest.
     iterations : int
-        Newton steps made; 0 where the start is on the orbit.
+        Newton steps made; 0 if the start lies on the orbit.
     first_change : float
         Distance from the start to its image.
     distance : float
         Distance from the start to `state`.
-    size : float
-        Size of the motion (`motion_norm`).
+    norm : float
+        Norm of the motion (`motion_norm`).
 
-    Distances are |dx| + |dx'|. The log is left with the contacts from `state` to `end`.
+    Notes
+    -----
+    The log is left with the contacts from `state` to `end`.
     """
 
     is_closed: bool
@@ -93,17 +94,26 @@ class Orbit(NamedTuple):
     iterations: int
     first_change: float
     distance: float
-    size: float
+    norm: float
 
 
 @jit_inline
 def motion_norm(p, state, log):
-    """Size of a marched motion: largest of |x| + |x'| at its section and |x'| at its impacts."""
+    """Return the norm of a marched motion: the largest of |x| + |x'| at its section and |x'| at its impacts.
+
+    Parameters
+    ----------
+    p : Parameters
+    state : State
+        State at the section.
+    log : Log
+        Contacts of the motion.
+    """
     x, v = state_xv(p, state)
-    size = abs(x) + abs(v)
+    norm = abs(x) + abs(v)
     for i in range(min(log.counts[IMPACTS], log.position.size)):
-        size = max(size, abs(log.velocity[i]))
-    return size
+        norm = max(norm, abs(log.velocity[i]))
+    return norm
 
 
 @jit
@@ -112,29 +122,35 @@ def shoot(e, p, grid, start, m, shooting, log, c):
 
     Parameters
     ----------
+    e : Effects
+        Effects of the compiled kernel.
+    p : Parameters
+    grid : StepGrid
     start : State
-        Where Newton's method begins; its step and theta are 0.
+        Start of Newton's method, on a step of the grid (theta = 0).
     m : int
         Period multiple.
     shooting : Shooting
-    log, c :
+        Bounds of the iteration.
+    log, c
         Work space, as for `march`.
 
     Returns
     -------
     Orbit
-        `is_closed` is False where Newton's method was not begun, left the gap, or gained no more digits.
+        `is_closed` is False if Newton's method did not start, left the gap or stopped converging.
 
     References
     ----------
-    T. S. Parker, L. O. Chua, Practical Numerical Algorithms for Chaotic Systems, Springer 1989, chapter 5
-    (shooting). P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos,
-    Solitons & Fractals 5 (1995) 1671 (saltation matrices, of which the derivative is made).
+    .. [1] T. S. Parker, L. O. Chua, Practical Numerical Algorithms for Chaotic Systems, Springer 1989, chapter 5
+       (shooting).
+    .. [2] P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos, Solitons
+       & Fractals 5 (1995) 1671 (saltation matrices).
     """
     start = at_period_zero(start)
     state, end, status = start, start, OK
     j11, j12, j21, j22 = 0.0, 0.0, 0.0, 0.0
-    first_change, residual, best, size = math.inf, math.inf, math.inf, 0.0
+    first_change, residual, best, norm = math.inf, math.inf, math.inf, 0.0
     is_closed, iterations = False, 0
     for iteration in range(MAX_NEWTON):
         if iteration > 0:
@@ -149,8 +165,8 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             break
         dy, dw = gap_difference(e, p, end, state)
         change = abs(dy) + abs(dw)
-        size = motion_norm(p, state, log)
-        residual = change / size if size > 0.0 else 0.0
+        norm = motion_norm(p, state, log)
+        residual = change / norm if norm > 0.0 else 0.0
         if iteration == 0:
             first_change = change
             if residual > shooting.within:
@@ -166,7 +182,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         ):
             break
         if iteration > 2 and residual > 0.5 * best:
-            # Newton's method near an orbit gains digits at every step; a chance return does not.
+            # Near an orbit every Newton step gains digits; near a chance return it does not.
             break
     dy, dw = gap_difference(e, p, state, start)
     return Orbit(
@@ -180,5 +196,5 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         iterations,
         first_change,
         abs(dy) + abs(dw),
-        size,
+        norm,
     )

@@ -1,4 +1,4 @@
-"""What a motion without an orbit shows over a window of forcing periods: sums while it is marched, means after."""
+"""Means of a motion without an orbit over a window of forcing periods."""
 
 from __future__ import annotations
 
@@ -22,13 +22,30 @@ from vibropipe.physics.limits import PATIENCE
 from vibropipe.physics.load import TWO_PI
 from vibropipe.physics.quotient import divide
 
+# Length of the window in forcing periods: the least patience, so that every given-up motion fills it.
 WINDOW = PATIENCE[0]
 
 
 class Window(NamedTuple):
-    """Sums over the window of a row: amplitudes (rows, harmonics + 1) of which `row` is its own, or none; impacts,
-    rests and largest impact velocities (2,) of both supports; direct (harmonics + 1,) and energy (2,) by
-    quadrature, where a harmonic is `resonant`; begun (3,): the section it began with, and the periods summed."""
+    """Sums over the window of a row.
+
+    Attributes
+    ----------
+    amplitudes : (rows, harmonics + 1) complex
+        Sums of support forces, or without entries.
+    row : int
+        Index into `amplitudes`.
+    impacts, rests, largest : (2,) float
+        Counts and largest impact velocities for each support.
+    direct : (harmonics + 1,) complex
+        Harmonics by quadrature, if `resonant`.
+    energy : (2,) float
+        Energies by quadrature, which `integrate_along` adds up; not an output.
+    resonant : bool
+        Whether a harmonic is too near resonance for the closed form.
+    start : (3,) float
+        Section (x, x') at the start of the window, and the number of periods summed.
+    """
 
     amplitudes: np.ndarray
     row: int
@@ -43,6 +60,7 @@ class Window(NamedTuple):
 
 @jit
 def _is_resonant(p, amplitudes) -> bool:
+    """Return whether a harmonic is too near resonance for the closed form."""
     if amplitudes.size == 0:
         return False
     nearest = 1.0
@@ -53,7 +71,18 @@ def _is_resonant(p, amplitudes) -> bool:
 
 @jit_allocating
 def new_window(p, amplitudes, row, impacts, rests):
-    """The window of a row; impacts, rests (2,) and its row of amplitudes are its results."""
+    """Return the window of a row.
+
+    Parameters
+    ----------
+    p : Parameters
+    amplitudes : (rows, harmonics + 1) complex
+        Results, or without entries.
+    row : int
+        Index into `amplitudes`.
+    impacts, rests : (2,) float
+        Results: means per forcing period.
+    """
     resonant = _is_resonant(p, amplitudes)
     direct = np.empty(amplitudes.shape[1], np.complex128)
     return Window(
@@ -63,7 +92,7 @@ def new_window(p, amplitudes, row, impacts, rests):
 
 @jit
 def clear_window(window) -> None:
-    """Nothing summed yet."""
+    """Set all sums of a window to zero."""
     window.start[2] = 0.0
     for side in range(2):
         window.impacts[side] = 0.0
@@ -78,14 +107,25 @@ def clear_window(window) -> None:
 
 @jit
 def open_window(p, window, state) -> None:
-    """Begin the window at a state."""
+    """Start a window at a state."""
     clear_window(window)
     window.start[0], window.start[1] = state_xv(p, state)
 
 
 @jit_inline
 def add_period(e, p, window, start, end, log, c) -> None:
-    """Add a marched forcing period, its contacts in the log."""
+    """Add a marched forcing period to a window.
+
+    Parameters
+    ----------
+    e, p, c
+        As for `march`.
+    window : Window
+    start, end : State
+        States before and after the period.
+    log : Log
+        Contacts of the period.
+    """
     window.start[2] += 1.0
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
@@ -102,8 +142,19 @@ def add_period(e, p, window, start, end, log, c) -> None:
 
 @jit
 def close_window(p, window, end) -> None:
-    """Means per forcing period, and amplitudes at multiples of nu; where the closed form would divide by nothing,
-    those by quadrature."""
+    """Convert the sums of a window to means per forcing period and amplitudes at the multiples of nu.
+
+    Parameters
+    ----------
+    p : Parameters
+    window : Window
+    end : State
+        State at the end of the window.
+
+    Notes
+    -----
+    Harmonics near resonance are taken from the quadrature.
+    """
     periods = window.start[2]
     for side in range(2):
         window.impacts[side] /= periods
@@ -113,7 +164,7 @@ def close_window(p, window, end) -> None:
         x, v = state_xv(p, end)
         dx, dv = x - window.start[0], v - window.start[1]
         for k in range(amplitudes.size):
-            # The ends of the window do not meet: the boundary terms of the partial integration stay.
+            # The motion is not periodic over the window, so the boundary terms of the partial integration remain.
             boundary = (dv + complex(p.h, k * p.nu) * dx) * p.nu
             amplitudes[k] -= divide(boundary, complex(TWO_PI, 0.0))
         divide_by_stiffness(p, ONE_PERIOD, periods, amplitudes)

@@ -1,0 +1,151 @@
+"""Closing an orbit at a near return of the section, and deciding whether the motion settles on it."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit
+from vibropipe.march.loop import OK
+from vibropipe.orbits.recurrence import MAX_MULTIPLE, nearly_repeats
+from vibropipe.orbits.return_map import floquet_multipliers
+from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
+
+# Largest residual, relative to the norm of the motion, with which an orbit of multiple m repeats after a divisor of m.
+DIVISOR_TOLERANCE = 1e-9
+# Largest distance to an accepted orbit, in units of the last change per return divided by 1 - |multiplier|. The factor
+# allows for non-normal derivatives, with which changes exceed the estimate from the multipliers.
+NEWTON_REACH = 20.0
+# Largest modulus of a multiplier with which Newton's method starts. Near a stable orbit no multiplier exceeds it;
+# a chaotic motion passes unstable orbits, whose multipliers do, all the time.
+MAX_TRIAL_MULTIPLIER = 2.0
+
+
+@jit
+def settles_on(orbit) -> bool:
+    """Return whether the motion that shooting started from settles on the orbit.
+
+    The orbit must be stable and no further away than `NEWTON_REACH` times the last change divided by
+    1 - |multiplier|: a fixed point beyond that is another orbit. A motion that already repeats lies on its own
+    orbit, stable or not.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Result of `shoot`.
+    """
+    if not orbit.is_closed:
+        return False
+    if orbit.iterations == 0:
+        return True
+    j11, j12, j21, j22 = orbit.derivative
+    radius = abs(floquet_multipliers(j11, j12, j21, j22)[0])
+    reach = NEWTON_REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
+    return radius < 1.0 and orbit.distance <= reach + CLOSURE_TOLERANCE * orbit.norm
+
+
+@jit
+def reach_orbit(e, p, grid, state, m, within, closed, log, c):
+    """Close the orbit of m periods next to a state and decide whether the motion settles on it.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `shoot`.
+    state : State
+        State at the section.
+    m : int
+        Period multiple.
+    within, closed : float
+        Bounds of `Shooting`: largest residual to start from, and residual of a closed orbit.
+
+    Returns
+    -------
+    is_reached : bool
+        Whether the motion settles on the orbit.
+    orbit : Orbit
+        The orbit, closed or not.
+    """
+    orbit = shoot(e, p, grid, state, m, Shooting(within, MAX_TRIAL_MULTIPLIER, closed), log, c)
+    return settles_on(orbit), orbit
+
+
+@jit
+def reduce_multiple(e, p, grid, orbit, log, c):
+    """Close an orbit over its least period multiple.
+
+    A motion that spirals in can nearly repeat after m periods before it does after a divisor of m. The log is left
+    with the contacts of the returned orbit.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `shoot`.
+    orbit : Orbit
+        A closed orbit that the motion settles on.
+
+    Returns
+    -------
+    is_reached : bool
+        Whether the motion settles on the returned orbit.
+    least : Orbit
+        The orbit over its least multiple.
+    """
+    for m in range(1, orbit.m // 2 + 1):
+        if orbit.m % m == 0:
+            is_reached, least = reach_orbit(
+                e, p, grid, orbit.state, m, DIVISOR_TOLERANCE, CLOSURE_TOLERANCE, log, c
+            )
+            if is_reached:
+                return True, least
+    if orbit.m == 1:
+        return True, orbit
+    is_reached, reclosed = reach_orbit(
+        e, p, grid, orbit.state, orbit.m, DIVISOR_TOLERANCE, CLOSURE_TOLERANCE, log, c
+    )
+    if is_reached:
+        return True, reclosed
+    # The orbit was closed as far as rounding allows, not to CLOSURE_TOLERANCE, and Newton's method may lose it again
+    # within that rounding. Keep the orbit as it was; another march with the same bits restores its log.
+    return reach_orbit(e, p, grid, orbit.state, orbit.m, DIVISOR_TOLERANCE, orbit.residual, log, c)
+
+
+@jit
+def close_first_candidate(e, p, grid, state, xs, vs, k, norm, log, c):
+    """Close the orbit of the least multiple that the section nearly repeats with and that the motion settles on.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `shoot`.
+    state : State
+        State at period k.
+    xs, vs : (HISTORY_OFFSET + n,) float
+        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
+    k : int
+        Forcing periods marched.
+    norm : float
+        Norm of the motion.
+
+    Returns
+    -------
+    trial_periods : int
+        Sum of the multiples that were tried.
+    is_reached : bool
+        Whether the motion settles on the orbit.
+    orbit : Orbit
+        The orbit; not closed if no multiple was tried.
+    """
+    orbit = Orbit(
+        False, OK, 0, state, state, math.inf, (0.0, 0.0, 0.0, 0.0), 0, math.inf, math.inf, 0.0
+    )
+    trial_periods = 0
+    for m in range(1, min(k, MAX_MULTIPLE) + 1):
+        if not nearly_repeats(xs, vs, k, m, norm):
+            continue
+        trial_periods += m
+        is_reached, orbit = reach_orbit(e, p, grid, state, m, math.inf, CLOSURE_TOLERANCE, log, c)
+        if is_reached:
+            is_reached, orbit = reduce_multiple(e, p, grid, orbit, log, c)
+            if is_reached:
+                return trial_periods, True, orbit
+    return trial_periods, False, orbit

@@ -353,7 +353,7 @@ def test_blocks_of_a_grid_are_its_rows_in_order_and_never_cut_chunks(sizes, foll
         assert block.start == reached
         assert block.stop - block.start <= most
         reached = block.stop
-        filled[block.where] = grid.place(block, rows[block.start : block.stop])
+        filled[block.where] = grid.to_box(block, rows[block.start : block.stop])
         for box, chunk, size in zip(block.where, chunks, grid.shape, strict=True):
             assert box.start % chunk == 0
             assert box.stop % chunk == 0 or box.stop == size

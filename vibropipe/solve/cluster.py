@@ -1,7 +1,7 @@
-"""A sweep spread over a dask cluster: its shards are futures, the scheduler is dask's own.
+"""A sweep on a dask cluster: its shards are futures, scheduled by dask.
 
-A shard lost with its worker is solved again by another one: `distributed` does that by itself, up to
-`distributed.scheduler.allowed-failures` times (3, unless configured).
+`distributed` solves a shard that is lost with its worker on another one, up to
+`distributed.scheduler.allowed-failures` times (3 by default).
 """
 
 from __future__ import annotations
@@ -19,23 +19,43 @@ from vibropipe.solve.sweep_grid import SweepGrid
 if TYPE_CHECKING:
     import xarray as xr
 
+# Shards for each thread of the cluster: a slow or lost worker delays an eighth of its share.
 SHARDS_PER_THREAD = 8
+# Rows of a shard: bounds the memory of a worker and the work lost with it. A longer chain is not divided.
 MAX_ROWS = 8192
 CLIENT = "a dask.distributed.Client that is not asynchronous"
 INSTALL = "pip install 'vibropipe[dask]'"
 
-# Not every threading layer of numba bears two parallel regions at once: tasks of a worker take turns,
-# each on all of its threads.
+# Not every threading layer of numba supports concurrent parallel regions: the tasks of a worker run one after the
+# other, each on all of its threads.
 _solve_lock = threading.Lock()
 
 
 def solve_on_cluster(
     client: Any, solve: Callable[[int, int], xr.Dataset], grid: SweepGrid
 ) -> list[xr.Dataset]:
-    """Shards of a sweep, each `solve(row_start, row_stop)` on some worker of the dask cluster behind client.
+    """Solve the shards of a sweep on the workers of a dask cluster.
 
-    Raises ParameterError where client is no dask client, RuntimeError where a worker has another version of
-    the kernels or was lost too often with the same shard.
+    Parameters
+    ----------
+    client : dask.distributed.Client
+        Client of the cluster.
+    solve : callable
+        solve(row_start, row_stop) returns the dataset of a shard; it runs on a worker.
+    grid : SweepGrid
+        Grid of the sweep.
+
+    Returns
+    -------
+    list of xarray.Dataset
+        The shards, in order.
+
+    Raises
+    ------
+    ParameterError
+        If `client` is not a dask client.
+    RuntimeError
+        If a worker has other kernels, or a shard was lost too often with its worker.
     """
     check_client(client)
     from distributed import KilledWorker
@@ -56,7 +76,7 @@ def solve_on_cluster(
 
 
 def computed_values(client: Any, over: Mapping[str, Any]) -> dict[str, Any]:
-    """The swept values, those that are dask collections computed on the cluster that may hold them."""
+    """Return the swept values with dask collections computed on the cluster, which may hold them."""
     check_client(client)
     from dask.base import is_dask_collection
 
@@ -67,7 +87,7 @@ def computed_values(client: Any, over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_client(client: Any) -> None:
-    """Raise ParameterError unless client is a dask client whose calls return when they are done."""
+    """Raise a ParameterError unless `client` is a synchronous dask client."""
     try:
         from distributed import Client
     except ImportError as error:
@@ -78,17 +98,17 @@ def check_client(client: Any) -> None:
 
 
 def _cuts(grid: SweepGrid, threads: int) -> list[int]:
-    """Ends of shards: some for each thread, so that a slow or lost worker holds up little."""
-    most = max(1, MAX_ROWS // grid.chain_length)
+    """Return the ends of shards: several for each thread, none longer than MAX_ROWS unless a chain is."""
+    max_chains = max(1, MAX_ROWS // grid.chain_length)
     return grid.cuts(
-        min(grid.chains, max(SHARDS_PER_THREAD * max(1, threads), -(-grid.chains // most)))
+        min(grid.chains, max(SHARDS_PER_THREAD * max(1, threads), -(-grid.chains // max_chains)))
     )
 
 
 def _solve(
     row_start: int, row_stop: int, solve: Callable[[int, int], xr.Dataset], expected: str
 ) -> xr.Dataset:
-    """One shard, on a worker and on as many threads as the worker has."""
+    """Solve one shard, on a worker and on as many threads as the worker has."""
     import numba
     from distributed import get_worker
 
@@ -99,6 +119,6 @@ def _solve(
             "install the same version of vibropipe on both"
         )
     with _solve_lock:
-        there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-        numba.set_num_threads(int(np.clip(worker.state.nthreads, 1, there_are)))
+        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(int(np.clip(worker.state.nthreads, 1, available)))
         return solve(row_start, row_stop)

@@ -1,4 +1,4 @@
-"""The conservative exciter as labelled datasets: the faces `backbone` and `amplitude_frequency`."""
+"""The functions `backbone` and `amplitude_frequency`: the conservative exciter as labelled datasets."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.limits import HARMONICS
+from vibropipe.solve.run import check_whole
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -26,19 +28,46 @@ def _arcs(
     meets: np.ndarray,
     coefficients: np.ndarray,
 ) -> None:
-    """Free motions of each amplitude, tau = 0 at their upper end."""
+    """Fill frequencies, contacts and Fourier coefficients of the free motions of each amplitude.
+
+    Parameters
+    ----------
+    p : Parameters
+    amplitude : (n,) float
+        Values of sqrt(x^2 + x'^2).
+    harmonics : int
+        Number of harmonics.
+    frequency : (n,) float
+        Output: eigenfrequencies.
+    meets : (n, 2) int
+        Output: for each support 1 if it is struck, 2 if it is grazed, else 0.
+    coefficients : (n, harmonics + 1) float
+        Output: coefficients of exp(i k w tau), real since tau = 0 is an end of the motion.
+    """
     for i in range(amplitude.size):
-        a = arc(p, 0.0, amplitude[i])
-        # From the end towards support 1: the upper one, or the lower one of a mirrored motion.
-        since = 0.0 if top_support(a) == 1 else a.half
-        a = Arc(a.sign, a.amplitude, a.top, a.half, since, a.meets_top, a.meets_bottom)
-        frequency[i] = math.pi / a.half
-        meets[i, top_support(a) - 1], meets[i, 2 - top_support(a)] = a.meets_top, a.meets_bottom
+        motion = arc(p, 0.0, amplitude[i])
+        # tau = 0 at the end towards support 1, which is the lower one of a mirrored motion.
+        time_from_top = 0.0 if top_support(motion) == 1 else motion.half
+        motion = Arc(
+            motion.sign,
+            motion.amplitude,
+            motion.top,
+            motion.half,
+            time_from_top,
+            motion.meets_top,
+            motion.meets_bottom,
+        )
+        frequency[i] = math.pi / motion.half
+        meets[i, top_support(motion) - 1], meets[i, 2 - top_support(motion)] = (
+            motion.meets_top,
+            motion.meets_bottom,
+        )
         for k in range(harmonics + 1):
-            coefficients[i, k] = arc_harmonic(a, k).real
+            coefficients[i, k] = arc_harmonic(motion, k).real
 
 
 def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
+    """Return values as a one-dimensional array of finite floats > `least`, or raise a ParameterError."""
     try:
         array = np.atleast_1d(np.asarray(values, dtype=float))
     except (TypeError, ValueError):
@@ -49,29 +78,30 @@ def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
 
 
 def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
-    """Compute the backbone curve, eq. (10): impact velocity on support 1 against the period of free vibration.
+    """Compute the backbone of the conservative exciter (h = f = 0, R1 = R2 = 1) striking both supports, eq. (10).
 
-    The exciter has no damping, no force and ideal supports (h = f = 0, R1 = R2 = 1) [1]_.
+    It relates the impact velocity on support 1 to the period of the free vibration [1]_.
 
     Parameters
     ----------
     delta_over_l : float or array_like
-        Offsets of the equilibrium as shares of l; one dimension, finite.
+        Relative offset delta/l of the equilibrium; at most one-dimensional, finite.
     tau_bar : float or array_like
-        Periods of free vibration in tau; one dimension, greater than 0.
+        Period of the free vibration, in units of 1/p; at most one-dimensional, finite, > 0.
 
     Returns
     -------
     xarray.Dataset
         velocity_over_l (delta_over_l, tau_bar)
-            Velocity before impact over l, in units of p = sqrt(C/m); nan where not both supports are struck.
+            Velocity before the impact on support 1 over l, in units of p = sqrt(C/m); NaN where no motion of that
+            period strikes both supports.
         omega_bar (tau_bar)
             Frequency 2 pi/tau_bar, in units of p.
 
     Raises
     ------
     ParameterError
-        If a value is not allowed.
+        If an argument is empty, has more than one dimension or is out of range.
 
     References
     ----------
@@ -99,12 +129,12 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     Parameters
     ----------
     exciter : Exciter
-        Its supports count; damping, force and restitution are left out.
+        Only its supports are used; damping, force and restitution are ignored.
     amplitude : float or array_like
-        Values of sqrt(x^2 + x'^2), in the length of l; one dimension. The mass must find room between the supports
-        at each: greater than 0 and than the distance from the equilibrium to a nearest support beyond it.
+        Values of sqrt(x^2 + x'^2), in the unit of l; at most one-dimensional, > 0. If the equilibrium lies beyond a
+        support, each value exceeds the distance to that support.
     harmonics : int
-        Multiples of the eigenfrequency, from 1 to 1000.
+        Number of multiples of the eigenfrequency, from 1 to 1000.
 
     Returns
     -------
@@ -112,8 +142,8 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         Non-dimensional as for `simulate`; tau = 0 at the end of the motion towards support 1.
 
         eigenfrequency, regime (amplitude)
-            The regime is no_impact, one_sided_1, one_sided_2 or two_sided. A motion that only grazes a support
-            does not strike it.
+            The regime is no_impact, one_sided_1, one_sided_2 or two_sided. A support that is only grazed is not
+            struck.
         displacement_mean, velocity_mean (amplitude)
         displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (amplitude, harmonic)
             Phases in radians.
@@ -121,7 +151,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     Raises
     ------
     ParameterError
-        If a value is not allowed.
+        If an argument is out of range.
 
     References
     ----------
@@ -131,33 +161,37 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
 
     lower, upper = exciter.lower, exciter.upper
     least = max(0.0, lower, -upper)
-    sizes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
-    if not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 1000:
-        raise ParameterError("harmonics", harmonics, "a whole number from 1 to 1000")
-    frequency, meets = np.empty(sizes.size), np.empty((sizes.size, 2), np.int64)
-    coefficients = np.empty((sizes.size, harmonics + 1))
-    _arcs(exciter.parameters(), sizes, int(harmonics), frequency, meets, coefficients)
-    orders = np.arange(1, harmonics + 1)
+    amplitudes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
+    harmonics = check_whole("harmonics", harmonics, HARMONICS)
+    frequency, meets = np.empty(amplitudes.size), np.empty((amplitudes.size, 2), np.int64)
+    coefficients = np.empty((amplitudes.size, harmonics + 1))
+    _arcs(exciter.parameters(), amplitudes, harmonics, frequency, meets, coefficients)
+    multiples = np.arange(1, harmonics + 1)
     # The velocity is -sum c_k k w sin(k w tau) = sum c_k k w cos(k w tau + pi/2).
-    over = ("amplitude", "harmonic")
-    parts = 2 * coefficients[:, 1:]
-    rates = parts * orders * frequency[:, None]
+    dims = ("amplitude", "harmonic")
+    x_amplitudes = 2 * coefficients[:, 1:]
+    v_amplitudes = x_amplitudes * multiples * frequency[:, None]
     strikes_1, strikes_2 = meets[:, 0] == 1, meets[:, 1] == 1
     regime = np.select(
         [strikes_1 & strikes_2, strikes_1, strikes_2],
         [Regime.TWO_SIDED, Regime.ONE_SIDED_1, Regime.ONE_SIDED_2],
         Regime.NO_IMPACT,
     )
-    turned = np.where(parts < 0, np.pi, 0.0)
+    x_phases = np.where(x_amplitudes < 0, np.pi, 0.0)
     variables = {
         "eigenfrequency": ("amplitude", frequency),
         "regime": ("amplitude", regime.astype(np.int8)),
         "displacement_mean": ("amplitude", coefficients[:, 0]),
-        "displacement_amplitude": (over, np.abs(parts)),
-        "displacement_phase": (over, turned),
-        "velocity_mean": ("amplitude", np.zeros(sizes.size)),
-        "velocity_amplitude": (over, np.abs(rates)),
-        "velocity_phase": (over, np.where(parts < 0, -0.5 * np.pi, 0.5 * np.pi)),
+        "displacement_amplitude": (dims, np.abs(x_amplitudes)),
+        "displacement_phase": (dims, x_phases),
+        "velocity_mean": ("amplitude", np.zeros(amplitudes.size)),
+        "velocity_amplitude": (dims, np.abs(v_amplitudes)),
+        "velocity_phase": (dims, np.where(x_amplitudes < 0, -0.5 * np.pi, 0.5 * np.pi)),
     }
-    coords = {"amplitude": sizes, "harmonic": orders, "l": exciter.l, "delta": exciter.delta}
+    coords = {
+        "amplitude": amplitudes,
+        "harmonic": multiples,
+        "l": exciter.l,
+        "delta": exciter.delta,
+    }
     return describe(xr.Dataset(variables, coords))

@@ -1,7 +1,7 @@
-"""The energy balance of one motion: work of the force = lost by damping + lost at the supports + stored.
+"""The energy balance of one motion: work of the force = loss by damping + losses at the supports + stored energy.
 
-What is left over is an error measure that every motion carries itself. The exact motion is integrated from
-contact to contact, each flight from where the contact before left it; Newmark's over its own steps.
+The residual measures the error of the motion. An exact motion is integrated from contact to contact, each flight
+from the state after the contact before; a Newmark motion over its own steps.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.load import force_values
 from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
-# Variables of a balance, in the order of their terms; the last is what the others leave.
+# Variables of a balance, in the order of its terms; the last is the residual.
 TERMS = ("energy_input", "energy_damping", "energy_impact", "energy_change", "energy_residual")
 
 
@@ -30,53 +30,82 @@ def work_of_flights(
     turns: tuple[float, float],
     contacts: Contacts,
 ) -> np.ndarray:
-    """Work of the force, loss by damping, losses at support 1 and 2, shape (4,), of an exact motion.
+    """Compute the energy terms of an exact motion.
 
-    start: (x, v); turns: its beginning and end in forcing periods; contacts: columns of `simulate`.
+    Parameters
+    ----------
+    exciter : Exciter
+    effects : Effects
+    start : (float, float)
+        Displacement and velocity at the start.
+    turns : (float, float)
+        Start and end, in forcing periods.
+    contacts : Contacts
+        Columns of `simulate`.
+
+    Returns
+    -------
+    (4,) array
+        Work of the force, loss by damping, losses at support 1 and at support 2.
     """
     e, p = effects, exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
     state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
-    found = np.zeros(4)
-    # A rest at the end is in the log: the motion ends in no state of its own.
+    terms = np.zeros(4)
+    # The log contains a rest that lasts beyond the end, so the end state counts as flight.
     end = state._replace(mode=0)
-    add_energy(e, p, *start, turns[0], turns[1], end, log, found, np.empty(DEGREE + 1))
-    return found
+    add_energy(e, p, *start, turns[0], turns[1], end, log, terms, np.empty(DEGREE + 1))
+    return terms
 
 
 def work_of_steps(
     exciter: Exciter, turns: np.ndarray, x: np.ndarray, v: np.ndarray, contacts: Contacts
 ) -> np.ndarray:
-    """The same (4,) of Newmark's motion from its states (n,) at the ends of steps, the first its start.
+    """Compute the energy terms of a Newmark motion.
 
-    A step of constant average acceleration closes its own balance: its mean force works over its way.
+    A step of constant average acceleration balances exactly: the mean force acts over the displacement of the step.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    turns : (n,) array
+        Start and ends of the steps, in forcing periods.
+    x, v : (n,) array
+        States at these times.
+    contacts : Contacts
+        Columns of `simulate`.
+
+    Returns
+    -------
+    (4,) array
+        Work of the force, loss by damping, losses at support 1 and at support 2.
     """
-    period, place = exciter.period, np.array([math.nan, exciter.upper, exciter.lower])
-    struck, side = contacts["impact_tau"] / period, contacts["impact_support"]
+    period, support_x = exciter.period, np.array([math.nan, exciter.upper, exciter.lower])
+    impacts, side = contacts["impact_tau"] / period, contacts["impact_support"]
     before, after = contacts["impact_velocity"], contacts["impact_velocity_after"]
     rests = np.concatenate([contacts["rest_start"], contacts["rest_end"]]) / period
-    among = rests < turns[-1]
-    lain = place[np.tile(contacts["rest_support"], 2)][among]
-    at = np.concatenate([turns, struck, struck, rests[among]])
-    order = np.argsort(at, kind="stable")
-    xs = np.concatenate([x, place[side], place[side], lain])[order]
-    vs = np.concatenate([v, before, after, np.zeros(lain.size)])[order]
-    force, way = force_values(exciter.f, at[order]), np.diff(xs)
-    lost = np.append(0.5 * (before**2 - after**2), 0.5 * tail_speeds(contacts) ** 2)
+    is_before_end = rests < turns[-1]
+    rest_x = support_x[np.tile(contacts["rest_support"], 2)][is_before_end]
+    at = np.concatenate([turns, impacts, impacts, rests[is_before_end]])
+    permutation = np.argsort(at, kind="stable")
+    xs = np.concatenate([x, support_x[side], support_x[side], rest_x])[permutation]
+    vs = np.concatenate([v, before, after, np.zeros(rest_x.size)])[permutation]
+    force, dx = force_values(exciter.f, at[permutation]), np.diff(xs)
+    losses = np.append(0.5 * (before**2 - after**2), 0.5 * tail_speeds(contacts) ** 2)
     side = np.append(side, contacts["rest_support"])
     return np.array(
         [
-            np.sum(0.5 * (force[1:] + force[:-1]) * way),
-            np.sum(0.5 * exciter.h * (vs[1:] + vs[:-1]) * way),
-            lost[side == 1].sum(),
-            lost[side == 2].sum(),
+            np.sum(0.5 * (force[1:] + force[:-1]) * dx),
+            np.sum(0.5 * exciter.h * (vs[1:] + vs[:-1]) * dx),
+            losses[side == 1].sum(),
+            losses[side == 2].sum(),
         ]
     )
 
 
 def balance(work: np.ndarray, start: tuple[float, float], end: tuple[float, float]) -> list[object]:
-    """The terms TERMS of a balance, each (dimensions, values)."""
-    # Differences of squares written as products: they cancel less.
+    """Return the values of TERMS for a motion from `start` to `end`, each (dimensions, values)."""
+    # The product form of a difference of squares cancels less.
     stored = 0.5 * sum((b - a) * (b + a) for a, b in zip(start, end, strict=True))
     residual = work[0] - (work[1] + work[2] + work[3] + stored)
     values = (work[0], work[1], work[2:], stored, residual)

@@ -1,4 +1,4 @@
-"""Results of rows as labelled quantities: dimension `row`, names and words from the vocabulary."""
+"""Results of rows as labelled variables over the dimension `row`, with names from the vocabulary."""
 
 from __future__ import annotations
 
@@ -18,11 +18,23 @@ Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
 def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
-    """Variables over `row` (and `support`, `harmonic`, `multiplier`, `phase`) of compacted results of parameters
-    (rows, 7)."""
-    # A motion without an orbit is measured at multiples of the forcing frequency.
+    """Label compacted results.
+
+    Parameters
+    ----------
+    rows : RowResults
+        Compacted results (`solve.rows`).
+    parameters : (rows, 7) array
+        Parameters of the rows.
+
+    Returns
+    -------
+    Variables
+        Dimensions and values by name, over `row` (and `support`, `harmonic`, `multiplier`, `phase`) or `impact`.
+    """
+    # Harmonics of a motion without an orbit are those of the forcing frequency.
     base = np.where(rows.period_multiple > 0, rows.frequency, parameters[:, 0])
-    # Of a row that is not solved the section is what it began with.
+    # The section of an unsolved row is its start, not a result.
     section = np.where(is_solved(rows.status)[:, None], rows.section, np.nan)
     variables: Variables = {
         "regime": (("row",), rows.regime),
@@ -54,10 +66,12 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
 
 
 def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
-    """x = mean + sum A_k cos(k w0 tau + phase_k) from X_k; the velocity's are i k w0 X_k, since x is
-    continuous through impacts."""
-    orders = np.arange(amplitudes.shape[1])
-    rates = 1j * orders[None, :] * base_frequency[:, None] * amplitudes
+    """Return amplitudes and phases of x = mean + sum A_k cos(k w0 tau + phase_k) from X_k.
+
+    Those of x' come from i k w0 X_k, since x is continuous through impacts.
+    """
+    multiples = np.arange(amplitudes.shape[1])
+    rates = 1j * multiples[None, :] * base_frequency[:, None] * amplitudes
     variables: Variables = {}
     for name, values in (("displacement", amplitudes), ("velocity", rates)):
         variables[f"{name}_mean"] = (("row",), values[:, 0].real)
@@ -67,6 +81,7 @@ def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
 
 
 def _impacts(rows: RowResults) -> Variables:
+    """Return the variables of impacts: positions are split into the forcing period and the phase in it."""
     position = rows.impact_position
     whole = np.floor(position)
     return {
@@ -80,17 +95,18 @@ def _impacts(rows: RowResults) -> Variables:
 
 
 def _energy(energy: np.ndarray) -> Variables:
-    lost = energy[:, 1] + energy[:, 2] + energy[:, 3]
+    """Return the energies of orbits from their terms (rows, 4)."""
+    losses = energy[:, 1] + energy[:, 2] + energy[:, 3]
     return {
         "energy_input": (("row",), energy[:, 0]),
         "energy_damping": (("row",), energy[:, 1]),
         "energy_impact": (("row", "support"), energy[:, 2:]),
-        "energy_residual": (("row",), energy[:, 0] - lost),
+        "energy_residual": (("row",), energy[:, 0] - losses),
     }
 
 
 def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
-    """Coordinates of the dimensions that `variables` use beside the rows."""
+    """Return the coordinates of the dimensions of `variables` other than `row`."""
     return _coordinates(
         frozenset(dim for dims, _values in variables.values() for dim in dims), harmonics
     )
@@ -98,28 +114,28 @@ def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
 
 @functools.cache
 def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
-    """Those of some dimensions, with their indexes, which take long to make."""
+    """Return the coordinates of some dimensions; cached, since their indexes take long to build."""
     import xarray as xr
 
-    known = {
+    values = {
         "support": np.array([1, 2], np.int8),
         "harmonic": np.arange(1, harmonics + 1),
         "multiplier": np.array([1, 2]),
         "phase": np.arange(PHASES) / PHASES,
     }
-    return xr.Coordinates({name: (name, known[name]) for name in known if name in dims})
+    return xr.Coordinates({name: (name, values[name]) for name in values if name in dims})
 
 
 def concatenate(parts: list[Variables]) -> Variables:
-    """The variables of all parts, which are emptied: one variable at a time is in memory twice."""
+    """Join the variables of all parts, which are emptied: only one variable at a time is in memory twice."""
     return {
         name: (dims, np.concatenate([part.pop(name)[1] for part in parts]))
         for name, (dims, _values) in list(parts[0].items())
     }
 
 
-def ragged_places(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Places, in a flat array of row_size entries a row, of the entries of `rows` in that order."""
+def ragged_indices(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the indices of the entries of `rows`, in that order, in a flat array of row_size entries per row."""
     ends = np.cumsum(row_size)
     sizes = row_size[rows]
     shift = np.repeat(ends[rows] - sizes - (np.cumsum(sizes) - sizes), sizes)
@@ -127,7 +143,7 @@ def ragged_places(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def take_rows(variables: Variables, rows: np.ndarray) -> Variables:
-    """The variables with their rows in another order, ragged entries moving with their rows."""
+    """Return the variables with their rows in the order `rows`; ragged entries move with their rows."""
     if np.array_equal(rows, np.arange(len(rows))):
         return variables
     selected = {}
@@ -135,5 +151,5 @@ def take_rows(variables: Variables, rows: np.ndarray) -> Variables:
         if dims[0] == "row":
             selected[name] = (dims, values[rows])
         else:
-            selected[name] = (dims, values[ragged_places(variables["row_size"][1], rows)])
+            selected[name] = (dims, values[ragged_indices(variables["row_size"][1], rows)])
     return selected

@@ -1,4 +1,4 @@
-"""A motion that strikes nothing, transient included, in closed form: the steady one plus a free one."""
+"""A motion that reaches no support, transient included, in closed form: steady state plus decaying free motion."""
 
 from __future__ import annotations
 
@@ -16,25 +16,36 @@ def _sample(
     p: Parameters,
     x: float,
     v: float,
-    turn: float,
+    phase: float,
     after: np.ndarray,
     xs: np.ndarray,
     vs: np.ndarray,
 ) -> None:
-    steady_x, steady_v = steady_at(p, turn)
+    """Fill xs and vs with the motion from (x, v) at a phase, in turns, at the times `after` (n,) in forcing periods."""
+    steady_x, steady_v = steady_at(p, phase)
     dx, dv = x - steady_x, v - steady_v
     for i in range(after.size):
         e11, e12, e21, e22 = free_flow(p.h, after[i] * forcing_period(p))
-        steady_x, steady_v = steady_at(p, turn + after[i] % 1.0)
+        steady_x, steady_v = steady_at(p, phase + after[i] % 1.0)
         xs[i] = steady_x + (e11 * dx + e12 * dv)
         vs[i] = steady_v + (e21 * dx + e22 * dv)
 
 
 def positions(
-    p: Parameters, x: float, v: float, turn: float, after: np.ndarray
+    p: Parameters, x: float, v: float, phase: float, after: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(x, v), each (n,), of the motion without supports from (x, v) at the phase `turn` (in turns), at the
-    times `after` (n,) from its start, in forcing periods."""
+    """Return displacement and velocity, each (n,), of the motion without supports.
+
+    Parameters
+    ----------
+    p : Parameters
+    x, v : float
+        Start of the motion.
+    phase : float
+        Phase of the force at the start, in turns.
+    after : (n,) array
+        Times after the start, in forcing periods.
+    """
     xs, vs = np.empty(after.size), np.empty(after.size)
-    _sample(p, x, v, turn, after, xs, vs)
+    _sample(p, x, v, phase, after, xs, vs)
     return xs, vs

@@ -1,4 +1,4 @@
-"""One motion as a labelled dataset: the face `simulate`."""
+"""The function `simulate`: one motion as a labelled dataset."""
 
 from __future__ import annotations
 
@@ -34,42 +34,42 @@ def simulate(
     energy: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
-    """Compute the motion of eqs. (5), (6) from a start to an end.
+    """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
 
-    All numbers are non-dimensional: displacements in the length that was chosen for `l`, times tau in 1/p with
-    p = sqrt(C/m), velocities in that length times p, forces in that length times C, energies in its square times C.
+    All numbers are non-dimensional: displacements in the unit chosen for `l`, times tau in 1/p with p = sqrt(C/m),
+    velocities in that unit times p, forces in that unit times C, energies in its square times C.
 
     Parameters
     ----------
     exciter : Exciter
     tau_end : float
-        End, not before `tau_start`.
+        End; at least `tau_start`.
     x0 : float, optional
-        Displacement at `tau_start`. Left out, it is the equilibrium, or the support nearest to the equilibrium
-        where that lies beyond. Within 4 ulps of a support it lies on the support.
+        Displacement at `tau_start`. The default is the equilibrium or, if the equilibrium lies beyond a support, that
+        support. A value within 4 ulps of a support is moved onto it.
     v0 : float
         Velocity at `tau_start`.
     method : {"exact", "newmark"}
-        "exact" certifies every first impact and errs by rounding alone [1]_. "newmark" takes steps of constant
-        average acceleration [2]_ and locates impacts inside the step [3]_.
+        "exact" certifies every first impact; its only error is rounding [1]_. "newmark" uses steps of constant average
+        acceleration [2]_ and locates impacts within the step [3]_.
     steps_per_period : int, optional
-        Newmark steps in a forcing period 2 pi/nu; required with "newmark", and with no other method.
+        Newmark steps per forcing period 2 pi/nu; required with "newmark", not accepted otherwise.
     accuracy : float, optional
-        Largest error of end, impacts and rests, absolute or relative to the size of the quantity, whichever is
-        more, from 1e-15 to 0.1. It replaces `method` and `steps_per_period`, which are then chosen.
+        Maximum error of end state, impacts and rests, from 1e-15 to 0.1: the larger of the absolute error and the
+        error relative to the size of the quantity. Selects `method` and `steps_per_period`.
     samples_per_period : int
-        Samples of the motion in a forcing period; 0 records none.
+        Samples of the motion per forcing period; 0 records none.
     tau_start : float
-        Beginning, at least 0.
+        Start; at least 0.
     max_impacts : int
-        Impacts, rests and grazings after which the motion is broken off.
+        Largest number of impacts, rests and grazings; the motion stops there.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest. A kernel without the others marches the
-        motion; it is compiled when it is first called for. All effects if left out.
+        Any of damping, forcing, support_1, support_2, restitution, rest (default: all). A specialised kernel without
+        the others marches the motion; it is compiled on first use.
     energy : bool
-        Whether the balance of energy from start to end is computed.
+        Whether to compute the energy balance from start to end.
     progress : callable, optional
-        Called now and then with the number of forcing periods marched since the last call.
+        Called repeatedly with the number of forcing periods marched since the last call.
 
     Returns
     -------
@@ -77,30 +77,30 @@ def simulate(
         Every variable has the attribute `units`, which is "1".
 
         displacement, velocity, force (tau)
-            Samples from tau_start on; the last is at `tau_end` exactly. None with samples_per_period = 0.
+            Samples from `tau_start` on; the last is at `tau_end` exactly. Absent with samples_per_period = 0.
         impact_tau, impact_support, impact_velocity, impact_velocity_after (impact)
             Time, support (1, 2), and signed velocity before and after each impact.
         rest_start, rest_end, rest_support (rest)
-            Rests on a support; `rest_end` is inf where there is no release before `tau_end`.
+            Rests on a support; `rest_end` is inf without a release before `tau_end`.
         grazing_tau, grazing_support (grazing)
             Contacts of zero velocity.
         displacement_end, velocity_end
             State at `tau_end`, after an impact at `tau_end` itself.
         energy_input, energy_damping, energy_impact (support), energy_change, energy_residual
-            With `energy`: work of the force, losses, energy stored, and the first less the others, which is
-            the rounding of the motion.
+            With `energy`: work of the force, losses, change of stored energy, and the residual of the balance, which
+            is rounding.
         status
             `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
-            support that `effects` leaves out. `max_impacts`: more contacts than allowed; the motion is nan from
-            there on. `inaccurate`: the motion amplifies rounding beyond `accuracy`.
+            support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from
+            there on. `inaccurate`: rounding errors grow beyond `accuracy`.
         <name>_error
-            With `accuracy`: error of each quantity, in its dimensions. The attributes `method`,
-            `steps_per_period`, `accuracy_asked` and `accuracy_reached` tell what was chosen.
+            With `accuracy`: error estimate of each quantity, in its dimensions. The attributes `method`,
+            `steps_per_period`, `accuracy_asked` and `accuracy_reached` give the selected method and its error.
 
     Raises
     ------
     ParameterError
-        If a value is not allowed, or `effects` leaves out one that the parameters have.
+        If an argument is out of range, or `effects` leaves out an effect that the parameters have.
 
     References
     ----------
@@ -138,7 +138,7 @@ def simulate(
 def _grid(
     exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None
 ) -> StepGrid | None:
-    """Return the grid of Newmark's method; None for the exact method, which chooses its own."""
+    """Return the grid of Newmark's method, or None for the exact method, which determines its own."""
     if method not in METHODS:
         raise ParameterError("method", method, " or ".join(METHODS))
     if method == "newmark":

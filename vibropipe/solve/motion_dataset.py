@@ -1,4 +1,4 @@
-"""What a motion left, by the names of a dataset."""
+"""The result of a motion under the names of dataset variables."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def to_dataset(exciter: Exciter, request: MotionRequest, run: MotionResult) -> xr.Dataset:
-    """What a motion left as the dataset that `simulate` describes."""
+    """Return the result of a motion as the dataset described in `simulate`."""
     import xarray as xr
 
     variables = to_variables(exciter, request, run)
@@ -38,7 +38,7 @@ def to_dataset(exciter: Exciter, request: MotionRequest, run: MotionResult) -> x
 
 
 def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) -> dict[str, Any]:
-    """What a motion left by name: (dimensions, values)."""
+    """Return the result of a motion as (dimensions, values) by name."""
     variables: dict[str, Any] = {
         name: (name.split("_")[0], values) for name, values in run.contacts.items()
     }

@@ -1,4 +1,4 @@
-"""Many rows on all threads: a driver of a few lines over the kernel of one row."""
+"""Many rows on all threads: pieces of rows are distributed to threads, each solved by the compiled kernel of a row."""
 
 from __future__ import annotations
 
@@ -26,20 +26,21 @@ from vibropipe.physics.start import row_starts
 from vibropipe.solve.unsolved import mask_unsolved
 from vibropipe.words.outputs import OUTPUTS
 
+# Samples of an orbit of the output `motion`.
 PHASES = 256
-# Impacts, and rests, of an orbit that are kept: a row with more is unresolved. An orbit of 32 forcing periods with
-# 256 impacts in each; an array of them for every row of a call is mapped, and only what is written to takes memory.
+# Largest number of impacts, and of rests, in an orbit; a row with more is unresolved. The impacts suffice for 32
+# forcing periods of 256 impacts each. Memory for them is mapped for every row, but only pages written to are used.
 ORBIT_LOG_CAPACITY = 8192
 ORBIT_REST_CAPACITY = 512
-# Seconds between two words of progress.
+# Seconds between two progress reports.
 PROGRESS_INTERVAL = 0.25
 
-# Of each part of some chains its solutions, when they are there.
+# The solutions of each part of some chains, as a future.
 Solving = Future[list[list[RowResults]]]
 
 
 class ImpactBuffer(NamedTuple):
-    """Where the impacts of some rows go, side by side: few rows have many, so that most of it is never touched."""
+    """Impacts of rows, each array (ORBIT_LOG_CAPACITY, rows). Most rows have few, so that most pages stay unused."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -47,20 +48,20 @@ class ImpactBuffer(NamedTuple):
 
 
 def _pages(rows: int, kind: type) -> np.ndarray:
-    """ORBIT_LOG_CAPACITY values of each row; only what is written to takes memory.
+    """Return an array (ORBIT_LOG_CAPACITY, rows) whose memory is used only where it is written to.
 
-    numpy's own arrays of this size come in pages of 2 MB, of which a single row with many impacts would touch all.
+    numpy allocates arrays of this size in pages of 2 MB, all of which one row with many impacts would use.
     """
     if rows == 0:
         return np.empty((ORBIT_LOG_CAPACITY, 0), kind)
     pages = mmap.mmap(-1, rows * ORBIT_LOG_CAPACITY * np.dtype(kind).itemsize)
-    with suppress(AttributeError, OSError):  # where there are no large pages
+    with suppress(AttributeError, OSError):  # systems without large pages
         pages.madvise(mmap.MADV_NOHUGEPAGE)
     return np.frombuffer(pages, kind).reshape(ORBIT_LOG_CAPACITY, rows)
 
 
 def new_impact_buffer(rows: int) -> ImpactBuffer:
-    """Room for ORBIT_LOG_CAPACITY impacts of each of so many rows."""
+    """Return a buffer for ORBIT_LOG_CAPACITY impacts of each row."""
     return ImpactBuffer(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
 
 
@@ -68,14 +69,25 @@ NO_IMPACT_BUFFER = new_impact_buffer(0)
 
 
 def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer) -> RowResults:
-    """Empty results of n rows; arrays only for the outputs named. buffer: for the impacts of as many rows, at least,
-    if they are asked for."""
+    """Return empty results of n rows.
+
+    Parameters
+    ----------
+    n : int
+        Number of rows.
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Requested outputs; the arrays of the others have no entries.
+    buffer : ImpactBuffer
+        Buffer for the impacts of at least n rows, used if impacts are requested.
+    """
     requested = {name: name in outputs for name in OUTPUTS}
 
-    def zeros(*shape: int, kind: type = float, when: str | None = None) -> np.ndarray:
-        return np.zeros((n if when is None or requested[when] else 0, *shape), kind)
+    def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
+        return np.zeros((n if when is None or requested[when] else 0, *shape), dtype)
 
-    listed = buffer if requested["impacts"] else NO_IMPACT_BUFFER
+    impacts = buffer if requested["impacts"] else NO_IMPACT_BUFFER
     return RowResults(
         regime=np.zeros(n, np.int8),
         frequency=np.zeros(n),
@@ -87,12 +99,12 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         section=np.zeros((n, 2)),
         impacts=np.zeros((n, 2)),
         rests=np.zeros((n, 2)),
-        amplitudes=zeros(harmonics + 1, kind=complex, when="harmonics"),
-        multipliers=zeros(2, kind=complex, when="stability"),
-        impact_count=zeros(kind=np.int64, when="impacts"),
-        impact_position=listed.position,
-        impact_velocity=listed.velocity,
-        impact_support=listed.support,
+        amplitudes=zeros(harmonics + 1, dtype=complex, when="harmonics"),
+        multipliers=zeros(2, dtype=complex, when="stability"),
+        impact_count=zeros(dtype=np.int64, when="impacts"),
+        impact_position=impacts.position,
+        impact_velocity=impacts.velocity,
+        impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
@@ -109,8 +121,7 @@ def solve_piece(
     patience: int,
     out: RowResults,
 ) -> None:
-    """Solve parameters (rows, 7) in chains of chain_length rows, each row of a chain seeded by the one before
-    it and the first by starts (rows, 2)."""
+    """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
     solve_row_chains(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
@@ -123,7 +134,7 @@ def _sample(
     multiple: np.ndarray,
     motion: np.ndarray,
 ) -> None:
-    """Samples of closed orbits, one row per exciter, from their sections; a multiple of 0 leaves a row as it is."""
+    """Sample closed orbits of period multiples (rows,) from their sections (rows, 2); multiple 0 skips a row."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
     for row in range(parameters.shape[0]):
         if multiple[row] > 0:
@@ -134,7 +145,7 @@ def _sample(
 
 @dataclass
 class _Solver:
-    """Solves pieces of rows; each thread keeps the room for impacts that it has touched once."""
+    """Solves pieces of rows on several threads, each with an impact buffer of its own."""
 
     parameters: Callable[[int, int], Sequence[np.ndarray]]
     start: tuple[float | None, float]
@@ -144,33 +155,33 @@ class _Solver:
     harmonics: int
     outputs: tuple[str, ...]
     effects: Effects
-    room_rows: int
-    own: threading.local = field(default_factory=threading.local)
+    buffer_rows: int
+    of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
-        """Solve parameters (rows, 7) from starts (rows, 2)."""
-        # Of each thread its own, kept: a page touched for the first time costs more than a row.
-        if not hasattr(self.own, "room"):
-            self.own.room = new_impact_buffer(self.room_rows)
-        out = new_rows(len(values), self.harmonics, self.outputs, self.own.room)
+        """Return the compacted results of parameters (rows, 7) from starts (rows, 2)."""
+        # Each thread keeps its buffer: the first use of a page costs more than a row.
+        if not hasattr(self.of_thread, "buffer"):
+            self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
+        out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer)
         chain = max(1, min(self.chain_length, len(values)))
         solve_piece(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
         if "motion" in self.outputs:
-            # Rows in closed form were never marched and have their samples already.
+            # Rows in closed form, which are not marched, have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
             _sample(self.effects, values, out.section, marched, out.motion)
         return mask_unsolved(_compact(out))
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
-        """Solve whole chains, or the parts of one, one after the other; of each part its solutions."""
+        """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
         solved: list[list[RowResults]] = []
         for first, stop in pairwise(ends):
-            sets = self.parameters(first, stop)
-            seeds = [row_starts(values, *self.start) for values in sets]
-            if solved:  # a chain goes on
+            parameter_sets = self.parameters(first, stop)
+            seeds = [row_starts(values, *self.start) for values in parameter_sets]
+            if solved:  # the chain continues
                 for seed, before in zip(seeds, solved[-1], strict=True):
                     seed[0] = before.section[-1]
-            solved.append([self.solve(*each) for each in zip(sets, seeds, strict=True)])
+            solved.append([self.solve(*each) for each in zip(parameter_sets, seeds, strict=True)])
         return solved
 
 
@@ -186,34 +197,44 @@ def solve_rows(
     progress: Callable[[int], None] | None = None,
     effects: Effects = ALL_EFFECTS,
 ) -> Generator[tuple[int, list[RowResults]]]:
-    """Solve rows in blocks, by as many threads as numba has; bit for bit the same for every number of them.
+    """Solve rows in blocks on all threads of numba.
 
-    While a block is looked at other threads solve the next, and no more.
+    The result is bitwise the same for any number of threads. While the caller handles a block the threads solve the
+    next, and no further ones.
 
     Parameters
     ----------
     blocks : sequence
         The blocks and their pieces (`solve.sweep_grid.row_blocks`).
     parameters : callable
-        parameters(first, stop): (stop - first, 7) of one solution of these rows, or of several side by side.
+        parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
+        side.
     start : (float or None, float)
         x0 and v0 of the first row of each chain (`row_starts`).
-    effects : Effects
-        What the kernel has, for all rows alike.
+    chain_length : int
+        Rows per chain.
+    max_periods, patience : int
+        Limits of `orbits.settling.find_steady_state`, in forcing periods.
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Requested outputs.
     progress : callable, optional
-        Called as progress(rows done).
+        Called as progress(rows solved).
+    effects : Effects
+        Effects of the compiled kernel, the same for all rows.
 
     Yields
     ------
     (int, list of RowResults)
         The end of a block and its solutions, in order.
     """
-    work = [ends for block in blocks for ends in block]
-    room_rows = max(stop - first for ends in work for first, stop in pairwise(ends))
+    pieces = [ends for block in blocks for ends in block]
+    buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, room_rows)
-    count = numba.get_num_threads()
-    if count == 1:
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows)
+    n_threads = numba.get_num_threads()
+    if n_threads == 1:
         for block in blocks:
             parts: list[list[RowResults]] = []
             for ends in block:
@@ -222,20 +243,20 @@ def solve_rows(
                     progress(ends[-1])
             yield block[-1][-1], concatenate_solutions(parts)
         return
-    # Compiled or loaded once, before threads ask for it side by side.
+    # Compile or load the kernel once, before several threads request it.
     solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
-    threads = ThreadPoolExecutor(count)
-    left, waiting = iter(work), deque[Solving]()
+    pool = ThreadPoolExecutor(n_threads)
+    unstarted, waiting = iter(pieces), deque[Solving]()
     try:
         for block in blocks:
-            # Of blocks of a piece or two so many that no thread waits.
-            limit = 2 * max(len(block), count)
-            for ends in islice(left, limit - len(waiting)):
-                waiting.append(threads.submit(solver.piece, ends))
-            pieces = [waiting.popleft() for _ in block]
-            yield block[-1][-1], gather_block(pieces, block, progress)
-    finally:  # also where no more is wanted, and on Ctrl-C: what has not begun never does
-        threads.shutdown(cancel_futures=True)
+            # Enough pieces of this block and the next that no thread waits, however few a block has.
+            limit = 2 * max(len(block), n_threads)
+            for ends in islice(unstarted, limit - len(waiting)):
+                waiting.append(pool.submit(solver.piece, ends))
+            block_pieces = [waiting.popleft() for _ in block]
+            yield block[-1][-1], gather_block(block_pieces, block, progress)
+    finally:  # also if the caller stops, and on Ctrl-C: pieces not yet started are cancelled
+        pool.shutdown(cancel_futures=True)
 
 
 def gather_block(
@@ -243,24 +264,23 @@ def gather_block(
     block: Sequence[Sequence[int]],
     progress: Callable[[int], None] | None,
 ) -> list[RowResults]:
-    """The solutions of a block when all its pieces are solved, which are taken from the list: they are not
-    kept beside them."""
-    undone: Collection[Solving] = pieces
-    # Once for all: to be woken for each piece takes time from the threads that solve.
-    while undone:
-        done, undone = wait(pieces, PROGRESS_INTERVAL, FIRST_EXCEPTION)
+    """Wait for the pieces of a block and return its solutions. The list of pieces is emptied to free their memory."""
+    unfinished: Collection[Solving] = pieces
+    # Wait for all pieces at once: waking up for each takes time from the solving threads.
+    while unfinished:
+        done, unfinished = wait(pieces, PROGRESS_INTERVAL, FIRST_EXCEPTION)
         for piece in done:
-            piece.result()  # raises what was raised there
+            piece.result()  # raises the exception of the thread
         if progress is not None:
-            of_them = (ends for piece, ends in zip(pieces, block, strict=True) if piece in done)
-            progress(block[0][0] + sum(ends[-1] - ends[0] for ends in of_them))
+            solved_ends = (ends for piece, ends in zip(pieces, block, strict=True) if piece in done)
+            progress(block[0][0] + sum(ends[-1] - ends[0] for ends in solved_ends))
     parts = [part for piece in pieces for part in piece.result()]
     pieces.clear()
     return concatenate_solutions(parts)
 
 
 def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResults]:
-    """The solutions of a block from those of its parts, in order."""
+    """Join the solutions of the parts of a block, in order."""
     return [
         RowResults(*map(np.concatenate, zip(*each, strict=True)))
         for each in zip(*parts, strict=True)
@@ -268,7 +288,7 @@ def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResu
 
 
 def _compact(out: RowResults) -> RowResults:
-    """The same results with impacts as flat arrays in the order of rows (contiguous ragged)."""
+    """Return the results with impacts as flat arrays in the order of rows (contiguous ragged arrays)."""
     sizes = out.impact_count
     if sizes.size == 0:
         return out

@@ -1,4 +1,4 @@
-"""One motion from its start to its end: in closed form where there is one, else marched on a grid."""
+"""One motion from start to end: in closed form if there is one, otherwise marched on a grid."""
 
 from __future__ import annotations
 
@@ -26,18 +26,23 @@ from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_P
 from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve import linear_motion as linear
 from vibropipe.solve.conservative_motion import contacts, positions
-from vibropipe.solve.contacts import Contacts, contacts_of, take
+from vibropipe.solve.contacts import Contacts, contacts_of, drain_log
 from vibropipe.solve.energy import work_of_flights, work_of_steps
 from vibropipe.words.status import Status
 
-# Contacts that a march keeps until its log is emptied, between two words of progress: any number does.
+# Contacts in the log of a march, which is emptied when full and at each progress report. Results do not depend on it.
 MARCH_LOG_CAPACITY = 1024
 
 
 class MotionRequest(NamedTuple):
-    """What is wanted of a motion: from (x, v) at tau_start to tau_end, and how it is recorded.
+    """A motion from (x, v) at `tau_start` to `tau_end`, and what is recorded of it.
 
-    x_uncertainty, v_uncertainty: how far the start itself may be wrong; the others as of `simulate`.
+    Attributes
+    ----------
+    x_uncertainty, v_uncertainty : float
+        Error bounds of the start.
+
+    Other attributes are those of `simulate`.
     """
 
     tau_start: float
@@ -54,25 +59,25 @@ class MotionRequest(NamedTuple):
 
 
 class MotionResult(NamedTuple):
-    """What a motion left.
+    """The result of a motion.
 
     Attributes
     ----------
     status : Status
     contacts : Contacts
-        Impacts, rests and grazings by the names of variables.
-    displacement, velocity : array (n,)
+        Impacts, rests and grazings by variable.
+    displacement, velocity : (n,) array
         Samples before the end.
-    end : tuple of float
-        (x, x') at the end; nan where the motion broke off.
+    end : (float, float)
+        (x, x') at the end; NaN if the motion was stopped.
     counts : array
-        Counts of work (`march.log`); none for a motion in closed form.
-    turns : tuple of float
-        Beginning and end in forcing periods.
-    after : array (n,)
-        Times of the samples after the beginning, in forcing periods.
-    work : array (4,), optional
-        Work of the force, loss by damping and at each support; nan where the motion broke off.
+        Counts of steps and evaluations (`march.log`); zero for a motion in closed form.
+    turns : (float, float)
+        Start and end, in forcing periods.
+    after : (n,) array
+        Times of the samples after the start, in forcing periods.
+    energy_terms : (4,) array, optional
+        Work of the force, loss by damping and at each support; NaN if the motion was stopped.
     """
 
     status: Status
@@ -86,14 +91,31 @@ class MotionResult(NamedTuple):
     energy_terms: np.ndarray | None = None
 
 
-# Contacts, and (x, x') at the samples and at the end.
+# Contacts, and displacement and velocity at the samples and at the end.
 Solution = tuple[Contacts, np.ndarray, np.ndarray]
 
 
 def run_motion(
     exciter: Exciter, request: MotionRequest, grid: StepGrid | None = None
 ) -> MotionResult:
-    """One motion, marched on a grid; without one by the exact method. ParameterError for bad times."""
+    """Compute one motion.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+    grid : StepGrid, optional
+        Grid of the march. The default is the exact method, in closed form if possible.
+
+    Returns
+    -------
+    MotionResult
+
+    Raises
+    ------
+    ParameterError
+        If the times, or the number of steps or samples, are out of range.
+    """
     if not request.energy:
         return _run(exciter, request, grid)
     newmark = None if grid is None or grid.exact is not None else grid
@@ -101,78 +123,104 @@ def run_motion(
         run = steps = _run(exciter, request, grid)
     else:
         steps = _run(exciter, request._replace(samples_per_period=newmark.steps), grid)
-        # Recorded or not a motion rounds differently, and one with many impacts shows it: so it is the one recorded.
-        none = np.empty(0)
-        run = steps._replace(displacement=none, velocity=none, after=none)
+        # Sampling changes the rounding, which many impacts amplify. Without samples, contacts are those of this run.
+        empty = np.empty(0)
+        run = steps._replace(displacement=empty, velocity=empty, after=empty)
         if request.samples_per_period > 0:
             run = _run(exciter, request, grid)
     if not math.isfinite(run.end[0]):
         return run._replace(energy_terms=np.full(4, math.nan))
     if newmark is None:
         start = request.x, request.v
-        work = work_of_flights(exciter, request.effects, start, run.turns, run.contacts)
+        energy_terms = work_of_flights(exciter, request.effects, start, run.turns, run.contacts)
     else:
-        at = np.append(run.turns[0] + steps.after, run.turns[1])
+        step_turns = np.append(run.turns[0] + steps.after, run.turns[1])
         states = np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1])
-        work = work_of_steps(exciter, at, *states, run.contacts)
-    return run._replace(energy_terms=work)
+        energy_terms = work_of_steps(exciter, step_turns, *states, run.contacts)
+    return run._replace(energy_terms=energy_terms)
 
 
 def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> MotionResult:
+    """Compute one motion without its energy terms."""
     turns = span_in_turns(exciter, request.tau_start, request.tau_end)
     check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
-    closed = closed_form_solver(exciter, request) if grid is None else None
-    if closed is None:
+    solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
+    if solve_closed_form is None:
         grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
         _check_steps(request, (turns[1] - turns[0]) * grid.steps)
         run = _march(exciter, request, grid, turns)
     else:
         after = sample_times(turns, request.samples_per_period)
-        struck, xs, vs = closed(exciter, request, turns, after)
-        end, worked = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
-        run = MotionResult(Status.OK, struck, xs[:-1], vs[:-1], end, worked, turns, after)
+        columns, xs, vs = solve_closed_form(exciter, request, turns, after)
+        end, counts = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
+        run = MotionResult(Status.OK, columns, xs[:-1], vs[:-1], end, counts, turns, after)
     if run.displacement.size > 0:
-        # The start as it was given, on a support before the impact.
+        # The first sample is the requested start: on a support, the state before the impact.
         run.displacement[0], run.velocity[0] = request.x, request.v
     return run
 
 
 def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[..., Solution] | None:
-    """What solves a motion without a march: one that is conservative, or one that strikes nothing."""
+    """Return the function that solves a motion in closed form, or None if it has to be marched.
+
+    A conservative motion and one that reaches no support have a closed form.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+
+    Returns
+    -------
+    callable or None
+        f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
+    """
     p = exciter.parameters()
     if request.effects.watched is None and is_conservative(p, request.x, request.v):
         return _conservative
-    turn = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
-    return _linear if stays_off_supports(p, request.x, request.v, turn) else None
+    phase = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
+    return _linear if stays_off_supports(p, request.x, request.v, phase) else None
 
 
 def _linear(
     exciter: Exciter, request: MotionRequest, turns: tuple[float, float], after: np.ndarray
 ) -> Solution:
-    """A motion that strikes nothing, in closed form."""
+    """Return a motion that reaches no support."""
     start, end = turns
     after = np.append(after, end - start)
     xs, vs = linear.positions(exciter.parameters(), request.x, request.v, start % 1.0, after)
     if end == start:
         xs[-1], vs[-1] = request.x, request.v
-    return contacts_of(take(new_log(1, 1)), 1.0), xs, vs
+    return contacts_of(drain_log(new_log(1, 1)), 1.0), xs, vs
 
 
 def _conservative(
     exciter: Exciter, request: MotionRequest, _turns: tuple[float, float], after: np.ndarray
 ) -> Solution:
-    """A conservative motion, in closed form."""
+    """Return a conservative motion."""
     x, v, span = request.x, request.v, request.tau_end - request.tau_start
-    a = arc(exciter.parameters(), x, v)
-    xs, vs = positions(a, np.append(after * exciter.period, span))
-    struck = contacts(a, span, x, v, exciter.upper, exciter.lower)
+    motion = arc(exciter.parameters(), x, v)
+    xs, vs = positions(motion, np.append(after * exciter.period, span))
+    impacts = contacts(motion, span, x, v, exciter.upper, exciter.lower)
     for name in ("impact_tau", "grazing_tau"):
-        struck[name] += request.tau_start
-    return struck, np.clip(xs, exciter.lower, exciter.upper), vs
+        impacts[name] += request.tau_start
+    return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
 def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
-    """Beginning and end in forcing periods; ParameterError for times that cannot be."""
+    """Return start and end in forcing periods.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    tau_start, tau_end : float
+        Start and end, in tau.
+
+    Raises
+    ------
+    ParameterError
+        If the times are not finite, negative, in the wrong order or beyond 2**52 forcing periods.
+    """
     start = as_float("tau_start", tau_start, "a finite number >= 0")
     end = as_float("tau_end", tau_end, "a finite number >= tau_start")
     if not (math.isfinite(start) and start >= 0):
@@ -186,6 +234,7 @@ def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[f
 
 
 def _check_steps(request: MotionRequest, steps: float) -> None:
+    """Raise a ParameterError if a march has too many steps."""
     if steps > MAX_MARCH_STEPS:
         must = f"must be reached in at most {MAX_MARCH_STEPS:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"
@@ -193,7 +242,22 @@ def _check_steps(request: MotionRequest, steps: float) -> None:
 
 
 def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
-    """Return a whole number within limits, or raise a ParameterError."""
+    """Return a whole number within limits (least, most) as an int.
+
+    Parameters
+    ----------
+    name : str
+        Name in the message.
+    value : int or numpy.integer
+        The number; a bool is rejected.
+    limits : (int, int)
+        Least and largest value.
+
+    Raises
+    ------
+    ParameterError
+        If `value` is no whole number within the limits.
+    """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or not limits[0] <= value <= limits[1]:
         raise ParameterError(name, value, within_text(limits))
@@ -201,9 +265,22 @@ def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
 
 
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
-    """Times of the samples before the end, in forcing periods after the start."""
+    """Return the times of the samples before the end, in forcing periods after the start.
+
+    Parameters
+    ----------
+    turns : (float, float)
+        Start and end, in forcing periods.
+    per_period : int
+        Samples per forcing period.
+
+    Raises
+    ------
+    ParameterError
+        If there are too many samples.
+    """
     span = (turns[1] - turns[0]) * per_period
-    # A regular sample within rounding of tau_end would stand beside the one at tau_end itself.
+    # Leaves out a regular sample within rounding of tau_end, which has a sample of its own.
     count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
     if count > MAX_SAMPLES:
         must = f"must give at most {MAX_SAMPLES} samples up to tau_end"
@@ -215,24 +292,24 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
 def _march(
     exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
 ) -> MotionResult:
-    """March to the end, emptying the log, and telling of it, whenever it is full."""
+    """March to the end; the log is emptied, and progress reported, whenever it is full."""
     e, p = request.effects, exciter.parameters()
     state = initial_state(e, p, grid, turns[0], request.x, request.v)
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)
-        empty = np.full(after.size, np.nan), np.full(after.size, np.nan)
-        at = state.period * grid.steps + state.step, state.theta
-        samples = Samples(*empty, 1, int(request.samples_per_period), *at)
+        unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
+        start_position = state.period * grid.steps + state.step, state.theta
+        samples = Samples(*unfilled, 1, int(request.samples_per_period), *start_position)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
     c = np.empty(3 if grid.exact is None else DEGREE + 1)
     end: Instant = grid_time(turns[1], grid.steps)
     pieces: list[dict[str, np.ndarray]] = []
     events, reported_period = 0, int(state.period)
     while True:
-        left = request.max_impacts - events
-        state, status = march(e, p, grid, state, end, log, samples, c, left)
-        pieces.append(take(log))
+        events_left = request.max_impacts - events
+        state, status = march(e, p, grid, state, end, log, samples, c, events_left)
+        pieces.append(drain_log(log))
         events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
         if request.progress is not None:
             request.progress(int(state.period) - reported_period)
@@ -244,9 +321,16 @@ def _march(
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
         status = Status.SHORT_FLIGHTS
     if state.mode == REST:
-        ended = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
-        pieces.append({name: np.array([value]) for name, value in ended.items()})
-    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
+        open_rest = {
+            "rest_start": state.rest_start,
+            "rest_end": math.inf,
+            "rest_support": state.home,
+        }
+        pieces.append({name: np.array([value]) for name, value in open_rest.items()})
+    columns = {
+        name: np.concatenate([piece[name] for piece in pieces if name in piece])
+        for name in pieces[0]
+    }
     end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
     return MotionResult(
         Status(status),

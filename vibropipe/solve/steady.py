@@ -1,9 +1,9 @@
-"""The steady state of one exciter as a labelled dataset: the face `steady_state`."""
+"""The function `steady_state`: the steady state of one exciter as a labelled dataset."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import MAX_PERIODS, assemble, solve_shard
@@ -22,29 +22,29 @@ def steady_state(
     effects: Sequence[str] | None = None,
     patience: int = MAX_PERIODS,
 ) -> xr.Dataset:
-    """Find the law of motion of eqs. (5), (6) that settles from (x0, v0) at tau = 0.
+    """Find the steady state of eqs. (5), (6) that the motion from (x0, v0) at tau = 0 settles on.
 
-    The motion is marched until its Poincaré section nearly repeats; shooting, Newton's method on the return map
-    [1]_, then closes the orbit. The derivative of the return map is a product of free flows and saltation
-    matrices [2]_, [3]_. Dimensions are those of `simulate`.
+    The motion is marched until its stroboscopic section nearly repeats; shooting, Newton's method on the return map
+    [1]_, then closes the orbit. The Jacobian of the return map is a product of flow and saltation matrices [2]_, [3]_.
+    Dimensions are those of `simulate`.
 
     Parameters
     ----------
     exciter : Exciter
     x0 : float, optional
-        Displacement at tau = 0. Left out, it is the equilibrium, or the support nearest to the equilibrium where
-        that lies beyond. Within 4 ulps of a support it lies on the support.
+        Displacement at tau = 0. The default is the equilibrium or, if the equilibrium lies beyond a support, that
+        support. A value within 4 ulps of a support is moved onto it.
     v0 : float
         Velocity at tau = 0.
     harmonics : int
         Number of harmonics, from 1 to 1000.
     accuracy : float, optional
-        Adds `error`, shared by all quantities (`vibropipe.solve.accuracy.row_errors`); where it is larger than
-        this the status is `inaccurate`.
+        Adds `error`, one error estimate for all quantities (`vibropipe.solve.accuracy.row_errors`); if it exceeds
+        `accuracy`, the status is `inaccurate`.
     effects : sequence of str, optional
-        What the kernel has, as for `sweep`.
+        Effects of the kernel, as for `sweep`.
     patience : int
-        Forcing periods before a motion counts as chaotic, as for `sweep`.
+        Forcing periods after which a chaotic motion is given up, as for `sweep`.
 
     Returns
     -------
@@ -54,9 +54,9 @@ def steady_state(
         regime
             no_impact, one_sided_1, one_sided_2, two_sided, with_rest, aperiodic, unbounded or unresolved.
         status
-            How the solution ended.
+            Outcome of the run.
         period_multiple, base_frequency
-            Forcing periods m of the orbit, 0 where there is none, and its frequency nu/m.
+            Forcing periods m of the orbit, 0 without an orbit, and its frequency nu/m.
         impacts_per_orbit, rests_per_orbit (support)
         displacement_mean, velocity_mean
         displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (harmonic)
@@ -64,26 +64,26 @@ def steady_state(
         displacement_strobe, velocity_strobe
             State at the start of the orbit.
         impact_phase, impact_period, impact_support, impact_velocity (impact)
-            Time as a fraction of a forcing period after sin(nu tau) = 0 rising, and the forcing period of the
-            orbit it belongs to; support (1, 2); velocity before impact.
+            Time as a fraction of a forcing period after a rising zero of sin(nu tau), index of the forcing period in
+            the orbit, support (1, 2), and velocity before impact.
         impact_velocity_max (support)
-            Largest speed before impact; nan where there is none.
+            Largest speed before impact; NaN without an impact.
         floquet_multiplier (multiplier), stable
-            Complex, the larger modulus first.
+            Complex, the larger modulus first; whether both moduli are below 1.
         residual
-            Distance by which the return map misses the orbit, as a share of the motion's size.
+            Residual of the return map, relative to the norm of the motion.
         energy_input, energy_damping, energy_impact (support), energy_residual
-            Energies per orbit: work of the force, losses, and the first less the others.
+            Energies per orbit: work of the force, losses, and the residual of the balance.
         periods_to_settle
-            Forcing periods marched; 0 of an orbit in closed form.
+            Forcing periods marched; 0 for an orbit in closed form.
         window_periods
-            A motion without an orbit is labelled so, and its harmonics and impacts are means over so many
-            forcing periods.
+            Length of the window, in forcing periods, over which harmonics and impacts of a motion without an orbit are
+            averaged; 0 with an orbit.
 
     Raises
     ------
     ParameterError
-        If the start lies outside the supports, or a value is not allowed.
+        If the start lies beyond a support, or an argument is out of range.
 
     References
     ----------
@@ -94,7 +94,8 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
-    asked: dict[str, Any] = {"x0": x0, "v0": v0, "harmonics": harmonics, "outputs": OF_STEADY_STATE}
-    asked |= {"accuracy": accuracy, "effects": effects, "patience": patience}
-    shard = solve_shard(exciter, over, 0, 1, **asked)
+    shard = solve_shard(
+        exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=OF_STEADY_STATE,
+        accuracy=accuracy, effects=effects, patience=patience,
+    )  # fmt: skip
     return assemble([shard], over).isel(nu=0).drop_vars("row_size")

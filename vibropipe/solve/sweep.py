@@ -1,4 +1,4 @@
-"""Steady states over a grid of parameters: the face `sweep`, and the shards it can be cut into."""
+"""The function `sweep`: steady states over a grid of parameters, whole or in shards."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows import solve_rows
+from vibropipe.solve.run import check_whole
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow, SweepGrid, row_blocks
 from vibropipe.words.outputs import OUTPUTS, SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
@@ -27,8 +28,9 @@ from vibropipe.words.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
+# Largest number of forcing periods marched for a row.
 MAX_PERIODS = limits.PATIENCE[1]
-# Forcing periods after which a row of a sweep is left where small differences grow.
+# Forcing periods after which a row of a sweep is given up if perturbations of it still grow.
 PATIENCE = 300
 
 
@@ -45,71 +47,70 @@ def sweep(
     client: Any = None,
     patience: int = PATIENCE,
 ) -> xr.Dataset:
-    """Find the steady states (see `steady_state`) over every combination of the values in `over`.
+    """Find the steady states (see `steady_state`) for every combination of the values in `over`.
 
     Parameters
     ----------
     exciter : Exciter
         The parameters that are the same in every row.
     over : mapping of str to array_like
-        Parameter (any of nu f h l delta R1 R2) -> its values (an array, a dask array or a list): one dimension
-        each, in the order given.
+        Values (an array, a dask array or a list; one-dimensional) of each swept parameter, any of nu f h l delta R1 R2,
+        in the order of the dimensions of the result.
     x0, v0 : float, optional
-        Start of every row: displacement and velocity at tau = 0. An x0 left out is the equilibrium, or the support
-        nearest to it where that lies beyond; one within 4 ulps of a support lies on it.
+        Start of every row: displacement and velocity at tau = 0. The default of x0 is the equilibrium or, if the
+        equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
     harmonics : int
-        Harmonics of displacement and velocity that are kept.
+        Number of harmonics of displacement and velocity.
     follow : (str, str), optional
-        A swept parameter and a direction, ("nu", "up" or "down"): its rows are seeded by their neighbour from below
-        or above, and only the first starts from (x0, v0), so that hysteresis shows.
+        A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
+        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches; comparing both
+        directions shows hysteresis.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy; nothing else is computed or stored.
+        Any of harmonics, impacts, motion, stability, energy; others are neither computed nor stored.
     accuracy : float, optional
-        Relative error wanted of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`), and rows beyond it
-        have status `inaccurate`.
+        Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
+        status `inaccurate`.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest; all of them if left out. Rows are marched
-        by a kernel without the others, compiled when it is first called for. A row that reaches a support left out
-        has status `support_reached`.
+        Any of damping, forcing, support_1, support_2, restitution, rest (default: all). A specialised kernel without
+        the others marches the rows; it is compiled on first use. A row that reaches a support left out has status
+        `support_reached`.
     client : dask.distributed.Client, optional
-        The workers of its cluster solve the rows, and those of a worker that is lost are solved by another one. The
-        result is the same, bit for bit, on machines of the same kind.
+        The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
+        same kind the result is bitwise identical.
     patience : int
-        Forcing periods after which a row is taken for aperiodic if small differences in it grow by e^6 within the
-        last 50 of them; one in which they do not, or without damping, is marched for 1,000. Chaos that ends later
-        is found only with 1,000.
+        Forcing periods after which a damped row is labelled aperiodic if a perturbation grew by more than e^6 over the
+        last 50 of them. Any other row is marched for up to 1,000. Chaos that ends later is recognised only with 1,000.
 
     Returns
     -------
-    xr.Dataset
-        Quantities, all non-dimensional (units of l, p and m), over the names in `over` and then `support`,
-        `harmonic`, `multiplier` or `phase`. Rows that do not settle are labelled in `regime` and `status`. Impacts
-        are a contiguous ragged array: `impact_*` over `impact`, `row_size` of them for each row in the order of the
-        grid.
+    xarray.Dataset
+        Quantities over the names in `over` and then `support`, `harmonic`, `multiplier` or `phase`, all
+        non-dimensional as for `simulate`. `regime` and `status` label rows without a steady state. Impacts are a
+        contiguous ragged array [1]_: `impact_*` over `impact`, with `row_size` of them for each row, in the order of
+        the grid.
 
     Raises
     ------
     ParameterError
-        If a value is outside what is allowed, or an effect is left out that the parameters call for.
+        If an argument is out of range, or `effects` leaves out an effect that the parameters have.
     RuntimeError
         If a worker of the cluster has other kernels, or was lost too often with the same rows.
 
     References
     ----------
-    Equations (5) and (6) of the paper are the model; contiguous ragged arrays are those of the CF conventions,
-    section 9.3.3.
+    .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
     """
     grid = grid_of(exciter, over if client is None else computed_values(client, over), follow)
-    asked: dict[str, Any] = {"follow": follow, "outputs": outputs, "effects": effects}
-    asked |= {"x0": x0, "v0": v0, "harmonics": harmonics, "accuracy": accuracy}
-    asked["patience"] = patience
-    solve: Callable[[int, int], xr.Dataset] = partial(solve_shard, exciter, grid.values, **asked)
+    solve = partial(
+        solve_shard, exciter, grid.values, x0=x0, v0=v0, harmonics=harmonics, follow=follow,
+        outputs=outputs, accuracy=accuracy, effects=effects, patience=patience,
+    )  # fmt: skip
     shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
     return assemble(shards, grid.values, follow)
 
 
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
-    """Return the grid of a sweep; ParameterError where values or what is followed are not allowed."""
+    """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
     values, followed = check_over(over), _check_follow(over, follow)
     parameters = exciter.parameters()._asdict().items()
     shared = {name: value for name, value in parameters if name not in values}
@@ -117,7 +118,7 @@ def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) ->
 
 
 def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """The swept values as one-dimensional arrays of finite floats, in the order given."""
+    """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
     arrays = {}
     for name, values in over.items():
         if name not in Parameters._fields:
@@ -136,6 +137,7 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 
 def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
+    """Return `follow` as a pair, or raise a ParameterError."""
     if follow is None:
         return None
     if isinstance(follow, str) or np.shape(follow) != (2,):
@@ -150,13 +152,25 @@ def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
 
 
 def solve_shard(
-    exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **asked: Any
+    exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **options: Any
 ) -> xr.Dataset:
-    """Solve the rows [row_start, row_stop) of a sweep over dimension `row`, asked as of `sweep`.
+    """Solve the rows [row_start, row_stop) of a sweep.
 
-    Rows count as in `SweepGrid`, and cuts fall between its chains; results do not depend on where they fall.
+    Parameters
+    ----------
+    exciter, over
+        As for `sweep`.
+    row_start, row_stop : int
+        Rows of the shard, numbered as in `SweepGrid`; whole chains. Results do not depend on the cuts.
+    **options
+        Other arguments of `sweep` except `client`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over the dimension `row`.
     """
-    (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **asked)
+    (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **options)
     return shard
 
 
@@ -176,38 +190,60 @@ def solve_blocks(
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
 ) -> Generator[xr.Dataset]:
-    """Solve rows of a sweep, as `solve_shard` does, in blocks of at least block_rows rows, one after the other.
+    """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
 
-    A block is made when it is asked for, and little is solved ahead of it. Each holds the values of all
-    parameters of its rows: those that are swept over `row`, the others once.
+    A block is computed when it is requested, and few rows are solved ahead of it.
+
+    Parameters
+    ----------
+    exciter, over, x0, v0, harmonics, follow, outputs, accuracy, effects, patience
+        As for `sweep`.
+    row_start, row_stop : int
+        First row and end, numbered as in `SweepGrid`; whole chains.
+    block_rows : int
+        Least number of rows per block.
+    progress : callable, optional
+        Called as progress(rows solved).
+
+    Yields
+    ------
+    xarray.Dataset
+        Quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as scalars.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
     """
     grid = grid_of(exciter, over, follow)
     if not grid.is_cut(row_start, row_stop):
         must = f"must be cut from 0 to {grid.rows} at multiples of {grid.chain_length}"
         got = f"{row_start} to {row_stop}"
         raise ParameterError("rows", (row_start, row_stop), must=must, got=got)
-    requested = _check_outputs(outputs)
-    _check_whole("harmonics", harmonics, limits.HARMONICS)
-    _check_whole("patience", patience, limits.PATIENCE)
-    wanted = None if accuracy is None else check_accuracy(accuracy)
+    requested_outputs = _check_outputs(outputs)
+    check_whole("harmonics", harmonics, limits.HARMONICS)
+    check_whole("patience", patience, limits.PATIENCE)
+    max_error = None if accuracy is None else check_accuracy(accuracy)
     x0, v0 = _check_corners(grid, x0, v0)
-    # From the whole grid, not from these rows: a kernel must not depend on how the sweep was cut.
+    # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
     values = {**grid.shared, **grid.values}
     e = resolve_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
     attrs = {"effects": ", ".join(effect_names(e)), "start": start_text(values, x0, v0)}
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)
-        mine = grid.parameters(Parameters._fields, numbers)
-        return [mine] if wanted is None else [mine, perturbed_rows(mine)]
+        unperturbed = grid.parameters(Parameters._fields, numbers)
+        return [unperturbed] if max_error is None else [unperturbed, perturbed_rows(unperturbed)]
 
-    cut = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
-    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested
-    with closing(solve_rows(cut, parameters, *solver, progress, e)) as blocks:
+    row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
+    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
+    with closing(solve_rows(row_cuts, parameters, *solver, progress, e)) as blocks:
         begin = 0
         for stop, solved in blocks:
-            given = parameters(begin, stop)
-            yield _label(grid, row_start + begin, given, solved, wanted, harmonics, attrs)
+            block_parameters = parameters(begin, stop)
+            yield _label(
+                grid, row_start + begin, block_parameters, solved, max_error, harmonics, attrs
+            )
             begin = stop
 
 
@@ -216,40 +252,37 @@ def _label(
     start: int,
     parameters: Sequence[np.ndarray],
     solved: Sequence[RowResults],
-    wanted: float | None,
+    max_error: float | None,
     harmonics: int,
     attrs: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return whole chains from row `start` as a dataset over `row`, brought from the order in which they were solved
-    into that of the grid's rows."""
+    """Return solved chains from row `start` on as a dataset over `row`, in the order of the rows of the grid."""
     import xarray as xr
 
     stop = start + len(parameters[0])
-    found, *again = map(label_rows, solved, parameters)
-    if wanted is not None:
-        found = with_error(found, row_errors(parameters[0], found, *again), wanted)
-    found = take_rows(found, np.argsort(grid.solved(start, stop)))
+    variables, *perturbed = map(label_rows, solved, parameters)
+    if max_error is not None:
+        variables = with_error(
+            variables, row_errors(parameters[0], variables, *perturbed), max_error
+        )
+    variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
     swept = grid.parameters(grid.dims, np.arange(start, stop))
-    given: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}
-    given |= {name: ("row", swept[:, axis]) for axis, name in enumerate(grid.dims)}
-    own = {"row_start": start, "row_stop": stop, **attrs}
-    block = xr.Dataset(found | given, coordinates(found, harmonics), own)
-    return describe(block.set_coords(given))
-
-
-def _check_whole(name: str, value: Any, bounds: tuple[int, int]) -> None:
-    if not isinstance(value, (int, np.integer)) or not bounds[0] <= value <= bounds[1]:
-        raise ParameterError(name, value, limits.within_text(bounds))
+    coords: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}
+    coords |= {name: ("row", swept[:, axis]) for axis, name in enumerate(grid.dims)}
+    attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
+    block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
+    return describe(block.set_coords(coords))
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the requested outputs in the order of `OUTPUTS`, or raise a ParameterError."""
     if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
         raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
     return tuple(name for name in OUTPUTS if name in outputs)
 
 
 def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:
-    """The start as floats, when it and the corners of the grid are checked by the exciter's own rules."""
+    """Return the start as floats; ParameterError if a corner of the grid is no valid exciter for it."""
     ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
     for corner in itertools.product(*ends):
         Exciter(**grid.shared, **dict(zip(grid.dims, corner, strict=True))).check_start(x0, v0)
@@ -259,7 +292,20 @@ def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float 
 def assemble(
     shards: Sequence[xr.Dataset], over: Mapping[str, Any], follow: Follow = None
 ) -> xr.Dataset:
-    """Join shards, in any order, into the dataset of the whole sweep, in memory."""
+    """Join shards, in any order, into the dataset of the whole sweep, in memory.
+
+    Parameters
+    ----------
+    shards : sequence of xarray.Dataset
+        Shards of `solve_shard` that make up all rows.
+    over, follow
+        As for `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of `sweep`.
+    """
     import xarray as xr
 
     grid = SweepGrid(check_over(over), follow)
@@ -278,7 +324,7 @@ def assemble(
     coords: dict[str, Any] = {name: (name, values) for name, values in grid.values.items()}
     first = ordered[0]
     for name in [str(name) for name in first.coords if name not in grid.dims]:
-        # an index is taken over; of others a bare variable is, since a DataArray takes long to make
+        # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
         coords[name] = first[name] if name in first.xindexes else first.variables[name]
     attrs = {name: first.attrs[name] for name in ("effects", "start")}
     joined = describe(xr.Dataset(variables, coords, attrs))

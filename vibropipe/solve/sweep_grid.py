@@ -1,7 +1,7 @@
-"""The rows of a sweep: their order, the chains in which they are followed, the cuts, and their places in the grid.
+"""The rows of a sweep: their order, their chains, the cuts between them and their positions in the grid.
 
-A sweep is solved row after row: C order over the swept parameters, except that the followed one varies fastest,
-whatever its place among them. Rows that seed each other are a chain, which no cut divides. Datasets keep the order
+A sweep is solved row after row, in C order over the swept parameters, except that the followed one varies fastest
+wherever it stands among them. Rows that seed each other form a chain, which no cut divides. Datasets keep the order
 of the study.
 """
 
@@ -20,15 +20,22 @@ Item = TypeVar("Item")
 Follow = tuple[str, str] | None
 
 DIRECTIONS = ("up", "down")
-# Rows per call of the driver: few enough for a word of progress and Ctrl-C, many enough that calls cost nothing.
-# Towards the end a share of what is left, and ever fewer, so that threads end together.
+# Rows per call of the kernel. Small enough for progress reports and Ctrl-C, large enough to hide the call overhead;
+# pieces shrink towards the end, to a TAIL_FRACTION-th of the remaining rows, so that threads finish together.
 ROWS_PER_CALL, MIN_ROWS_PER_CALL, TAIL_FRACTION = 256, 64, 4
 
 
 class Block(NamedTuple):
     """Consecutive rows [start, stop) that fill a box of the grid.
 
-    `shape` is that of the box in the order of the rows, `where` the box in the order of the grid.
+    Attributes
+    ----------
+    start, stop : int
+        First row and end.
+    shape : tuple of int
+        Shape of the box in the order of the rows.
+    where : tuple of slice
+        The box in the order of the grid.
     """
 
     start: int
@@ -39,14 +46,14 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SweepGrid:
-    """The grid of a sweep and all that depends on the order of its rows.
+    """The grid of a sweep and the order of its rows.
 
     Parameters
     ----------
     values : mapping of str to np.ndarray
         Values of each swept parameter, in the order of the study.
     follow : (str, str), optional
-        The followed parameter and the direction in which it is followed, one of `DIRECTIONS`.
+        The followed parameter and its direction, one of `DIRECTIONS`.
     shared : mapping of str to float, optional
         The parameters that are the same in every row.
     """
@@ -68,7 +75,7 @@ class SweepGrid:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Sizes in the order of the study."""
+        """Sizes of the grid in the order of the study."""
         return tuple(len(values) for values in self.values.values())
 
     @property
@@ -78,12 +85,12 @@ class SweepGrid:
 
     @property
     def chain_length(self) -> int:
-        """Rows that are solved one after the other, each seeded by the one before."""
+        """Number of rows in a chain, which are solved one after the other, each from the one before."""
         return 1 if self.follow is None else len(self.values[self.follow[0]])
 
     @property
     def chains(self) -> int:
-        """Number of chains; more shards than that there cannot be."""
+        """Number of chains, and the largest number of shards."""
         return self.rows // self.chain_length
 
     @cached_property
@@ -101,110 +108,115 @@ class SweepGrid:
 
     @property
     def in_order(self) -> bool:
-        """Whether rows count in the order of the grid."""
+        """Whether the order of the rows is that of the grid."""
         return self.row_axes == tuple(range(len(self.dims)))
 
     def indices(self, rows: Any) -> tuple[Any, ...]:
-        """Return the index of numbered rows along each dimension of the grid."""
+        """Return the indices of rows along each dimension of the grid."""
         return self.in_grid_order(np.unravel_index(rows, self.row_shape))
 
     def points(self, start: int, stop: int) -> np.ndarray:
-        """Return the place of each of the rows [start, stop) in C order of the grid."""
-        places = self.indices(np.arange(start, stop))
-        return np.asarray(np.ravel_multi_index(places, self.shape))
+        """Return the flat indices, in C order of the grid, of the rows [start, stop)."""
+        indices = self.indices(np.arange(start, stop))
+        return np.asarray(np.ravel_multi_index(indices, self.shape))
 
     def rows_of_points(self) -> np.ndarray:
         """Return the row at each point of the grid, points in C order."""
-        return np.arange(self.rows).reshape(self.row_shape).transpose(self._places).ravel()
+        return np.arange(self.rows).reshape(self.row_shape).transpose(self._row_positions).ravel()
 
     def parameters(self, names: Sequence[str], rows: np.ndarray) -> np.ndarray:
-        """Return the values (rows, names) of parameters, swept or shared, in numbered rows."""
-        places = dict(zip(self.dims, self.indices(rows), strict=True))
+        """Return the values (rows, names) of parameters, swept or shared, of the given rows."""
+        indices = dict(zip(self.dims, self.indices(rows), strict=True))
         columns = np.empty((len(rows), len(names)))
         for column, name in enumerate(names):
-            swept = name in places
-            columns[:, column] = self.values[name][places[name]] if swept else self.shared[name]
+            swept = name in indices
+            columns[:, column] = self.values[name][indices[name]] if swept else self.shared[name]
         return columns
 
     def text(self, row: int) -> str:
-        """Return the swept parameters of a row in words."""
+        """Return the swept parameters of a row as text."""
         values = zip(self.values.items(), self.indices(row), strict=True)
-        return ", ".join(f"{name} = {float(array[at])!r}" for (name, array), at in values)
+        return ", ".join(f"{name} = {float(array[index])!r}" for (name, array), index in values)
 
     def cuts(self, shards: int) -> list[int]:
-        """Return the ends of so many shards of about as many rows: shard I, from 1, has [ends[I - 1], ends[I])."""
+        """Return the ends of shards of nearly equal length: shard I, from 1, has the rows [ends[I - 1], ends[I])."""
         return [shard * self.chains // shards * self.chain_length for shard in range(shards + 1)]
 
     def is_cut(self, start: int, stop: int) -> bool:
-        """Whether the rows [start, stop) are whole chains of the sweep."""
+        """Return whether the rows [start, stop) are whole chains of the sweep."""
         length = self.chain_length
         return 0 <= start < stop <= self.rows and start % length == stop % length == 0
 
     def solved(self, start: int, stop: int) -> np.ndarray:
-        """Return the rows that are solved as number `start` to `stop` - 1 of all.
+        """Return the rows in the order in which they are solved, from position `start` to `stop` - 1.
 
-        A chain is solved in the direction in which it is followed: for whole chains these are the rows
-        [start, stop) in another order.
+        A chain is solved in its direction: for whole chains the result is a permutation of the rows [start, stop).
         """
-        numbers = np.arange(start, stop)
-        return numbers - numbers % self.chain_length + self._along[numbers % self.chain_length]
+        positions = np.arange(start, stop)
+        return (
+            positions - positions % self.chain_length + self._along[positions % self.chain_length]
+        )
 
     @cached_property
     def _along(self) -> np.ndarray:
-        """Places in a chain in the order in which they are solved."""
+        """Positions in a chain in the order in which they are solved."""
         if self.follow is None:
             return np.zeros(1, int)
-        order = np.argsort(self.values[self.follow[0]])
-        return order if self.follow[1] == "up" else order[::-1]
+        permutation = np.argsort(self.values[self.follow[0]])
+        return permutation if self.follow[1] == "up" else permutation[::-1]
 
     def blocks(self, box: tuple[int, ...]) -> Iterator[Block]:
-        """Cut the grid into boxes of shape `box`, in the order of the rows, and return them in that order."""
+        """Cut the grid into boxes of shape `box` and yield them in the order of the rows."""
         shape, start = self.row_shape, 0
-        for corner in product(*(range(0, n, size) for n, size in zip(shape, box, strict=True))):
+        for corner in product(
+            *(range(0, length, step) for length, step in zip(shape, box, strict=True))
+        ):
             ends = tuple(map(min, map(sum, zip(corner, box, strict=True)), shape))
-            sizes = tuple(end - first for first, end in zip(corner, ends, strict=True))
+            sizes = tuple(end - begin for begin, end in zip(corner, ends, strict=True))
             where = self.in_grid_order(tuple(map(slice, corner, ends)))
             yield Block(start, start + prod(sizes), sizes, where)
             start += prod(sizes)
 
-    def place(self, block: Block, values: np.ndarray) -> np.ndarray:
+    def to_box(self, block: Block, values: np.ndarray) -> np.ndarray:
         """Return `values` (rows first) of a block as the box `block.where` of the grid."""
         boxed = values.reshape(*block.shape, *values.shape[1:])
-        return boxed.transpose(*self._places, *range(len(self.dims), boxed.ndim))
+        return boxed.transpose(*self._row_positions, *range(len(self.dims), boxed.ndim))
 
     @cached_property
-    def _places(self) -> tuple[int, ...]:
-        """For each axis of the grid, its place in the order of the rows."""
+    def _row_positions(self) -> tuple[int, ...]:
+        """For each axis of the grid, its position in the order of the rows."""
         return tuple(self.row_axes.index(axis) for axis in range(len(self.dims)))
 
     def in_grid_order(self, items: tuple[Item, ...]) -> tuple[Item, ...]:
-        """Bring what stands for each dimension from the order of the rows to that of the grid."""
-        return tuple(items[place] for place in self._places)
+        """Return items of the dimensions, given in the order of the rows, in the order of the grid."""
+        return tuple(items[position] for position in self._row_positions)
 
 
 def row_blocks(
     rows: int, chain_length: int = 1, block_rows: int | None = None
 ) -> list[list[list[int]]]:
-    """Cut rows into blocks, and these into pieces that are solved side by side; the same for any number of threads.
+    """Cut rows into blocks, and blocks into pieces that are solved in parallel.
+
+    The cuts do not depend on the number of threads.
 
     Parameters
     ----------
     rows, chain_length : int
-        Rows in whole chains, and those of a chain.
+        Number of rows, in whole chains, and rows per chain.
     block_rows : int, optional
-        Rows that a block has at least; all if left out.
+        Least number of rows per block (default: all).
 
     Returns
     -------
     list of list of list of int
-        For each block, for each of its pieces, the ends of the calls that solve it one after the other: whole
-        chains that one call takes, or parts of one chain that is longer than that.
+        For each block, for each of its pieces, the ends of the consecutive calls that solve it. A piece consists of
+        whole chains solved in one call, or of the parts of one longer chain.
     """
     blocks: list[list[list[int]]] = []
     first = begin = 0
     while first < rows:
-        most = min(ROWS_PER_CALL, max(MIN_ROWS_PER_CALL, (rows - first) // TAIL_FRACTION))
-        stop = min(rows, first + max(1, most // chain_length) * chain_length)
+        max_rows = min(ROWS_PER_CALL, max(MIN_ROWS_PER_CALL, (rows - first) // TAIL_FRACTION))
+        stop = min(rows, first + max(1, max_rows // chain_length) * chain_length)
         if not blocks or first - begin >= (rows if block_rows is None else block_rows):
             blocks.append([])
             begin = first

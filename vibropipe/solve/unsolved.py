@@ -1,4 +1,4 @@
-"""Rows that are not solved have no results: what a row says of its motion holds, or is not there."""
+"""Masking of unsolved rows: a row has results only if its motion was solved."""
 
 from __future__ import annotations
 
@@ -8,20 +8,31 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
-# Solved: an orbit was found, or its absence was measured over a window.
+# A row is solved if an orbit was found, or a motion without one was averaged over a window.
 SOLVED = (Status.OK, Status.MAX_PERIODS)
 
 
 def is_solved(status: np.ndarray) -> np.ndarray:
-    """Which rows have results, from the status (rows,) that their march ended with."""
+    """Return which rows have results, from their status (rows,)."""
     return np.isin(status, SOLVED)
 
 
 def mask_unsolved(rows: RowResults) -> RowResults:
-    """The same compacted results (`solve.rows`), nan and without contacts where a row is not solved.
+    """Remove the results of unsolved rows.
 
-    A row that has a number which is none is not solved either: status `not_finite`. Energies and samples are those
-    of orbits, and nan of a motion without one. `section` stays: it seeds the next row of a chain.
+    Numbers become NaN and contacts are removed. A row with a required number that is not finite counts as unsolved:
+    status `not_finite`. Energies and samples of a motion without an orbit are NaN. `section` is kept, since the next
+    row of a chain starts from it.
+
+    Parameters
+    ----------
+    rows : RowResults
+        Compacted results (`solve.rows`), changed in place.
+
+    Returns
+    -------
+    RowResults
+        The results without the impacts of unsolved rows.
     """
     lost = is_solved(rows.status) & ~_is_finite(rows)
     rows.status[lost] = Status.NOT_FINITE
@@ -39,25 +50,25 @@ def mask_unsolved(rows: RowResults) -> RowResults:
 
 
 def _is_finite(rows: RowResults) -> np.ndarray:
-    """Whether all numbers are finite that a row must have, from the arrays there are of size."""
+    """Return which rows have only finite values among those that a row must have."""
     orbit = rows.period_multiple > 0
     finite: np.ndarray = np.isfinite(rows.section).all(axis=1)
     finite &= ~orbit | (np.isfinite(rows.residual) & (rows.frequency > 0))
-    for values, needed in (
+    for values, required in (
         (rows.amplitudes, np.ones(orbit.size, bool)),
         (rows.multipliers, orbit),
         (rows.energy, orbit),
         (rows.motion, orbit),
     ):
         if len(values):
-            finite &= ~needed | np.isfinite(values).reshape(orbit.size, -1).all(axis=1)
+            finite &= ~required | np.isfinite(values).reshape(orbit.size, -1).all(axis=1)
     if len(rows.impact_velocity_max):
         finite &= (np.isfinite(rows.impact_velocity_max) | (rows.impacts == 0)).all(axis=1)
     return finite
 
 
 def _without_impacts(rows: RowResults, unsolved: np.ndarray) -> RowResults:
-    """The results without the impacts listed of some rows."""
+    """Return the results without the listed impacts of unsolved rows."""
     count = rows.impact_count
     if not count.size or not count[unsolved].any():
         return rows

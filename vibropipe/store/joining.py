@@ -104,7 +104,7 @@ def _write(
         rows = files.enter_context(closing(read_rows(shards, (block.stop for block in blocks))))
         for block, values in zip(blocks, rows, strict=True):
             for name in gridded:
-                created[name][block.where] = grid.place(block, values[name])
+                created[name][block.where] = grid.to_box(block, values[name])
             samples.put(block.start, block.stop, values)
             if progress is not None:
                 progress(block.stop, grid.rows)

@@ -1,8 +1,8 @@
-"""The cheapest method and step that reach an accuracy, found by trial on the very exciter.
+"""The cheapest method and step that reach an accuracy, selected by trial runs on the same exciter.
 
-The exact motion is tried first. Its cost bounds what any other method may cost, and it judges them:
-Newmark's method is tried with ever more steps until it is accurate enough or would cost more. Costs
-are counts of work times fixed prices, so the same exciter is always given the same method.
+The exact motion is computed first. Its cost is the upper limit for any other method, and it is their reference:
+Newmark's method is tried with more and more steps until it is accurate enough or would cost more. Costs are
+operation counts times fixed prices, so that the same exciter always gets the same method.
 """
 
 from __future__ import annotations
@@ -28,16 +28,17 @@ from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import MotionRequest, MotionResult, run_motion
 from vibropipe.words.status import Status
 
+# Newmark steps per forcing period of the first trial.
 MIN_STEPS = 4
-# Each trial takes so many times the steps of the one before: the first that does is near the fewest.
+# Ratio of the steps of successive trials: the first accurate one has at most this many times the least steps.
 GROWTH = 2**0.5
 
 
 class Prices(NamedTuple):
-    """Nanoseconds of a step, a polynomial, an evaluation of it, an impact, and a step of the grid's tables.
+    """Nanoseconds per step, polynomial, evaluation of it, impact, and step of the tables of a grid.
 
-    Fitted to 200 motions on one machine, of which they meet most within a third; only their ratios decide, and
-    those hardly differ between machines.
+    The prices are fitted to 200 motions on one machine; most of these take within a third of the predicted time. Only
+    ratios of prices matter, and these hardly differ between machines.
     """
 
     step: float
@@ -52,9 +53,20 @@ NEWMARK_PRICES = Prices(4.7, 31.0, 82.0, 302.0, 6.0)
 
 
 class Choice(NamedTuple):
-    """method: "exact" or "newmark"; steps_per_period: None for exact; error: what is reached, in the measure
-    of `largest_relative_error`; reached: whether that is as accurate as asked; nanoseconds: of the march, by the
-    prices."""
+    """The selected method.
+
+    Attributes
+    ----------
+    method : {"exact", "newmark"}
+    steps_per_period : int or None
+        None for the exact method.
+    error : float
+        Error of the motion, as measured by `largest_relative_error`.
+    reached : bool
+        Whether the error is within the requested accuracy.
+    nanoseconds : float
+        Cost of the march, by the prices.
+    """
 
     method: str
     steps_per_period: int | None
@@ -72,10 +84,22 @@ def choose(
     *,
     tau_start: float = 0.0,
 ) -> Choice:
-    """The cheapest way to this motion with errors of at most `accuracy`, absolute and relative to the size
-    of the quantity; the exact method, and `reached` False, where double precision can not do it.
+    """Select the cheapest method for a motion with errors of at most `accuracy`, absolute and relative.
 
-    Raises ParameterError for what `simulate` does not take either.
+    Parameters
+    ----------
+    exciter, tau_end, x0, v0, accuracy, tau_start
+        As for `simulate`.
+
+    Returns
+    -------
+    Choice
+        The exact method with `reached` False if double precision cannot reach the accuracy.
+
+    Raises
+    ------
+    ParameterError
+        As `simulate`.
     """
     x, v = exciter.check_start(x0, v0)
     request = MotionRequest(tau_start, tau_end, x, v, samples_per_period=0)
@@ -84,7 +108,7 @@ def choose(
 
 
 def check_accuracy(accuracy: Any) -> float:
-    """An accuracy as a float, or a ParameterError."""
+    """Return an accuracy as a float, or raise a ParameterError."""
     allowed, (least, most) = within_text(ACCURACY, "a finite number"), ACCURACY
     value = as_float("accuracy", accuracy, allowed)
     if not least <= value <= most:
@@ -95,47 +119,67 @@ def check_accuracy(accuracy: Any) -> float:
 def choose_method(
     exciter: Exciter, request: MotionRequest, accuracy: float
 ) -> tuple[Choice, MotionResult, Errors]:
-    """The choice for a task, with the exact motion and its errors, on which it rests."""
+    """Select the method for a motion.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+    accuracy : float
+        Maximum error.
+
+    Returns
+    -------
+    choice : Choice
+    exact : MotionResult
+        The exact motion.
+    errors : Errors
+        Its error estimates.
+    """
     exact = run_motion(exciter, request)
     errors = exact_errors(exciter, request, exact)
     variables = to_variables(exciter, request, exact)
-    sizes = motion_scales(exciter, request, variables)
-    reached = largest_relative_error(variables, errors, sizes, accuracy)
+    scales = motion_scales(exciter, request, variables)
+    error = largest_relative_error(variables, errors, scales, accuracy)
     nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
-    best = Choice("exact", None, reached, reached <= accuracy, nanoseconds)
+    best = Choice("exact", None, error, error <= accuracy, nanoseconds)
     if not best.reached or exact.status != Status.OK:
         return best, exact, errors
     steps = MIN_STEPS
-    short = request._replace(samples_per_period=0)
+    unsampled = request._replace(samples_per_period=0)
     periods = (request.tau_end - request.tau_start) / exciter.period
     while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
         grid = newmark_grid(request.effects, exciter.parameters(), steps)
-        run = run_motion(exciter, short, grid)
-        spent = cost(NEWMARK_PRICES, steps, run)
-        if spent < nanoseconds and run.status == Status.OK:
-            found = to_variables(exciter, short, run)
-            error = max(
-                largest_relative_error(found, deviation(found, variables, errors), sizes, accuracy),
-                # Impacts of the exact motion that the method does not have.
+        run = run_motion(exciter, unsampled, grid)
+        trial_cost = cost(NEWMARK_PRICES, steps, run)
+        if trial_cost < nanoseconds and run.status == Status.OK:
+            trial = to_variables(exciter, unsampled, run)
+            newmark_error = max(
                 largest_relative_error(
-                    variables, deviation(variables, found, errors), sizes, accuracy
+                    trial, deviation(trial, variables, errors), scales, accuracy
+                ),
+                # In reverse, for impacts of the exact motion that the Newmark motion does not have.
+                largest_relative_error(
+                    variables, deviation(variables, trial, errors), scales, accuracy
                 ),
             )
-            if error <= accuracy:
-                return Choice("newmark", steps, error, True, spent), exact, errors
+            if newmark_error <= accuracy:
+                return Choice("newmark", steps, newmark_error, True, trial_cost), exact, errors
         steps = math.ceil(steps * GROWTH)
     return best, exact, errors
 
 
 def cost(prices: Prices, steps: int, run: MotionResult) -> float:
-    """Nanoseconds of a march on a grid of so many steps a period, by its counts; 0 for a closed form."""
-    counts, struck = run.counts, run.contacts["impact_tau"].size
-    worked = np.array([counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], struck, steps])
-    return float(worked @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
+    """Return the nanoseconds of a march with so many steps per period, from its counts; 0 for a closed form."""
+    counts, n_impacts = run.counts, run.contacts["impact_tau"].size
+    operations = np.array(
+        [counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], n_impacts, steps]
+    )
+    return float(operations @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
 
 
 def least_cost(steps: int, periods: float, exact: MotionResult) -> float:
-    """Nanoseconds that Newmark's method takes at least: its steps, its tables, its impacts."""
-    prices, struck = NEWMARK_PRICES, exact.contacts["impact_tau"].size
-    met = struck * (prices.polynomial + prices.impact)
-    return periods * steps * prices.step + steps * prices.table + met
+    """Return a lower limit on the nanoseconds of Newmark's method: its steps, its tables and the impacts."""
+    prices, n_impacts = NEWMARK_PRICES, exact.contacts["impact_tau"].size
+    impact_cost = n_impacts * (prices.polynomial + prices.impact)
+    return periods * steps * prices.step + steps * prices.table + impact_cost

@@ -1,11 +1,10 @@
-"""How far a motion can be trusted: an error beside each of its quantities, found on that very motion.
+"""Error estimates for the quantities of a motion.
 
-The exact method errs by rounding alone, amplified along the motion. So it is run again on grids of
-other steps, which round elsewhere, from numbers nudged by one unit in the last place, which is how
-far they are known: SAFETY times the largest difference to COPIES such runs is the error. Where a
-motion touches a support within rounding, so that an impact and no impact cannot be told apart, the
-supports are nudged by that much instead. Newmark's error is its distance to the exact motion plus
-that motion's own error.
+The only error of the exact method is rounding, amplified along the motion. The motion is therefore computed COPIES
+more times, on grids with other steps, which round differently, and from parameters perturbed by one unit in the last
+place, their own uncertainty. The estimate is SAFETY times the largest difference. If the motion touches a support
+within rounding, so that impact and miss cannot be distinguished, the supports are perturbed by that tolerance. The
+error of a Newmark motion is its distance to the exact motion plus the error of that.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from vibropipe.words.parameters import PARAMETERS
 ULP = 2.0**-52
 COPIES = 3
 SAFETY = 2.0
-# Signs of the nudges of nu, f, h, l, delta, R1, R2, x0, v0, copy by copy.
+# Signs of the perturbations of nu, f, h, l, delta, R1, R2, x0, v0 in each copy.
 SIGNS = (
     (1, -1, 1, 1, 1, -1, -1, 1, 1),
     (-1, -1, -1, -1, 1, -1, 1, 1, -1),
@@ -36,17 +35,16 @@ SIGNS = (
 
 Variables = dict[str, Any]
 Errors = dict[str, np.ndarray]
-# Times and velocities of contacts: what stands at a contact, by the name of its dimension.
+# Variables of contacts with an error, by dimension; contacts are matched by the first.
 CONTACT_COLUMNS = {
     "impact": ("impact_tau", "impact_velocity", "impact_velocity_after"),
     "rest": ("rest_start", "rest_end"),
     "grazing": ("grazing_tau",),
 }
-CONTACT_TIMES = {"impact": "impact_tau", "rest": "rest_start", "grazing": "grazing_tau"}
 
 
 class Scales(NamedTuple):
-    """Sizes of a motion's displacement and velocity, and its unit of time."""
+    """Scales of displacement and velocity of a motion, and its unit of time."""
 
     displacement: float
     velocity: float
@@ -54,22 +52,25 @@ class Scales(NamedTuple):
 
 
 def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables) -> Scales:
-    """The largest displacement and velocity known of a motion without a record of it, and the shorter
-    of the forcing period and 1."""
-    struck = {*variables["impact_support"][1].tolist(), *variables["rest_support"][1].tolist()}
-    reached = [abs(exciter.upper if support == 1 else exciter.lower) for support in struck]
+    """Return the scales of a motion, from what is available without samples.
+
+    They are the largest displacement and velocity at the start, the end and the contacts and of the forced vibration,
+    and the smaller of the forcing period and 1.
+    """
+    supports = {*variables["impact_support"][1].tolist(), *variables["rest_support"][1].tolist()}
+    support_x = [abs(exciter.upper if support == 1 else exciter.lower) for support in supports]
     nu, clearance = exciter.nu, 2 * exciter.l
     forced = clearance * (exciter.f != 0)
     if (stiffness := abs(complex((1 - nu) * (1 + nu), exciter.h * nu))) > 0:
         forced = min(abs(exciter.f) / stiffness, forced)
-    x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, *reached, 0.0)
+    x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, *support_x, 0.0)
     speeds = np.abs(variables["impact_velocity"][1])
     v = max(abs(request.v), abs(variables["velocity_end"][1]), nu * forced, speeds.max(initial=0.0))
     return Scales(x, v, min(1.0, exciter.period))
 
 
 def exact_errors(exciter: Exciter, request: MotionRequest, run: MotionResult) -> Errors:
-    """Error of each quantity of an exact motion, by its name and in its shape."""
+    """Return the error estimate of each quantity of an exact motion, by name and in its shape."""
     variables = to_variables(exciter, request, run)
     errors = rounding_floor(exciter, request, variables)
     touches = run.contacts["grazing_tau"].size > 0
@@ -88,15 +89,14 @@ def exact_errors(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
 def perturbed(
     exciter: Exciter, request: MotionRequest, copy: int, touches: bool
 ) -> tuple[Exciter, MotionRequest]:
-    """The exciter and the start with every number moved by one unit in its last place, or by its doubt.
+    """Return exciter and start with every number moved by one unit in the last place, or by its uncertainty.
 
-    Effects that are absent (0) and restitution 1 stay so; a start on a support stays on it, and an
-    equilibrium at a support stays there.
+    Absent effects (0) and restitution 1 are kept. A start on a support stays on it, and so does an equilibrium.
     """
     signs = dict(zip((*PARAMETERS, "x", "v"), SIGNS[copy], strict=True))
     values = {name: getattr(exciter, name) * (1 + ULP * signs[name]) for name in PARAMETERS}
     if touches:
-        # The search for contacts sets its tolerance by the lengths at hand in a step.
+        # The tolerance of the search for contacts scales with the lengths that occur in a step.
         lengths = exciter.l + abs(exciter.delta) + abs(exciter.f) / max(1.0, exciter.nu) ** 2
         values["l"] = exciter.l + 8 * GRAZING_TOLERANCE * lengths * (-1) ** copy
     if abs(exciter.delta) == exciter.l:
@@ -114,56 +114,74 @@ def perturbed(
 
 
 def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variables) -> Errors:
-    """The least error of each quantity: a few roundings of its size, and its change over one of tau."""
-    size = motion_scales(exciter, request, variables)
-    pull = size.displacement + exciter.h * size.velocity + abs(exciter.f)
-    late = ULP * request.tau_end
-    x = 4 * ULP * size.displacement + late * size.velocity
-    v = 4 * ULP * size.velocity + late * pull
+    """Return the least error of each quantity: some roundings of its scale, and its change over one rounding of tau."""
+    scales = motion_scales(exciter, request, variables)
+    max_acceleration = scales.displacement + exciter.h * scales.velocity + abs(exciter.f)
+    tau_error = ULP * request.tau_end
+    x = 4 * ULP * scales.displacement + tau_error * scales.velocity
+    v = 4 * ULP * scales.velocity + tau_error * max_acceleration
     least = dict.fromkeys(
         ("velocity", "velocity_end", "impact_velocity", "impact_velocity_after"), v
     )
     least |= {"displacement": x, "displacement_end": x}
-    energy = size.velocity * v + size.displacement * x
+    energy = scales.velocity * v + scales.displacement * x
     contacts = variables["impact_tau"][1].size + 1
     least |= dict.fromkeys(TERMS, energy * contacts)
-    least["force"] = abs(exciter.f) * (4 * ULP + 2 * exciter.nu * late)
+    least["force"] = abs(exciter.f) * (4 * ULP + 2 * exciter.nu * tau_error)
     return {
-        name: np.full(np.shape(values), least.get(name, 4 * late + 64 * ULP * size.time))
+        name: np.full(np.shape(values), least.get(name, 4 * tau_error + 64 * ULP * scales.time))
         for name, (_dims, values) in variables.items()
         if name not in ("tau", "status") and not name.endswith("support")
     }
 
 
-def deviation(variables: Variables, others: Variables, own: Errors) -> Errors:
-    """Distance of each quantity of a motion to that of another one, plus that one's own errors."""
+def deviation(variables: Variables, others: Variables, other_errors: Errors) -> Errors:
+    """Return the distance of each quantity of a motion to that of another, plus the errors of the other.
+
+    Parameters
+    ----------
+    variables, others : Variables
+        The motion and the other one (`to_variables`).
+    other_errors : Errors
+        Errors of the other motion; may be empty.
+
+    Returns
+    -------
+    Errors
+        Errors by name, in the shape of each quantity.
+    """
     differences: Errors = {}
     for name in ("displacement", "velocity", "force", "displacement_end", "velocity_end", *TERMS):
         if name in variables and name in others:
-            differences[name] = distance(variables[name][1], others[name][1]) + own.get(name, 0.0)
+            differences[name] = distance(variables[name][1], others[name][1]) + other_errors.get(
+                name, 0.0
+            )
     for kind, names in CONTACT_COLUMNS.items():
-        support = f"{kind}_support"
-        when = CONTACT_TIMES[kind]
+        support_name = f"{kind}_support"
+        time = names[0]
         partner = match_contacts(
-            variables[when][1], variables[support][1], others[when][1], others[support][1]
+            variables[time][1], variables[support_name][1], others[time][1], others[support_name][1]
         )
         for name in names:
             mine, theirs = variables[name][1], others[name][1]
-            # A contact that the other motion does not have: it may not be, at any time.
-            lone = np.abs(mine) if "velocity" in name else np.full(mine.shape, np.inf)
-            differences[name] = lone
-            there = partner >= 0
-            expected = (
-                own[name][partner[there]] if name in own and own[name].size == theirs.size else 0.0
+            # Contact without counterpart: its time error is infinite, its velocity error the full velocity.
+            error = np.abs(mine) if "velocity" in name else np.full(mine.shape, np.inf)
+            has_partner = partner >= 0
+            error_of_partner = (
+                other_errors[name][partner[has_partner]]
+                if name in other_errors and other_errors[name].size == theirs.size
+                else 0.0
             )
-            differences[name][there] = distance(mine[there], theirs[partner[there]]) + expected
+            nearest = theirs[partner[has_partner]]
+            error[has_partner] = distance(mine[has_partner], nearest) + error_of_partner
+            differences[name] = error
     if "velocity" in differences:
         differences["velocity"] = widen_at_jumps(variables, differences)
     return differences
 
 
 def distance(one: Any, other: Any) -> np.ndarray:
-    """|one - other|, 0 where both are infinite, inf where either is nan."""
+    """Return |one - other|: 0 where both are infinite, inf where either is NaN."""
     with np.errstate(invalid="ignore"):
         difference = np.abs(np.subtract(one, other))
     difference = np.where(np.asarray(one) == np.asarray(other), 0.0, difference)
@@ -171,8 +189,23 @@ def distance(one: Any, other: Any) -> np.ndarray:
 
 
 def match_contacts(times: Any, supports: Any, other_times: Any, other_supports: Any) -> np.ndarray:
-    """For each contact its place in another motion, -1 if it has none: one by one where both have
-    the same contacts, else the nearest one in time on the same support."""
+    """Match the contacts of a motion with those of another.
+
+    If both motions touch the same supports in the same order, contacts are matched one by one, otherwise with the
+    nearest in time on the same support.
+
+    Parameters
+    ----------
+    times, supports : (n,) array
+        Contacts of the motion, in order of time.
+    other_times, other_supports : (k,) array
+        Contacts of the other motion, in order of time.
+
+    Returns
+    -------
+    (n,) array of int
+        Index of the counterpart; -1 if there is none.
+    """
     if np.array_equal(supports, other_supports):
         return np.arange(len(times))
     partner = np.full(len(times), -1)
@@ -193,36 +226,49 @@ def match_contacts(times: Any, supports: Any, other_times: Any, other_supports: 
 
 
 def widen_at_jumps(variables: Variables, differences: Errors) -> np.ndarray:
-    """Errors of the recorded velocity, with the whole jump where an impact may come before or after."""
+    """Return the errors of the sampled velocity, with the whole jump near the times of uncertain impacts."""
     error, tau = differences["velocity"], variables["tau"][1]
-    times, doubt = variables["impact_tau"][1], differences["impact_tau"]
+    times, uncertainty = variables["impact_tau"][1], differences["impact_tau"]
     jumps = np.abs(variables["impact_velocity_after"][1] - variables["impact_velocity"][1])
-    doubt = SAFETY * np.where(np.isfinite(doubt), doubt, 0.0) + 4 * ULP * np.abs(times)
-    first = np.searchsorted(tau, times - doubt)
-    last = np.searchsorted(tau, times + doubt, side="right")
+    uncertainty = SAFETY * np.where(np.isfinite(uncertainty), uncertainty, 0.0) + 4 * ULP * np.abs(
+        times
+    )
+    first = np.searchsorted(tau, times - uncertainty)
+    last = np.searchsorted(tau, times + uncertainty, side="right")
     for i in np.flatnonzero(last > first):
         error[first[i] : last[i]] = np.maximum(error[first[i] : last[i]], jumps[i])
     return error
 
 
 def largest_relative_error(
-    variables: Variables, errors: Errors, sizes: Scales, accuracy: float
+    variables: Variables, errors: Errors, scales: Scales, accuracy: float
 ) -> float:
-    """The largest error of the end state, of the rests, and of the impacts that are faster than
-    `accuracy` of the motion's velocity, absolute or relative to its quantity's size, whichever is more.
+    """Return the largest error of end state, rests and fast impacts, the larger of absolute and relative.
 
-    Slower impacts belong to a chatter, in which their number itself is a matter of accuracy.
+    Impacts slower than `accuracy` times the velocity scale are ignored: they belong to a chatter, in which the number
+    of impacts itself depends on the accuracy.
+
+    Parameters
+    ----------
+    variables : Variables
+        The motion (`to_variables`).
+    errors : Errors
+        Error of each quantity.
+    scales : Scales
+        Scales that errors are relative to.
+    accuracy : float
+        Maximum error.
     """
-    fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, sizes.velocity)
-    kept = {
+    is_fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, scales.velocity)
+    values_by_kind = {
         "displacement": [errors["displacement_end"]],
-        "velocity": [errors["velocity_end"], errors["impact_velocity"][fast]],
-        "time": [errors["impact_tau"][fast], errors["rest_start"], errors["rest_end"]],
+        "velocity": [errors["velocity_end"], errors["impact_velocity"][is_fast]],
+        "time": [errors["impact_tau"][is_fast], errors["rest_start"], errors["rest_end"]],
     }
     worst = 0.0
-    for kind, values in kept.items():
+    for kind, values in values_by_kind.items():
         largest = max(float(np.max(value, initial=0.0)) for value in values)
-        size = min(1.0, getattr(sizes, kind))
+        scale = min(1.0, getattr(scales, kind))
         if largest > 0.0:
-            worst = max(worst, largest / size if size > 0.0 else math.inf)
+            worst = max(worst, largest / scale if scale > 0.0 else math.inf)
     return worst

@@ -1,4 +1,4 @@
-"""A motion to an accuracy: the cheapest method that reaches it, with the error of every quantity beside it."""
+"""A motion to an accuracy: the cheapest method that reaches it, with an error estimate for every quantity."""
 
 from __future__ import annotations
 
@@ -21,21 +21,35 @@ if TYPE_CHECKING:
 
 
 def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
-    """The dataset of `simulate` with `<name>_error` beside every quantity.
+    """Compute the dataset of `simulate` with `<name>_error` for every quantity.
 
-    Attributes: `method` and `steps_per_period` (of newmark) that were chosen, `accuracy_asked`, and
-    `accuracy_reached`: the largest error of end, impacts and rests, absolute or relative to the size of
-    its quantity, whichever is more. Where that is larger than what was asked, the motion amplifies
-    rounding beyond it: `status` is then `inaccurate`, and the errors still hold.
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+    accuracy : float
+        Maximum error of end state, impacts and rests.
+
+    Returns
+    -------
+    xarray.Dataset
+        Attributes: the selected `method` and `steps_per_period` (of newmark), `accuracy_asked`, and
+        `accuracy_reached`, the measured error (`largest_relative_error`). If rounding errors exceed the requested
+        accuracy, `status` is `inaccurate` and the error estimates remain valid.
+
+    Raises
+    ------
+    ParameterError
+        If the accuracy or the times are out of range.
     """
-    asked = check_accuracy(accuracy)
-    choice, exact, errors = choose_method(exciter, request, asked)
+    requested_error = check_accuracy(accuracy)
+    choice, exact, errors = choose_method(exciter, request, requested_error)
     run = exact
     if choice.steps_per_period is not None:
         grid = newmark_grid(request.effects, exciter.parameters(), choice.steps_per_period)
         run = run_motion(exciter, request, grid)
-        found = to_variables(exciter, request, run)
-        errors = deviation(found, to_variables(exciter, request, exact), errors)
+        variables = to_variables(exciter, request, run)
+        errors = deviation(variables, to_variables(exciter, request, exact), errors)
     dataset = to_dataset(exciter, request, run)
     if dataset["status"] == Status.OK and not choice.reached:
         dataset["status"] = np.int8(Status.INACCURATE)
@@ -43,7 +57,7 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
         dataset[f"{name}_error"] = (dataset[name].dims, error)
     dataset.attrs |= {
         "method": choice.method,
-        "accuracy_asked": asked,
+        "accuracy_asked": requested_error,
         "accuracy_reached": choice.error,
     }
     if choice.steps_per_period is not None:
@@ -52,18 +66,31 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
 
 
 def settle_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
-    """The dataset of a task that begins after a settling: (x, v) is the start at tau = 0, the record runs from
-    tau_start to tau_end, and what the settling leaves in doubt is carried on into its errors."""
+    """Compute a motion to an accuracy after a transient from tau = 0 to `tau_start`.
+
+    The uncertainty of the state at the end of the transient is carried into the errors of the record.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+        (x, v) is the start at tau = 0; the record extends from `tau_start` to `tau_end`.
+    accuracy : float
+        Maximum error of end state, impacts and rests.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of `simulate_to_accuracy`.
+    """
     if request.tau_start == 0.0:
         return simulate_to_accuracy(exciter, request, accuracy)
-    settling = request._replace(
+    transient = request._replace(
         tau_start=0.0, tau_end=request.tau_start, samples_per_period=0, energy=False
     )
-    # What is left of its error is then small beside that of the record.
-    end = simulate_to_accuracy(exciter, settling, max(check_accuracy(accuracy) / 10, ACCURACY[0]))
+    # With a tenth of the error the transient contributes little to the error of the record.
+    end = simulate_to_accuracy(exciter, transient, max(check_accuracy(accuracy) / 10, ACCURACY[0]))
     names = ("displacement_end", "velocity_end", "displacement_end_error", "velocity_end_error")
     x, v, x_uncertainty, v_uncertainty = (float(end[name]) for name in names)
-    rest_of_it = request._replace(
-        x=x, v=v, x_uncertainty=x_uncertainty, v_uncertainty=v_uncertainty
-    )
-    return simulate_to_accuracy(exciter, rest_of_it, accuracy)
+    record = request._replace(x=x, v=v, x_uncertainty=x_uncertainty, v_uncertainty=v_uncertainty)
+    return simulate_to_accuracy(exciter, record, accuracy)

@@ -1,11 +1,11 @@
-"""How far the rows of a sweep can be trusted: one error per row, shared by its quantities.
+"""Error estimates for the rows of a sweep: one error per row, shared by its quantities.
 
-A row is solved again from numbers nudged by one unit in the last place, so that roundings, the rest
-of Newton's method and the conditioning of the orbit show together: SAFETY times the largest difference
-of its quantities is the error, each absolute or relative to the size of its kind in that row, whichever
-is more. Harmonics are compared as complex amplitudes: the error of a phase is that over the amplitude.
-A row that becomes another motion when nudged, or is not solved, has the error inf. Means over a chaotic
-motion differ as much as their window lets them.
+A row is solved again with parameters perturbed by one unit in the last place. The difference contains rounding, the
+residual of Newton's method and the conditioning of the orbit. The error is SAFETY times the largest difference of
+its quantities, each the larger of absolute and relative to the scale of its kind in that row. Harmonics are compared
+as complex amplitudes: the error of a phase is the error divided by the amplitude. A row that becomes another motion
+when perturbed, or is not solved, has an infinite error. Means over a chaotic motion differ as much as the length of
+their window allows.
 """
 
 from __future__ import annotations
@@ -20,68 +20,79 @@ from vibropipe.solve.unsolved import is_solved
 from vibropipe.words.status import Status
 
 SAFETY = 4.0
-# What must be the same for two rows to be the same motion.
+# Variables that must agree for two rows to be the same motion.
 IDENTITY = ("regime", "period_multiple", "row_size")
 
 
 def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
-    """Parameters (rows, 7), each moved by one unit in its last place; an effect that is absent, and
-    restitution 1, stay so, and an equilibrium at a support stays there."""
-    moved = parameters * (1 + ULP * np.array(SIGNS[0][: parameters.shape[1]]))
+    """Return parameters (rows, 7), each moved by one unit in the last place.
+
+    Absent effects (0) and restitution 1 are kept, and an equilibrium at a support stays there.
+    """
+    perturbed = parameters * (1 + ULP * np.array(SIGNS[0][: parameters.shape[1]]))
     for name in ("R1", "R2"):
         column = Parameters._fields.index(name)
-        moved[:, column] = np.where(
-            parameters[:, column] == 1, 1.0, np.minimum(moved[:, column], 1)
+        perturbed[:, column] = np.where(
+            parameters[:, column] == 1, 1.0, np.minimum(perturbed[:, column], 1)
         )
-    delta, half = Parameters._fields.index("delta"), Parameters._fields.index("l")
-    tied = np.abs(parameters[:, delta]) == parameters[:, half]
-    moved[tied, delta] = np.copysign(moved[tied, half], parameters[tied, delta])
-    return moved
+    delta_index, l_index = Parameters._fields.index("delta"), Parameters._fields.index("l")
+    is_at_support = np.abs(parameters[:, delta_index]) == parameters[:, l_index]
+    perturbed[is_at_support, delta_index] = np.copysign(
+        perturbed[is_at_support, l_index], parameters[is_at_support, delta_index]
+    )
+    return perturbed
 
 
 def row_errors(parameters: np.ndarray, variables: Variables, perturbed: Variables) -> np.ndarray:
-    """The error of each row, from its quantities and those of the row solved again."""
-    sizes = row_sizes(parameters, variables)
+    """Return the error of each row (rows,).
+
+    Parameters
+    ----------
+    parameters : (rows, 7) array
+    variables, perturbed : Variables
+        Quantities of the rows, and of the perturbed rows.
+    """
+    scales = row_scales(parameters, variables)
     floor = 8 * ULP + np.nan_to_num(variables["residual"][1], nan=0.0, posinf=0.0)
     error = np.zeros(len(parameters))
-    same = np.ones(len(parameters), bool)
+    is_same = np.ones(len(parameters), bool)
     for name in IDENTITY:
         if name in variables:
-            same &= variables[name][1] == perturbed[name][1]
-    for name, distance in differences(variables, perturbed, same).items():
-        scale = np.minimum(1.0, sizes.get(name, np.ones(len(error))))
+            is_same &= variables[name][1] == perturbed[name][1]
+    for name, distance in differences(variables, perturbed, is_same).items():
+        scale = np.minimum(1.0, scales.get(name, np.ones(len(error))))
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(distance > 0, distance / scale, 0.0)
-        error = np.maximum(error, share)
-    same &= is_solved(variables["status"][1]) & is_solved(perturbed["status"][1])
-    return np.where(same, SAFETY * error + floor, np.inf)
+            relative_error = np.where(distance > 0, distance / scale, 0.0)
+        error = np.maximum(error, relative_error)
+    is_same &= is_solved(variables["status"][1]) & is_solved(perturbed["status"][1])
+    return np.where(is_same, SAFETY * error + floor, np.inf)
 
 
-def row_sizes(parameters: np.ndarray, variables: Variables) -> dict[str, np.ndarray]:
-    """Size of displacement, velocity and energy of each row, from what is known of it."""
+def row_scales(parameters: np.ndarray, variables: Variables) -> dict[str, np.ndarray]:
+    """Return the scales of displacement, velocity and energy of each row, from the variables present."""
     p = Parameters(*parameters.T)
-    struck = variables["impacts_per_orbit"][1] > 0
+    is_struck = variables["impacts_per_orbit"][1] > 0
     supports = np.abs(np.stack(support_positions(p.l, p.delta), axis=1))
-    sizes = {
-        "displacement": np.max(np.where(struck, supports, 0.0), axis=1),
+    scales = {
+        "displacement": np.max(np.where(is_struck, supports, 0.0), axis=1),
         "velocity": np.zeros(len(parameters)),
     }
-    for kind, size in sizes.items():
-        size[:] = np.maximum(size, np.abs(variables[f"{kind}_strobe"][1]))
+    for kind, scale in scales.items():
+        scale[:] = np.maximum(scale, np.abs(variables[f"{kind}_strobe"][1]))
         if f"{kind}_amplitude" in variables:
-            size[:] = np.maximum(size, variables[f"{kind}_amplitude"][1].max(axis=1))
+            scale[:] = np.maximum(scale, variables[f"{kind}_amplitude"][1].max(axis=1))
     if "impact_velocity_max" in variables:
         fastest = np.nan_to_num(variables["impact_velocity_max"][1]).max(axis=1)
-        sizes["velocity"] = np.maximum(sizes["velocity"], fastest)
-    return {**sizes, "energy": sizes["velocity"] ** 2}
+        scales["velocity"] = np.maximum(scales["velocity"], fastest)
+    return {**scales, "energy": scales["velocity"] ** 2}
 
 
 def differences(
-    variables: Variables, perturbed: Variables, same: np.ndarray
+    variables: Variables, perturbed: Variables, is_same: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Largest difference per row of displacements, velocities, energies, and numbers without unit."""
+    """Return the largest difference per row of displacements, velocities, energies, and numbers without unit."""
     distances: dict[str, list[np.ndarray]] = {
-        name: [np.zeros(len(same))] for name in ("displacement", "velocity", "energy", "number")
+        name: [np.zeros(len(is_same))] for name in ("displacement", "velocity", "energy", "number")
     }
 
     def compare(kind: str, name: str) -> None:
@@ -92,21 +103,21 @@ def differences(
         compare(kind, f"{kind}_strobe")
         compare(kind, f"{kind}_mean")
         if f"{kind}_amplitude" in variables:
-            one, two = (complex_amplitudes(of, kind) for of in (variables, perturbed))
+            one, two = (complex_amplitudes(source, kind) for source in (variables, perturbed))
             distances[kind].append(row_distance(one, two))
     compare("displacement", "displacement")
     compare("number", "floquet_multiplier")
     for name in ("energy_input", "energy_damping", "energy_impact"):
         compare("energy", name)
     if "row_size" in variables:
-        velocity, phase = impact_differences(variables, perturbed, same)
+        velocity, phase = impact_differences(variables, perturbed, is_same)
         distances["velocity"].append(velocity)
         distances["number"].append(phase)
     return {kind: np.max(values, axis=0) for kind, values in distances.items()}
 
 
 def complex_amplitudes(variables: Variables, kind: str) -> np.ndarray:
-    """Complex amplitudes (row, harmonic)."""
+    """Return the complex amplitudes (row, harmonic) of a kind of quantity, "displacement" or "velocity"."""
     values: np.ndarray = variables[f"{kind}_amplitude"][1] * np.exp(
         1j * variables[f"{kind}_phase"][1]
     )
@@ -114,35 +125,39 @@ def complex_amplitudes(variables: Variables, kind: str) -> np.ndarray:
 
 
 def row_distance(one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Largest |one - two| of each row; values that neither row has do not count."""
+    """Return the largest |one - two| of each row; values absent in both rows (NaN) do not count."""
     distance: np.ndarray = np.nan_to_num(np.abs(one - two), nan=0.0, posinf=np.inf)
     return distance if distance.ndim == 1 else distance.max(axis=tuple(range(1, distance.ndim)))
 
 
 def impact_differences(
-    variables: Variables, perturbed: Variables, same: np.ndarray
+    variables: Variables, perturbed: Variables, is_same: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Largest difference per row of impact velocities, and of times of impact in forcing periods."""
-    rows = np.arange(len(same))
-    mine = np.repeat(rows, variables["row_size"][1])
-    theirs = np.repeat(rows, perturbed["row_size"][1])
-    kept, other = same[mine], same[theirs]
+    """Return the largest differences per row of impact velocities, and of times of impact in forcing periods."""
+    rows = np.arange(len(is_same))
+    row_of_impact = np.repeat(rows, variables["row_size"][1])
+    row_of_perturbed = np.repeat(rows, perturbed["row_size"][1])
+    is_compared, is_compared_there = is_same[row_of_impact], is_same[row_of_perturbed]
 
     def largest(distance: np.ndarray) -> np.ndarray:
-        worst = np.zeros(len(same))
-        np.maximum.at(worst, mine[kept], distance)
+        worst = np.zeros(len(is_same))
+        np.maximum.at(worst, row_of_impact[is_compared], distance)
         return worst
 
-    def moved(name: str) -> np.ndarray:
-        distance: np.ndarray = np.abs(variables[name][1][kept] - perturbed[name][1][other])
+    def change(name: str) -> np.ndarray:
+        distance: np.ndarray = np.abs(
+            variables[name][1][is_compared] - perturbed[name][1][is_compared_there]
+        )
         return distance
 
-    turns = moved("impact_phase")
-    return largest(moved("impact_velocity")), largest(np.minimum(turns, np.abs(1 - turns)))
+    phase_change = change("impact_phase")
+    return largest(change("impact_velocity")), largest(
+        np.minimum(phase_change, np.abs(1 - phase_change))
+    )
 
 
 def with_error(variables: Variables, error: np.ndarray, accuracy: float) -> Variables:
-    """The variables with the error, and rows that miss the accuracy marked in their status."""
+    """Return the variables with `error`, and status `inaccurate` in rows that miss the accuracy."""
     status = variables["status"][1].copy()
     status[(error > accuracy) & (status == Status.OK)] = Status.INACCURATE
     return {**variables, "status": (("row",), status), "error": (("row",), error)}

@@ -1,4 +1,4 @@
-"""Steady states that fool a settling march: long orbits, weak stability, drift, two attractors."""
+"""Difficult steady states: long orbits, weak stability, slow drift, coexisting attractors."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def steady(p: Parameters, **start: float) -> Any:
 
 
 def strobes(p: Parameters, ds: Any, periods: int) -> np.ndarray:
-    """States of the twin at the starts of forcing periods, from the strobe of a dataset."""
+    """Return the states of the oracle at the starts of forcing periods, from the strobe of a dataset."""
     motion = Oracle(p).run(
         TURN / p.nu * periods, float(ds.displacement_strobe), float(ds.velocity_strobe)
     )
@@ -57,7 +57,7 @@ def strobes(p: Parameters, ds: Any, periods: int) -> np.ndarray:
 
 
 def check_same_orbit(p: Parameters, ds: Any, patient: Orbit) -> None:
-    """The dataset's orbit closes after m periods, not sooner, and is the one a patient march ends on."""
+    """Assert that the orbit closes after m periods, not sooner, and is the one of a long march."""
     m = int(ds.period_multiple)
     assert m == patient.period_multiple
     assert tuple(ds.impacts_per_orbit.values) == patient.struck
@@ -98,7 +98,7 @@ def test_orbits_of_many_periods(p: Parameters, nu: float, m: int, struck: tuple[
 def test_coexisting_orbits_are_told_apart_by_the_start(
     p: Parameters, start: tuple[float, float]
 ) -> None:
-    """The orbit is the one on which the motion from this very start ends."""
+    """The orbit is the one on which the motion from this start settles."""
     x0, v0 = start
     patient = brute_force_orbit(p, x0, v0, patience=1000)
     ds = steady(p, x0=x0, v0=v0)
@@ -111,7 +111,7 @@ def test_coexisting_orbits_are_told_apart_by_the_start(
 
 @pytest.mark.parametrize("nu", [0.6, 1.0, 1.3, 40.0])
 def test_a_weakly_damped_linear_orbit(nu: float) -> None:
-    """Multipliers of modulus 0.999: the transient needs 20,000 periods to fade."""
+    """Multipliers of modulus 0.999: the transient takes 20,000 periods to decay."""
     p = Parameters(nu=nu, h=nu * 1e-3 / math.pi, f=0.1 * abs(1 - nu**2) + 1e-5, l=20.0)
     ds = steady(p)
     assert int(ds.regime) == NO_IMPACT
@@ -125,7 +125,7 @@ def test_a_weakly_damped_linear_orbit(nu: float) -> None:
 
 
 def test_a_weakly_stable_striking_orbit() -> None:
-    """Next to where the symmetric orbit loses its stability: multiplier 0.999."""
+    """Near the loss of stability of the symmetric orbit: multiplier 0.999."""
     p = TWO._replace(nu=1.47453125)
     ds = steady(p)
     check_same_orbit(p, ds, brute_force_orbit(p, patience=25_000))
@@ -150,7 +150,7 @@ def test_a_slow_drift_is_not_a_steady_state() -> None:
 
 @pytest.mark.parametrize("nu", [1.1, 1.15, 1.2, 1.25])
 def test_aperiodic_motion(nu: float) -> None:
-    """No orbit in 5,000 periods; what was measured over the window is what a march measures."""
+    """No orbit in 5,000 periods; means over the window agree with those of a long march."""
     p = TWO._replace(nu=nu)
     patient = brute_force_orbit(p, patience=4000, most=500)
     assert patient.period_multiple == 0
@@ -172,14 +172,14 @@ def test_aperiodic_motion(nu: float) -> None:
     ],
 )
 def test_growth_without_bound_is_labelled(p: Parameters) -> None:
-    """Resonance without damping: of the free mass, and of the one that hops on an ideal support."""
+    """Resonance without damping: of the free mass, and of a mass hopping on an ideal support."""
     ds = steady(p)
     assert int(ds.regime) == UNBOUNDED
     assert int(ds.period_multiple) == 0
 
 
 def test_a_slow_approach_is_not_called_unbounded() -> None:
-    """R = 0.9999 without damping: it grows to (4/3)/(1 - R), by a ten-thousandth of the way in a period."""
+    """R = 0.9999 without damping: the motion grows to (4/3)/(1 - R), by 1e-4 of the remainder per period."""
     ds = steady(Parameters(nu=2.0, f=1.0, l=1e9, delta=1e9, R2=0.9999))
     assert int(ds.regime) == UNRESOLVED
     assert int(ds.period_multiple) == 0
@@ -192,7 +192,7 @@ def test_a_bounded_motion_without_damping_is_not_called_unbounded() -> None:
 
 
 def test_a_chatter_of_a_thousand_million_impacts_is_given_up() -> None:
-    """R = 1 - 1e-9, pressed in: more impacts in a period than are marched."""
+    """R = 1 - 1e-9, pressed against the support: more impacts in a period than are marched."""
     p = Parameters(f=0.1, l=0.5, delta=-1.5, h=1.0, R1=1 - 1e-9, R2=1 - 1e-9)
     ds = steady(p, x0=-1.0, v0=-1e-4)
     assert int(ds.regime) == UNRESOLVED
@@ -214,7 +214,7 @@ def test_a_chatter_of_a_thousand_million_impacts_is_given_up() -> None:
     ],
 )
 def test_a_conservative_motion_has_its_own_frequency(delta: float, v0: float, regime: int) -> None:
-    """Half a turn of the circle of radius |v0|, less the parts beyond the supports."""
+    """Half a revolution on the circle of radius |v0|, less the parts beyond the supports."""
     ds = steady(Parameters(l=0.5, delta=delta), v0=v0)
     upper, lower, radius = 0.5 + delta, 0.5 - delta, abs(v0)
     half = math.asin(min(1.0, upper / radius)) + math.asin(min(1.0, lower / radius))
@@ -235,8 +235,8 @@ def test_orbits_with_rest_forget_their_start(nu: float, R: float) -> None:
     assert ds.rests_per_orbit.values.tolist() == [1, 1]
     assert np.abs(ds.floquet_multiplier.values).max() == 0
     strobe = [float(part) for part in motion.state(4 * TURN / nu)]
-    found = [float(ds.displacement_strobe), float(ds.velocity_strobe)]
-    np.testing.assert_allclose(found, strobe, rtol=0, atol=1e-12)
+    computed = [float(ds.displacement_strobe), float(ds.velocity_strobe)]
+    np.testing.assert_allclose(computed, strobe, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("f", [0.0, 0.1])

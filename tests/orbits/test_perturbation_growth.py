@@ -1,4 +1,4 @@
-"""A small difference carried period by period is that of the return map over all of them."""
+"""A perturbation propagated period by period agrees with the Jacobian over all periods."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vibropipe.physics.flow import DEGREE
 
 FORCED = Parameters(1.0, -1.0, 0.2, 0.5, 0.01, 0.6, 0.8)
 CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
-MOST = np.int64(10**6)
+MAX_EVENTS = np.int64(10**6)
 
 
 def test_growth_adds_up_to_that_of_the_return_map() -> None:
@@ -33,12 +33,16 @@ def test_growth_adds_up_to_that_of_the_return_map() -> None:
     for _ in range(5):
         clear_log(log)
         before = at_period_zero(state)
-        state, _status = march_periods(ALL_EFFECTS, FORCED, grid, before, np.int64(1), log, c, MOST)
+        state, _status = march_periods(
+            ALL_EFFECTS, FORCED, grid, before, np.int64(1), log, c, MAX_EVENTS
+        )
         a, b, growth = perturbation_growth(ALL_EFFECTS, FORCED, log, True, before, state, a, b)
         assert math.hypot(a, b) == pytest.approx(1)
         total += growth
     whole = new_log(2000, 100)
-    end, _status = march_periods(ALL_EFFECTS, FORCED, grid, start, np.int64(5), whole, c, MOST)
+    end, _status = march_periods(
+        ALL_EFFECTS, FORCED, grid, start, np.int64(5), whole, c, MAX_EVENTS
+    )
     carried = np.reshape(return_map_jacobian(ALL_EFFECTS, FORCED, whole, start, end, 5), (2, 2))[
         :, 0
     ]
@@ -50,15 +54,15 @@ def test_what_a_rest_forgets_has_not_grown() -> None:
     grid, log = exact_grid(ALL_EFFECTS, CHATTER), new_log(2000, 100)
     start = initial_state(ALL_EFFECTS, CHATTER, grid, 0.0, 0.0, 0.0)
     end, _status = march_periods(
-        ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(DEGREE + 1), MOST
+        ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(DEGREE + 1), MAX_EVENTS
     )
     assert log.counts[RESTS] >= 1
-    found = perturbation_growth(ALL_EFFECTS, CHATTER, log, True, start, end, 0.6, 0.8)
-    assert found == (1.0, 0.0, -math.inf)
+    growth = perturbation_growth(ALL_EFFECTS, CHATTER, log, True, start, end, 0.6, 0.8)
+    assert growth == (1.0, 0.0, -math.inf)
 
 
 def test_a_log_that_is_not_whole_tells_nothing() -> None:
     grid, log = exact_grid(ALL_EFFECTS, FORCED), new_log(2000, 100)
     start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
-    found = perturbation_growth(ALL_EFFECTS, FORCED, log, False, start, start, 0.6, 0.8)
-    assert found == (0.6, 0.8, -math.inf)
+    growth = perturbation_growth(ALL_EFFECTS, FORCED, log, False, start, start, 0.6, 0.8)
+    assert growth == (0.6, 0.8, -math.inf)

@@ -40,13 +40,13 @@ def test_orbit(name: str) -> None:
     near("impact_support", [i["support"] for i in entry["impacts"]])
     near("impact_velocity", [i["velocity_before"] for i in entry["impacts"]])
     multipliers = sorted(complex(float(a), float(b)).real for a, b in entry["multipliers"])
-    found = np.sort_complex(ds.floquet_multiplier.values)
-    np.testing.assert_allclose(found, multipliers, rtol=0, atol=1e-9)
+    multipliers_found = np.sort_complex(ds.floquet_multiplier.values)
+    np.testing.assert_allclose(multipliers_found, multipliers, rtol=0, atol=1e-9)
     assert abs(float(ds.residual)) < 1e-12
 
 
 class Quadrature:
-    """Gauss nodes and weights over one forcing period of the twin's orbit, flight by flight."""
+    """Gauss nodes and weights over one forcing period of the oracle's orbit, flight by flight."""
 
     def __init__(self, entry: dict[str, Any]) -> None:
         p = parameters_of(entry)
@@ -68,13 +68,15 @@ def test_phases_of_harmonics(name: str) -> None:
     k = np.arange(1, 7)[:, None]
     waves = np.exp(-1j * k * p.nu * over.tau) * over.weight * 2 / over.period
     for quantity, values in zip(("displacement", "velocity"), over.states, strict=True):
-        found = ds[f"{quantity}_amplitude"].values * np.exp(1j * ds[f"{quantity}_phase"].values)
-        np.testing.assert_allclose(found, waves @ values, rtol=0, atol=1e-9)
+        amplitudes = ds[f"{quantity}_amplitude"].values * np.exp(
+            1j * ds[f"{quantity}_phase"].values
+        )
+        np.testing.assert_allclose(amplitudes, waves @ values, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ORBITS)
 def test_energy_of_an_orbit(name: str) -> None:
-    """What the force puts in goes into the damping and the supports, each in its own measure."""
+    """Work of the force, loss by damping and losses at the supports, each by its own integral or sum."""
     p, over = parameters_of(ORBITS[name]), Quadrature(ORBITS[name])
     ds = vp.steady_state(vp.Exciter(**p._asdict()))
     velocity = over.states[1]
@@ -102,7 +104,7 @@ SETTLING = [
 
 @pytest.mark.parametrize("p", SETTLING)
 def test_determinant_of_the_return_map(p: Parameters) -> None:
-    """exp(-h T) prod R_i^2; a rest forgets where it came from, so that it is zero."""
+    """exp(-h T) prod R_i^2, or 0 after a rest."""
     ds = vp.steady_state(vp.Exciter(**p._asdict()), x0=max(0.0, p.lower))
     m = int(ds.period_multiple)
     assert m > 0

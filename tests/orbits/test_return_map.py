@@ -1,4 +1,4 @@
-"""Return map, multipliers, harmonics: each against finite differences, identities and quadrature."""
+"""Return map, multipliers, harmonics: against finite differences, identities and quadrature."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ FORCED = Parameters(1.0, -1.0, 0.2, 0.5, 0.01, 0.6, 0.8)
 CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 
 
-def marched(p, x, v, periods, room=2000):
+def marched(p, x, v, periods, capacity=2000):
     grid = exact_grid(ALL_EFFECTS, p)
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
-    log = new_log(room, 100)
+    log = new_log(capacity, 100)
     end, status = march(
         ALL_EFFECTS,
         p,
@@ -45,24 +45,28 @@ def marched(p, x, v, periods, room=2000):
     return start, end, status, log
 
 
-def settled(p):
+def steady_state(p):
     grid = exact_grid(ALL_EFFECTS, p)
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
     log = new_log(2000, 100)
-    most = np.int64(1000)
+    max_periods = np.int64(1000)
     c = np.empty(DEGREE + 1)
-    return find_steady_state(ALL_EFFECTS, p, grid, start, log, c, most, most, None), log
+    return find_steady_state(
+        ALL_EFFECTS, p, grid, start, log, c, max_periods, max_periods, None
+    ), log
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])
 def test_the_derivative_is_that_of_the_marched_map(periods: int) -> None:
-    x, v, e = 0.1, -0.2, 1e-6
+    x, v, step = 0.1, -0.2, 1e-6
     start, end, _status, log = marched(FORCED, x, v, periods)
-    found = np.reshape(return_map_jacobian(ALL_EFFECTS, FORCED, log, start, end, periods), (2, 2))
-    for column, (dx, dv) in enumerate([(e, 0.0), (0.0, e)]):
+    jacobian = np.reshape(
+        return_map_jacobian(ALL_EFFECTS, FORCED, log, start, end, periods), (2, 2)
+    )
+    for column, (dx, dv) in enumerate([(step, 0.0), (0.0, step)]):
         up = np.array(state_xv(FORCED, marched(FORCED, x + dx, v + dv, periods)[1]))
         down = np.array(state_xv(FORCED, marched(FORCED, x - dx, v - dv, periods)[1]))
-        np.testing.assert_allclose(found[:, column], (up - down) / (2 * e), atol=2e-6)
+        np.testing.assert_allclose(jacobian[:, column], (up - down) / (2 * step), atol=2e-6)
 
 
 def test_a_rest_forgets_where_the_mass_came_from() -> None:
@@ -74,17 +78,17 @@ def test_a_rest_forgets_where_the_mass_came_from() -> None:
 @given(st.tuples(*[st.floats(-3, 3)] * 4))
 def test_multipliers_are_eigenvalues(matrix: tuple[float, float, float, float]) -> None:
     first, second = floquet_multipliers(*matrix)
-    known = np.linalg.eigvals(np.reshape(matrix, (2, 2)))
+    expected = np.linalg.eigvals(np.reshape(matrix, (2, 2)))
     assert abs(first) >= abs(second) - 1e-12
-    assert first + second == pytest.approx(known.sum(), abs=1e-12)
-    assert first * second == pytest.approx(known.prod(), abs=1e-11)
+    assert first + second == pytest.approx(expected.sum(), abs=1e-12)
+    assert first * second == pytest.approx(expected.prod(), abs=1e-11)
 
 
 @pytest.mark.parametrize(
     "p", [FORCED, CHATTER, FORCED._replace(R1=0.0), FORCED._replace(h=0.0, R1=0.5)]
 )
 def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> None:
-    orbit, log = settled(p)
+    orbit, log = steady_state(p)
     assert orbit.kind == PERIODIC
     m = orbit.m
     closed, direct = np.zeros(7, complex), np.zeros(7, complex)
@@ -114,7 +118,7 @@ def test_a_time_is_located_on_the_grid(turns: float, steps: int) -> None:
 
 
 def test_every_bound_has_a_status() -> None:
-    _start, _end, status, _log = marched(FORCED, 0.0, 0.0, 1000, room=50)
+    _start, _end, status, _log = marched(FORCED, 0.0, 0.0, 1000, capacity=50)
     assert status == Status.LOG_FULL
     grid = exact_grid(ALL_EFFECTS, FORCED)
     start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
@@ -142,8 +146,8 @@ def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:
     p = FORCED._replace(delta=-1.5, f=0.0, R1=1 - 1e-9, R2=1 - 1e-9)
     grid, log = exact_grid(ALL_EFFECTS, p), new_log(50, 10)
     start = initial_state(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
-    most = np.int64(1000)
+    max_events = np.int64(1000)
     _end, status = orbit_periods(
-        ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(DEGREE + 1), most
+        ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(DEGREE + 1), max_events
     )
     assert status == Status.MAX_IMPACTS

@@ -1,4 +1,4 @@
-"""Shooting finds orbits, stable or not; whether a motion settles on one is judged apart."""
+"""Shooting finds stable and unstable orbits; whether a motion settles on one is a separate decision."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.words.status import Status
 
 TURN = 2 * math.pi
-# Its symmetric orbit (1; 1, 1) is stable from nu = 1.475 on, its pitchfork.
+# Its symmetric orbit (1; 1, 1) is stable above the pitchfork bifurcation at nu = 1.475.
 TWO_SIDED = Parameters(1.6, 1.0, 0.1, 0.5, 0.0, 0.7, 0.7)
-# Its orbit (1; 1, 0) is stable up to nu = 2.66, its flip.
+# Its orbit (1; 1, 0) is stable up to the flip bifurcation at nu = 2.66.
 ONE_SIDED = Parameters(2.3, 1.0, 0.1, 50.0, -50.0, 0.8, 0.8)
 
 
@@ -44,14 +44,14 @@ def shot(
     return shoot(*kernel_arguments(p, x, v), np.int64(m), bounds, log, c), log
 
 
-def settled(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
-    log, c, most = new_log(2000, 100), np.empty(DEGREE + 1), np.int64(1000)
-    return find_steady_state(*kernel_arguments(p, x, v), log, c, most, most, None)
+def steady_state(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
+    log, c, max_periods = new_log(2000, 100), np.empty(DEGREE + 1), np.int64(1000)
+    return find_steady_state(*kernel_arguments(p, x, v), log, c, max_periods, max_periods, None)
 
 
 def followed(p: Parameters, frequencies: Iterable[float]) -> tuple[Parameters, Orbit, Log]:
-    """The orbit that settles at p, followed along nu by shooting from one to the next."""
-    x, v = state_xv(p, settled(p).state)
+    """Return the steady state at p, continued along nu by shooting."""
+    x, v = state_xv(p, steady_state(p).state)
     for nu in frequencies:
         p = p._replace(nu=float(nu))
         orbit, log = shot(p, x, v, 1)
@@ -61,7 +61,7 @@ def followed(p: Parameters, frequencies: Iterable[float]) -> tuple[Parameters, O
 
 
 def image(p: Parameters, x: float, v: float, m: int) -> np.ndarray:
-    """(x, v) after m forcing periods."""
+    """Return (x, v) after m forcing periods."""
     log, c = new_log(2000, 100), np.empty(DEGREE + 1)
     end, status = march_periods(*kernel_arguments(p, x, v), np.int64(m), log, c, np.int64(10**6))
     assert status == Status.OK
@@ -92,8 +92,8 @@ def test_an_unstable_orbit_is_found_and_not_settled_on(
     assert sign * large.real > 1.1
     assert large * small == pytest.approx(determinant(p, 1, struck), rel=1e-9)
     x, v = state_xv(p, orbit.state)
-    # Beside it the motion settles on another orbit.
-    other = settled(p, x + 1e-3, v)
+    # A motion that starts near it settles on another orbit.
+    other = steady_state(p, x + 1e-3, v)
     assert other.kind == 0
     assert abs(other.first) < 1
     assert np.abs(np.subtract(state_xv(p, other.state), (x, v))).max() > 1e-2
@@ -107,22 +107,22 @@ def test_the_derivative_is_that_of_the_return_map(unstable: Any, m: int) -> None
     x, v = state_xv(p, orbit.state)
     again, _log = shot(p, x, v, m)
     assert again.is_closed
-    e = 1e-6
+    step = 1e-6
     differences = np.stack(
         [
-            (image(p, x + dx, v + dv, m) - image(p, x - dx, v - dv, m)) / (2 * e)
-            for dx, dv in [(e, 0.0), (0.0, e)]
+            (image(p, x + dx, v + dv, m) - image(p, x - dx, v - dv, m)) / (2 * step)
+            for dx, dv in [(step, 0.0), (0.0, step)]
         ],
         axis=1,
     )
-    found = np.reshape(again.derivative, (2, 2))
-    np.testing.assert_allclose(found, differences, rtol=1e-6, atol=1e-7)
+    jacobian = np.reshape(again.derivative, (2, 2))
+    np.testing.assert_allclose(jacobian, differences, rtol=1e-6, atol=1e-7)
     once = np.reshape(orbit.derivative, (2, 2))
-    np.testing.assert_allclose(found, np.linalg.matrix_power(once, m), rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(jacobian, np.linalg.matrix_power(once, m), rtol=1e-9, atol=1e-11)
 
 
 def test_the_unstable_orbit_past_a_pitchfork_is_the_symmetric_one() -> None:
-    """Half a period on it is its own mirror image, by the twin."""
+    """Half a period later the oracle is at the mirror image of the start."""
     p, orbit, _log = past_the_pitchfork()
     x, v = state_xv(p, orbit.state)
     half = TURN / p.nu / 2
@@ -133,7 +133,7 @@ def test_the_unstable_orbit_past_a_pitchfork_is_the_symmetric_one() -> None:
 
 def test_what_settles_past_a_flip_has_twice_the_period() -> None:
     p, _orbit, _log = past_the_flip()
-    double = settled(p)
+    double = steady_state(p)
     assert double.m == 2
     again, _log = shot(p, *state_xv(p, double.state), 2)
     assert again.iterations == 0
@@ -156,7 +156,7 @@ def test_newtons_method_begins_only_within_its_bounds() -> None:
         assert near.first_change > 1e-3
         if iterations:
             assert near.distance == pytest.approx(1e-3, rel=1e-6)
-    # One that is on the orbit as it stands is returned, whatever the bounds.
+    # A start on the orbit is returned with any bounds.
     assert shot(p, x, v, 1, Shooting(1e-9, 0.0))[0].is_closed
 
 

@@ -1,4 +1,4 @@
-"""Motions to an accuracy, judged by the arbitrary-precision twin: errors, choice of method, refusals."""
+"""Motions to an accuracy against the arbitrary-precision oracle: error estimates, choice of method, bad arguments."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Case(NamedTuple):
 
 
 def random_case(seed: int) -> Case:
-    """An exciter of any kind over a few periods: too short for chaos to eat the digits."""
+    """Draw an exciter of any kind over a few periods, too short for chaos to consume all digits."""
     draw = np.random.default_rng([20, seed])
     nu, l = 10 ** draw.uniform(-0.8, 0.8), 10 ** draw.uniform(-1, 0.5)  # noqa: E741
     h = draw.choice([0.0, 10 ** draw.uniform(-2, 0.5), 2.0])
@@ -40,7 +40,7 @@ def random_case(seed: int) -> Case:
         draw.choice([0.0, 1.0, draw.uniform(0.1, 0.95)], p=[0.1, 0.1, 0.8]) for _ in "12"
     ]
     if h > 0:
-        # Pressed in and damped, a mass strikes an ideal support for ever: the twin would never end.
+        # A damped mass pressed against an ideal support strikes it for ever: the oracle would not end.
         restitution = [min(R, 0.95) for R in restitution]
     delta = l * draw.choice([0.0, draw.uniform(-0.9, 0.9), draw.uniform(-1.5, 1.5)])
     f = l * draw.choice([0.0, 10 ** draw.uniform(-0.5, 0.7)], p=[0.1, 0.9]) * max(1.0, nu)
@@ -56,41 +56,43 @@ def truth(case: Case) -> Motion:
 
 
 def ratios(case: Case, ds: Any, motion: Motion) -> list[float]:
-    """True error over estimate, quantity by quantity; inf where contacts differ."""
-    found = []
+    """Return true error over estimate, quantity by quantity; inf if contacts differ."""
+    ratio_list = []
 
     def compare(got: float, want: Any, estimate: float) -> None:
         error = 0.0 if got == want else abs(float(got - want))
-        found.append(error / estimate if estimate else math.inf * (error > 0) if error else 0.0)
+        ratio_list.append(
+            error / estimate if estimate else math.inf * (error > 0) if error else 0.0
+        )
 
     compare(float(ds.displacement_end), motion.displacement_end, float(ds.displacement_end_error))
     compare(float(ds.velocity_end), motion.velocity_end, float(ds.velocity_end_error))
-    least = max(cut_off(case.p, motion), 2 * ds.accuracy_reached)
-    known = [i for i in motion.impacts if abs(i.before) > least]
-    seen = np.flatnonzero(np.abs(ds.impact_velocity.values) > least)
-    if ds.impact_support.values[seen].tolist() != [i.support for i in known]:
-        return [*found, math.inf]
-    for place, impact in zip(seen, known, strict=True):
-        one = ds.isel(impact=place)
+    min_velocity = max(cut_off(case.p, motion), 2 * ds.accuracy_reached)
+    expected = [i for i in motion.impacts if abs(i.before) > min_velocity]
+    fast_indices = np.flatnonzero(np.abs(ds.impact_velocity.values) > min_velocity)
+    if ds.impact_support.values[fast_indices].tolist() != [i.support for i in expected]:
+        return [*ratio_list, math.inf]
+    for index, impact in zip(fast_indices, expected, strict=True):
+        one = ds.isel(impact=index)
         compare(float(one.impact_tau), impact.tau, float(one.impact_tau_error))
         compare(float(one.impact_velocity), impact.before, float(one.impact_velocity_error))
         compare(
             float(one.impact_velocity_after), impact.after, float(one.impact_velocity_after_error)
         )
-    still = [k for k in range(ds.sizes["rest"]) if ds.rest_end[k] > ds.rest_start[k]]
-    if len(still) != len(motion.rests):
-        return [*found, math.inf]
-    for place, rest in zip(still, motion.rests, strict=True):
-        one = ds.isel(rest=place)
+    rest_indices = [k for k in range(ds.sizes["rest"]) if ds.rest_end[k] > ds.rest_start[k]]
+    if len(rest_indices) != len(motion.rests):
+        return [*ratio_list, math.inf]
+    for index, rest in zip(rest_indices, motion.rests, strict=True):
+        one = ds.isel(rest=index)
         compare(float(one.rest_start), rest.start, float(one.rest_start_error))
         if rest.end <= float(ds.tau[-1]):
             compare(float(one.rest_end), rest.end, float(one.rest_end_error))
-    for place in range(0, ds.sizes["tau"], 7):
-        one = ds.isel(tau=place)
+    for index in range(0, ds.sizes["tau"], 7):
+        one = ds.isel(tau=index)
         x, v = motion.state(motion.pieces[0][0] * 0 + float(one.tau))
         compare(float(one.displacement), x, float(one.displacement_error))
         compare(float(one.velocity), v, float(one.velocity_error))
-    return found
+    return ratio_list
 
 
 def solve(case: Case) -> Any:
@@ -104,14 +106,18 @@ def solve(case: Case) -> Any:
 
 
 def check_errors(seeds: range) -> None:
-    found = {}
+    worst_ratios = {}
     for seed in seeds:
         case = random_case(seed)
-        found[seed] = max(ratios(case, solve(case), truth(case)))
-    worst = max(found, key=lambda seed: found[seed])
-    assert found[worst] <= 30, f"seed {worst}: error {found[worst]:.1f} times the estimate"
-    beyond = [seed for seed, ratio in found.items() if ratio > 3]
-    assert len(beyond) <= 0.01 * len(found), f"seeds {beyond}: error above 3 times the estimate"
+        worst_ratios[seed] = max(ratios(case, solve(case), truth(case)))
+    worst = max(worst_ratios, key=lambda seed: worst_ratios[seed])
+    assert worst_ratios[worst] <= 30, (
+        f"seed {worst}: error {worst_ratios[worst]:.1f} times the estimate"
+    )
+    beyond = [seed for seed, ratio in worst_ratios.items() if ratio > 3]
+    assert len(beyond) <= 0.01 * len(worst_ratios), (
+        f"seeds {beyond}: error above 3 times the estimate"
+    )
 
 
 def test_errors_hold_against_the_twin() -> None:
@@ -132,7 +138,7 @@ def test_errors_hold_against_the_references(name: str) -> None:
     for mine, theirs in (("displacement_end", "x_end"), ("velocity_end", "v_end")):
         error = abs(float(ds[mine]) - float(entry[theirs]))
         assert error <= 3 * float(ds[f"{mine}_error"])
-        # Not a bound that says nothing: the digits are there, unless chaos or a touch is in doubt.
+        # The estimate is small as well, unless chaos or a contact within rounding makes the motion uncertain.
         assert float(ds[f"{mine}_error"]) <= 1e-10 or name in IN_DOUBT
 
 
@@ -140,11 +146,13 @@ def test_every_quantity_has_its_error() -> None:
     exciter = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7)
     for accuracy in (1e-2, 1e-9):
         ds = vp.simulate(exciter, 40.0, accuracy=accuracy, samples_per_period=16)
-        told = [n for n in ds.data_vars if f"{n}_error" in ds]
-        silent = {str(n) for n in ds.data_vars} - set(told) - {f"{n}_error" for n in told}
+        with_error = [n for n in ds.data_vars if f"{n}_error" in ds]
+        without_error = (
+            {str(n) for n in ds.data_vars} - set(with_error) - {f"{n}_error" for n in with_error}
+        )
         supports = {"impact_support", "rest_support", "grazing_support"}
-        assert silent == {*supports, "status"}
-        for name in told:
+        assert without_error == {*supports, "status"}
+        for name in with_error:
             assert ds[f"{name}_error"].dims == ds[name].dims
             assert ds[f"{name}_error"].attrs["long_name"].startswith("error estimate")
             assert (ds[f"{name}_error"] >= 0).all()
@@ -160,7 +168,7 @@ def test_a_chaotic_motion_says_that_its_digits_are_lost() -> None:
 
 
 def test_a_touch_within_rounding_is_known_to_be_in_doubt() -> None:
-    """Whether it strikes at all is not known, so neither is the velocity: sqrt(2 a depth) of it."""
+    """Impact or miss is undecided, so the velocity is uncertain by sqrt(2 a depth)."""
     exciter = vp.Exciter(l=0.5, delta=0.01, R1=0.5)
     ds = vp.simulate(exciter, 25.0, 0.0, -0.51, accuracy=1e-4, samples_per_period=0)
     plain = vp.simulate(exciter, 1.0, 0.0, -0.51, accuracy=1e-4, samples_per_period=0)
@@ -170,9 +178,9 @@ def test_a_touch_within_rounding_is_known_to_be_in_doubt() -> None:
 
 def test_a_doubt_in_the_start_is_carried_on() -> None:
     exciter = vp.Exciter(l=5.0, h=0.1)
-    task = MotionRequest(0.0, 3.0, 1.0, 0.0, 0, x_uncertainty=1e-6)
-    ds = simulate_to_accuracy(exciter, task, 1e-3)
-    # The free motion is linear: the doubt shrinks by the flow, the error is SAFETY times that.
+    request = MotionRequest(0.0, 3.0, 1.0, 0.0, 0, x_uncertainty=1e-6)
+    ds = simulate_to_accuracy(exciter, request, 1e-3)
+    # The free motion is linear: the uncertainty decays with the flow, and the error is SAFETY times it.
     root = math.sqrt(1 - 0.0025)
     flow = math.exp(-0.15) * (math.cos(3 * root) + 0.05 / root * math.sin(3 * root))
     assert float(ds.displacement_end_error) == pytest.approx(2e-6 * abs(flow), rel=1e-6)
@@ -182,23 +190,25 @@ def test_a_doubt_in_the_start_is_carried_on() -> None:
 
 
 def cheapest(case: Case) -> tuple[float, float]:
-    """Cost of the cheapest march that is accurate enough by the exact motion's judgement, and of that."""
+    """Return the cost of the cheapest march that agrees with the exact motion, and that of the exact motion."""
     exciter = vp.Exciter(**case.p._asdict())
-    task = MotionRequest(0.0, case.tau_end, case.x0, case.v0, 0)
+    request = MotionRequest(0.0, case.tau_end, case.x0, case.v0, 0)
     exact = vp.simulate(exciter, case.tau_end, case.x0, case.v0, samples_per_period=0)
     least = full = choose(exciter, case.tau_end, case.x0, case.v0, 1e-13).nanoseconds
     x, v = float(exact.displacement_end), float(exact.velocity_end)
     fast = np.abs(exact.impact_velocity.values) > 2 * case.accuracy
     for steps in np.unique(np.geomspace(1, 2000, 120).astype(int)):
-        run = run_motion(exciter, task, newmark_grid(ALL_EFFECTS, exciter.parameters(), int(steps)))
-        spent, struck = cost(NEWMARK_PRICES, int(steps), run), run.contacts
-        same = np.array_equal(struck["impact_support"], exact.impact_support.values)
-        if spent >= least or not same or run.status != Status.OK:
+        run = run_motion(
+            exciter, request, newmark_grid(ALL_EFFECTS, exciter.parameters(), int(steps))
+        )
+        trial_cost, contacts = cost(NEWMARK_PRICES, int(steps), run), run.contacts
+        has_same_impacts = np.array_equal(contacts["impact_support"], exact.impact_support.values)
+        if trial_cost >= least or not has_same_impacts or run.status != Status.OK:
             continue
         errors = [abs(run.end[0] - x), abs(run.end[1] - v)]
         for name in ("impact_tau", "impact_velocity"):
-            errors += np.abs(struck[name] - exact[name].values)[fast].tolist()
-        least = spent if max(errors) <= case.accuracy * min(1.0, case.p.l) / 2 else least
+            errors += np.abs(contacts[name] - exact[name].values)[fast].tolist()
+        least = trial_cost if max(errors) <= case.accuracy * min(1.0, case.p.l) / 2 else least
     return least, full
 
 
@@ -213,8 +223,8 @@ def test_the_choice_is_within_twice_the_cheapest(seed: int) -> None:
 
 
 def test_newmark_is_chosen_where_it_is_cheaper_and_exact_where_digits_are_asked() -> None:
-    # Strong damping makes the exact method's steps short; a slow force needs none of them. The mass
-    # keeps off the supports, but too near for the certificate: the exact motion is marched as well.
+    # Strong damping shortens the steps of the exact method, which a slow force does not need. The mass
+    # stays off the supports, but too near for the certificate, so that the exact motion is marched.
     exciter = vp.Exciter(l=0.5, nu=0.1, f=0.5, h=10.0)
     coarse, fine = choose(exciter, 500.0, accuracy=1e-2), choose(exciter, 500.0, accuracy=1e-10)
     assert (coarse.method, fine.method) == ("newmark", "exact")

@@ -1,4 +1,4 @@
-"""Agreement with the arbitrary-precision twin over random exciters, corners favoured."""
+"""Agreement with the arbitrary-precision oracle over random exciters, with corner cases favoured."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def random_exciter(rng: random.Random) -> Parameters:
         R1=restitution(),
         R2=restitution(),
     )
-    # Pressed in by spring or force, a damped mass would strike an ideal support for ever faster.
+    # Pressed by spring or force, a damped mass strikes an ideal support at an ever higher rate.
     if p.h > 0 and p.R1 == 1 and p.upper <= abs(p.f):
         p = p._replace(R1=0.9)
     if p.h > 0 and p.R2 == 1 and -p.lower <= abs(p.f):
@@ -47,7 +47,7 @@ def random_exciter(rng: random.Random) -> Parameters:
 
 
 def random_case(seed: int) -> Case:
-    """An exciter, a start, and a horizon that ends within a hundred impacts or so."""
+    """Draw an exciter, a start, and a horizon of about a hundred impacts."""
     rng = random.Random(seed)
     p = random_exciter(rng)
     inside = p.lower + rng.random() * (p.upper - p.lower)
@@ -60,17 +60,17 @@ def random_case(seed: int) -> Case:
 
 
 def check(seed: int) -> None:
-    """Every event and the end state, as sharply as one ulp of the input allows."""
+    """Compare every event and the end state to the tolerance that one ulp of the input implies."""
     case = random_case(seed)
     start = {"x0": case.x0, "v0": case.v0}
     ds = vp.simulate(
         vp.Exciter(**case.p._asdict()), tau_end=case.tau_end, samples_per_period=0, **start
     )
-    judged = judge(case.p, case.tau_end, **start)
-    if math.isinf(judged.wobble_end[0]):
+    expected = judge(case.p, case.tau_end, **start)
+    if math.isinf(expected.wobble_end[0]):
         pytest.fail(f"{case}: one ulp changes its events, choose another seed")
-    found = disagreements(case.p, ds, judged, case.tau_end)
-    assert not found, f"{case}\n" + "\n".join(found[:6])
+    differences = disagreements(case.p, ds, expected, case.tau_end)
+    assert not differences, f"{case}\n" + "\n".join(differences[:6])
 
 
 @pytest.mark.parametrize("seed", range(20))

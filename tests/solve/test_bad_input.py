@@ -1,4 +1,4 @@
-"""A bad parameter or start is refused by a message that names it, its value and what is allowed."""
+"""A bad parameter or start is rejected by a message with its name, its value and the valid values."""
 
 from __future__ import annotations
 

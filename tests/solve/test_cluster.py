@@ -1,4 +1,4 @@
-"""A sweep spread over a dask cluster is the local sweep, bit for bit, whatever becomes of its workers."""
+"""A sweep on a dask cluster equals the local sweep bit for bit, even if workers are lost."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OVER = {"f": np.linspace(0.2, 2.0, 40), "nu": np.linspace(0.4, 1.4, 100)}
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
-    """Two worker processes of one thread each; a lost one is started again."""
+    """Return a client of two worker processes of one thread each; a lost one is restarted."""
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as workers,
         Client(workers) as connected,
@@ -35,7 +35,7 @@ def client() -> Iterator[Client]:
 
 
 def identical(one: xr.Dataset, other: xr.Dataset) -> None:
-    """The same names, attributes and bytes."""
+    """Assert that names, attributes and bytes are the same."""
     xr.testing.assert_identical(one, other)
     for name, variable in one.variables.items():
         assert variable.values.tobytes() == other.variables[name].values.tobytes(), name
@@ -49,7 +49,7 @@ def shards_done(dask_scheduler: Any) -> int:
 
 
 def kill_one(client: Client, killed: list[int]) -> None:
-    """Wait until some shards are solved, and kill the worker that holds most of them."""
+    """Wait until some shards are solved, then kill the worker that holds most of them."""
     while client.run_on_scheduler(shards_done) < 4:
         time.sleep(0.02)
     held = client.has_what()
@@ -68,18 +68,18 @@ def test_a_worker_killed_half_way_changes_nothing(client: Client) -> None:
         spread = vp.sweep(EXCITER, OVER, client=client)
         killer.join()
     shards = len(cluster._cuts(SweepGrid(OVER), 2)) - 1
-    assert 4 <= killed[0] < shards  # it was half-way indeed
+    assert 4 <= killed[0] < shards  # the sweep was under way
     identical(local, spread)
 
 
 def test_dask_arrays_and_followed_chains(client: Client) -> None:
     over = {"nu": OVER["nu"][:9], "f": OVER["f"][:5]}
-    asked = {"follow": ("nu", "down"), "outputs": ("harmonics", "energy"), "harmonics": 2}
-    local = vp.sweep(EXCITER, over, 0.1, -0.2, **asked)
+    options = {"follow": ("nu", "down"), "outputs": ("harmonics", "energy"), "harmonics": 2}
+    local = vp.sweep(EXCITER, over, 0.1, -0.2, **options)
     arrays = {name: da.from_array(values, chunks=4) for name, values in over.items()}
-    identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **asked))
+    identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options))
     arrays["nu"] = client.persist(arrays["nu"])
-    identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **asked, client=client))
+    identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options, client=client))
 
 
 def test_a_mistake_is_named_as_without_a_cluster(client: Client) -> None:

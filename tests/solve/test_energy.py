@@ -1,4 +1,4 @@
-"""The energy balance of a motion: its terms by independent means, and that its gap tells of errors."""
+"""The energy balance of a motion: its terms against independent solutions, its residual against wrong contacts."""
 
 from __future__ import annotations
 
@@ -66,15 +66,15 @@ def test_a_contact_out_of_place_opens_the_balance() -> None:
     ds = vp.simulate(p, tau_end, x0, v0, samples_per_period=0)
     contacts = {name: ds[name].values for name in ds.data_vars if ds[name].ndim}
     turns = (0.0, tau_end / p.period)
-    # of those that bounce: a mass that stays has no velocity after to be moved
+    # An impact with a rebound: an impact without one has no velocity after to perturb.
     fastest = np.abs(contacts["impact_velocity_after"]).argmax()
-    right = work_of_flights(p, ALL_EFFECTS, (x0, v0), turns, contacts)
+    correct = work_of_flights(p, ALL_EFFECTS, (x0, v0), turns, contacts)
     for name in ("impact_tau", "impact_velocity", "impact_velocity_after"):
         wrong = {key: value.copy() for key, value in contacts.items()}
         wrong[name][fastest] *= 1 + 1e-6
         moved = work_of_flights(p, ALL_EFFECTS, (x0, v0), turns, wrong)
-        gap = (moved - right) @ [1, -1, -1, -1]
-        assert abs(gap) > 1e-9, name
+        residual = (moved - correct) @ [1, -1, -1, -1]
+        assert abs(residual) > 1e-9, name
 
 
 def test_a_motion_that_breaks_off_has_no_balance() -> None:

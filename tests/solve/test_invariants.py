@@ -1,7 +1,6 @@
-"""What holds for every exciter, by both methods, whatever the numbers.
+"""Invariants of every exciter, by both methods, for any parameters.
 
-`check_*` state the invariant once; each runs over 300 examples (`drawn`), and over 20,000 when asked
-for the slow ones.
+Each `check_*` states an invariant once. It runs over 300 examples (`strategies`), and over 20,000 as a slow test.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ EPS = np.finfo(float).eps
 MIRRORED = ("displacement", "velocity", "force", "impact_velocity", "impact_velocity_after")
 KEPT = ("tau", "impact_tau", "rest_start", "rest_end", "grazing_tau")
 SWAPPED = ("impact_support", "rest_support", "grazing_support")
-# the ends of a motion and its contacts, nothing between
+# Options of a motion without samples.
 ENDS: dict[str, Any] = {"samples_per_period": 0}
 
 
 def over_all(check: Callable[[Case], None]) -> tuple[Any, Any]:
-    """The check as a test over 300 examples and as a slow one over 20,000."""
+    """Return the check as a test over 300 examples, and as a slow one over 20,000."""
     patient = settings(max_examples=20_000, derandomize=False)(given(cases())(check))
     short = given(cases())(check)
     for case in PINNED:
@@ -93,7 +92,7 @@ def seconds(case: Case) -> float:
 
 
 def check_time_is_bounded(case: Case) -> None:
-    """The first run of its kind may compile; the next may not."""
+    """The first run of a kind may compile; the next may not."""
     assert seconds(case) < 2.0 or seconds(case) < 2.0
 
 
@@ -108,8 +107,7 @@ def check_samples_end_at_tau_end(case: Case) -> None:
 
 
 def check_energy_balance(case: Case) -> None:
-    """Work of the force = lost by damping and at the supports + stored: by the exact method to rounding, by
-    Newmark's to the square of its step, since it meets some impacts inside a step."""
+    """Work of the force = losses + change of stored energy: to rounding for exact, to second order for newmark."""
     ds = case.run(samples_per_period=0, energy=True)
     if int(ds.status) not in (Status.OK, Status.SHORT_FLIGHTS):
         return
@@ -117,7 +115,7 @@ def check_energy_balance(case: Case) -> None:
     x, v = float(ds.displacement_end), float(ds.velocity_end)
     stored = 0.5 * (x * x + v * v + case.x0**2 + case.v0**2)
     size = struck + stored + float(ds.energy_damping) + abs(float(ds.energy_input))
-    # A creep through h = 1e4 rounds in each time 1/h, and every time alike.
+    # A creep at h = 1e4 rounds once per time 1/h, always in the same direction.
     share, nu = 1e-11 + EPS * case.exciter.h * case.tau_end, case.exciter.nu
     if case.method:
         step = 2 * math.pi / nu / case.method["steps_per_period"]
@@ -129,8 +127,10 @@ def check_energy_balance(case: Case) -> None:
 
 
 def nudge(case: Case, x: float, of_x: float, of_room: float, to_h: float) -> Case:
-    """The case from x times `of_x`, its room times `of_room`, its damping and `to_h`; what lies on a support
-    stays on it."""
+    """Return the case from x times `of_x`, with its supports times `of_room` and its damping plus `to_h`.
+
+    A start on a support stays on it.
+    """
     e = case.exciter
     other = dataclasses.replace(e, l=e.l * of_room, delta=e.delta * of_room, h=e.h + to_h)
     nudged = case._replace(exciter=other)
@@ -140,13 +140,11 @@ def nudge(case: Case, x: float, of_x: float, of_room: float, to_h: float) -> Cas
 
 
 def check_splitting(case: Case, share: float) -> None:
-    """A motion taken up again goes on as before: by the exact method at any instant, by Newmark's at
-    the end of any step.
+    """A motion continued from an intermediate state is the same: exact from any, newmark from the end of a step.
 
-    To 1e-12 of what it has seen and a rounding in each time 1/h, plus what a
-    hundred ulps become by the end: in the state at the split, in the supports, and in the damping,
-    as so many in each step. The ulps themselves are followed: the speed of an impact that nearly
-    grazes goes as the root of its depth, so that a larger nudge, divided, would tell too little.
+    The tolerance is 1e-12 of the motion and one rounding per time 1/h, plus the growth of a hundred ulps in the
+    state at the split, in the supports and in the damping. The ulps themselves are followed: the speed of an impact
+    that nearly grazes goes as the root of its depth, so that a larger perturbation, scaled down, is an underestimate.
     """
     whole = case.run()
     split = share * case.tau_end
@@ -155,8 +153,8 @@ def check_splitting(case: Case, share: float) -> None:
         split = math.floor(split / step) * step
     half = case.run(tau_end=split)
     x, v = float(half.displacement_end), float(half.velocity_end)
-    rest = case.run(x0=x, v0=v, tau_start=split, **ENDS)
-    # Of all the velocity there is: a start nearly at rest tells nothing of what follows.
+    second = case.run(x0=x, v0=v, tau_start=split, **ENDS)
+    # Relative to the largest velocity: that of a start nearly at rest is no scale of the motion.
     ulps, e = 100 * EPS, case.exciter
     faster = math.copysign(ulps * float(np.abs(whole.velocity).max()), v)
     damped = nudge(case, x, 1 + ulps, 1.0, ulps * max(1.0, e.nu, e.h))
@@ -165,10 +163,10 @@ def check_splitting(case: Case, share: float) -> None:
         damped.run(v0=v + faster, tau_start=split, **ENDS),
         narrow.run(v0=v - faster, tau_start=split, **ENDS),
     ]
-    assume(all(one.impact_tau.size == rest.impact_tau.size for one in near))
-    assume(all(one.rest_start.size == rest.rest_start.size for one in near))
+    assume(all(one.impact_tau.size == second.impact_tau.size for one in near))
+    assume(all(one.rest_start.size == second.rest_start.size for one in near))
     for name in ("displacement", "velocity"):
-        end = float(rest[f"{name}_end"])
+        end = float(second[f"{name}_end"])
         grown = sum(abs(float(one[f"{name}_end"]) - end) for one in near)
         size = np.abs(whole[name].values).max() + np.abs(whole.displacement.values).max()
         roundings = 1e-12 + EPS * case.exciter.h * case.tau_end
@@ -187,7 +185,7 @@ test_bounded_time, test_bounded_time_at_length = map(
 test_samples, test_samples_at_length = over_all(check_samples_end_at_tau_end)
 
 
-# the squares of so small a motion vanish: a contact was seen where there was none
+# The squares of such small numbers underflow: a contact was reported where there is none.
 TINY = vp.Exciter(
     l=0.5,
     nu=0.23767561958313796,
@@ -204,11 +202,11 @@ TINY = vp.Exciter(
 @example(Case(vp.Exciter(l=0.5, h=1e4, R1=0, R2=0), 10.0, -0.5, 0.0, {}), 0.5)
 @example(Case(vp.Exciter(l=0.5, R1=0, R2=0), 2.0, -0.5, -1e-7, {}), 0.0)
 @example(Case(vp.Exciter(l=0.5), 1.0, -0.5, -1.0, {}), 0.0)
-# after an impact of R1 = 4e-7 it all but grazes: an ulp of the start is 4e-10 at the end
+# After an impact with R1 = 4e-7 the mass nearly grazes: an ulp of the start becomes 4e-10 at the end.
 @example(
     Case(vp.Exciter(l=0.5, R1=4.402161300646418e-07), 7.619140625, 0.5, 1.0, {}), 0.8068371667196499
 )
-# struck by 1e-13, which one part took for a graze
+# An impact at rounding level (1e-13), which one of the motions classified as grazing.
 @example(
     Case(
         vp.Exciter(l=0.5, nu=2.0, f=-2.3713737056616554e-07, R1=0, R2=0),
@@ -219,7 +217,7 @@ TINY = vp.Exciter(
     ),
     0.5,
 )
-# comes back to where it lost its speed, to touch it
+# The mass returns to the support that stopped it, with zero velocity.
 @example(
     Case(
         vp.Exciter(l=1.0, nu=0.999999999999, delta=-0.125, R1=0, R2=0),
@@ -230,7 +228,7 @@ TINY = vp.Exciter(
     ),
     0.0,
 )
-# from a support to a graze of it: all lengths nudged alike tell nothing
+# From a support to a grazing of it: perturbing all lengths alike has no effect.
 @example(
     Case(
         vp.Exciter(

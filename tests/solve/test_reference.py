@@ -30,24 +30,24 @@ def simulate(p: Parameters, entry: dict[str, Any], **settings: Any) -> Any:
     return vp.simulate(vp.Exciter(**p._asdict()), **start, **settings)
 
 
-def felt(impacts: list[Any], least: float = 1e-6) -> list[Any]:
-    """Impacts above the speed below which a chatter may be summed up."""
+def fast_impacts(impacts: list[Any], least: float = 1e-6) -> list[Any]:
+    """Return the impacts above the speed below which the tail of a chatter may be summed."""
     return [impact for impact in impacts if abs(float(impact[2])) > least]
 
 
-def known_impacts(entry: dict[str, Any]) -> list[tuple[float, int, float, float]]:
+def expected_impacts(entry: dict[str, Any]) -> list[tuple[float, int, float, float]]:
     return [
         (float(i["tau"]), i["support"], float(i["velocity_before"]), float(i["velocity_after"]))
         for i in entry["impacts"]
     ]
 
 
-# -- the judge itself --------------------------------------------------------------------------
+# -- the oracle itself -------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_the_twin_gives_the_reference_motion(name: str) -> None:
-    """To all the digits it has, with the parameters as decimals."""
+    """To all digits of the reference, with the parameters as decimals."""
     entry = MOTIONS[name]
     c = digits(parameters_of(entry))
     p = Parameters(**{key: c.mpf(entry[key]) for key in Parameters._fields})
@@ -58,18 +58,18 @@ def test_the_twin_gives_the_reference_motion(name: str) -> None:
 
     assert same(motion.displacement_end, entry["x_end"])
     assert same(motion.velocity_end, entry["v_end"])
-    known = [i for i in entry["impacts"] if abs(float(i["velocity_before"])) > 1e-10]
-    found = [i for i in motion.impacts if abs(i.before) > 1e-10]
-    assert [i.support for i in found] == [i["support"] for i in known]
-    for got, want in zip(found, known, strict=True):
+    expected = [i for i in entry["impacts"] if abs(float(i["velocity_before"])) > 1e-10]
+    computed = [i for i in motion.impacts if abs(i.before) > 1e-10]
+    assert [i.support for i in computed] == [i["support"] for i in expected]
+    for got, want in zip(computed, expected, strict=True):
         assert same(got.tau, want["tau"])
         assert same(got.before, want["velocity_before"])
         assert same(got.after, want["velocity_after"])
     assert [rest.support for rest in motion.rests] == [r["support"] for r in entry["rests"]]
-    for rest, known_rest in zip(motion.rests, entry["rests"], strict=True):
-        # the reference lets a chatter end at its last impact, of 1e-16
-        assert abs(rest.start - c.mpf(known_rest["start"])) < 1e-15
-        assert same(min(rest.end, c.mpf(entry["tau_end"])), known_rest["end"])
+    for rest, expected_rest in zip(motion.rests, entry["rests"], strict=True):
+        # In the reference a chatter ends at its last impact, of velocity 1e-16.
+        assert abs(rest.start - c.mpf(expected_rest["start"])) < 1e-15
+        assert same(min(rest.end, c.mpf(entry["tau_end"])), expected_rest["end"])
 
 
 # -- motions -----------------------------------------------------------------------------------
@@ -82,28 +82,28 @@ def test_exact_motion(name: str) -> None:
     tau_end = float(entry["tau_end"])
     assert float(ds.displacement_end) == pytest.approx(float(entry["x_end"]), abs=1e-10)
     assert float(ds.velocity_end) == pytest.approx(float(entry["v_end"]), abs=1e-10)
-    found, known = felt(impacts_of(ds)), felt(known_impacts(entry))
-    assert [i[1] for i in found] == [i[1] for i in known]
-    np.testing.assert_allclose(found, known, rtol=0, atol=1e-10)
+    computed, expected = fast_impacts(impacts_of(ds)), fast_impacts(expected_impacts(entry))
+    assert [i[1] for i in computed] == [i[1] for i in expected]
+    np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-10)
     rests = [(start, min(end, tau_end), support) for start, end, support in rests_of(ds)]
-    known_rests = [(float(r["start"]), float(r["end"]), r["support"]) for r in entry["rests"]]
-    np.testing.assert_allclose(rests, known_rests, rtol=0, atol=1e-10)
+    expected_rests = [(float(r["start"]), float(r["end"]), r["support"]) for r in entry["rests"]]
+    np.testing.assert_allclose(rests, expected_rests, rtol=0, atol=1e-10)
 
 
 def test_exact_motion_as_far_as_one_ulp_allows() -> None:
-    """The chaotic motion: 1e-10 plus what roundings of the parameters themselves have become."""
+    """The chaotic motion: 1e-10 plus the growth of the rounding of the parameters."""
     entry = MOTIONS[CHAOTIC]
     p = parameters_of(entry)
     judged = judge(p, float(entry["tau_end"]), float(entry["x0"]), float(entry["v0"]))
-    found, known = impacts_of(simulate(p, entry)), known_impacts(entry)
-    assert len(found) == len(known)
-    sharp = 0
-    for k, (got, want) in enumerate(zip(found, known, strict=True)):
+    computed, expected = impacts_of(simulate(p, entry)), expected_impacts(entry)
+    assert len(computed) == len(expected)
+    n_accurate = 0
+    for k, (got, want) in enumerate(zip(computed, expected, strict=True)):
         assert got[1] == want[1]
         assert abs(got[0] - want[0]) <= 1e-10 + 100 * judged.wobble_tau[k]
         assert abs(got[2] - want[2]) <= 1e-10 + 100 * judged.wobble_velocity[k]
-        sharp += 100 * judged.wobble_velocity[k] < 1e-10
-    assert sharp >= 5
+        n_accurate += 100 * judged.wobble_velocity[k] < 1e-10
+    assert n_accurate >= 5
 
 
 @pytest.mark.parametrize("name", ["fig9_offset", "overdamped", "plastic_R0", "resonance_undamped"])
@@ -152,20 +152,22 @@ STRIKING = [
 
 @pytest.mark.parametrize("name", SMOOTH + STRIKING)
 def test_newmark_is_of_second_order(name: str) -> None:
-    """Slope of the error of the end state and of all felt impacts against the step."""
+    """Slope of the error of the end state and of all fast impacts over the step."""
     entry = MOTIONS[name]
     p = parameters_of(entry)
-    known = felt(known_impacts(entry), 1e-2)
+    expected = fast_impacts(expected_impacts(entry), 1e-2)
     counts = np.unique(np.geomspace(300, 6000, 14).astype(int))
     errors = []
     for count in counts:
         ds = simulate(p, entry, method="newmark", steps_per_period=int(count), samples_per_period=0)
-        miss = [float(ds.displacement_end) - float(entry["x_end"])]
-        miss.append(float(ds.velocity_end) - float(entry["v_end"]))
-        found = felt(impacts_of(ds), 1e-2)
-        assert [i[1] for i in found] == [i[1] for i in known]
-        miss.extend((np.array(found) - np.array(known)).ravel() if known else [])
-        errors.append(np.linalg.norm(miss))
+        errors_at_count = [float(ds.displacement_end) - float(entry["x_end"])]
+        errors_at_count.append(float(ds.velocity_end) - float(entry["v_end"]))
+        computed = fast_impacts(impacts_of(ds), 1e-2)
+        assert [i[1] for i in computed] == [i[1] for i in expected]
+        errors_at_count.extend(
+            (np.array(computed) - np.array(expected)).ravel() if expected else []
+        )
+        errors.append(np.linalg.norm(errors_at_count))
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert 1.9 <= slope <= 2.1
 

@@ -1,4 +1,4 @@
-"""Errors of steady states: the distance to the true orbit, found by Newton's method on the twin."""
+"""Error estimates of steady states against the distance to the true orbit, by Newton's method on the oracle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NUDGE = mpmath.mpf("1e-18")
 
 
 def distance_to_orbit(p: Parameters, ds: Any) -> float:
-    """How far the strobe lies from the orbit of the twin: (1 - J)^-1 of what fails to close."""
+    """Return the distance of the strobe to the orbit of the oracle: (1 - J)^-1 times the residual of the return map."""
     context = digits(p, 45)
     span = 2 * context.pi / context.mpf(p.nu) * int(ds.period_multiple)
 
@@ -46,7 +46,7 @@ def distance_to_orbit(p: Parameters, ds: Any) -> float:
 
 def test_the_error_of_a_row_holds_against_the_true_orbit() -> None:
     draw = np.random.default_rng(31)
-    judged = 0
+    n_compared = 0
     for _ in range(30):
         p = Parameters(
             nu=draw.uniform(0.5, 3), f=draw.uniform(0.2, 3), h=draw.uniform(0.02, 0.5), l=0.5,
@@ -55,21 +55,23 @@ def test_the_error_of_a_row_holds_against_the_true_orbit() -> None:
         ds = vp.steady_state(vp.Exciter(**p._asdict()), accuracy=1e-9)
         if ds.period_multiple == 0 or ds.sizes["impact"] == 0 or ds.rests_per_orbit.sum() > 0:
             continue
-        judged += 1
+        n_compared += 1
         assert distance_to_orbit(p, ds) <= 3 * float(ds.error), p
         assert float(ds.error) < 1e-9 or int(ds.status) == Status.INACCURATE
-    assert judged >= 10
+    assert n_compared >= 10
 
 
 @pytest.mark.parametrize("name", sorted(reference("steady")))
 def test_the_error_holds_for_harmonics_and_impacts_of_the_references(name: str) -> None:
     entry = reference("steady")[name]
     ds = vp.steady_state(vp.Exciter(**parameters_of(entry)._asdict()), accuracy=1e-10)
-    allowed = 3 * float(ds.error) + 2e-16
-    assert allowed < 1e-12
+    tolerance = 3 * float(ds.error) + 2e-16
+    assert tolerance < 1e-12
     for k in range(6):
-        assert abs(float(ds.displacement_amplitude[k]) - float(entry["x_amplitude"][k])) <= allowed
-        assert abs(float(ds.velocity_amplitude[k]) - float(entry["v_amplitude"][k])) <= allowed
+        assert (
+            abs(float(ds.displacement_amplitude[k]) - float(entry["x_amplitude"][k])) <= tolerance
+        )
+        assert abs(float(ds.velocity_amplitude[k]) - float(entry["v_amplitude"][k])) <= tolerance
     assert int(ds.status) == Status.OK
 
 

@@ -1,4 +1,4 @@
-"""Labels and numbers of every row agree: over many random rows, corners favoured (`random_rows`, `row_checks`)."""
+"""Labels and numbers of random rows are consistent, with corner cases favoured (`random_rows`, `row_checks`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motions and sweeps with the effects that are asked, and no others."""
+"""Motions and sweeps with a selection of effects."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ ALL_BUT_1 = [name for name in EFFECT_NAMES if name != "support_1"]
     ],
 )
 def test_a_motion_that_strikes_nothing_is_not_marched(parameters: dict[str, float]) -> None:
-    """Its closed form, transient included, is the motion that a march finds."""
-    exciter, task = vp.Exciter(**parameters), MotionRequest(0.7, 50.0, 0.1, 0.2, 16)
-    assert closed_form_solver(exciter, task) is not None
-    closed = run_motion(exciter, task)
-    marched = run_motion(exciter, task, exact_grid(ALL_EFFECTS, exciter.parameters()))
+    """Its closed form, transient included, agrees with a march."""
+    exciter, request = vp.Exciter(**parameters), MotionRequest(0.7, 50.0, 0.1, 0.2, 16)
+    assert closed_form_solver(exciter, request) is not None
+    closed = run_motion(exciter, request)
+    marched = run_motion(exciter, request, exact_grid(ALL_EFFECTS, exciter.parameters()))
     assert not closed.counts.any()
     assert marched.counts.any()
     np.testing.assert_allclose(closed.displacement, marched.displacement, rtol=0, atol=2e-14)
@@ -79,13 +79,13 @@ def test_what_the_parameters_have_can_not_be_left_out() -> None:
 
 
 def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
-    """Rows without damping beside one with it: cut apart they run on the same kernel, bit for bit."""
+    """Rows without damping in a sweep with damping: as shards of their own they use the same kernel, bit for bit."""
     exciter, over = vp.Exciter(**FORCED), {"h": [0.0, 0.1, 0.3]}
-    asked: dict[str, Any] = {"outputs": ("impacts",)}
+    options: dict[str, Any] = {"outputs": ("impacts",)}
     with pytest.raises(vp.ParameterError, match="must include damping"):
-        solve_shard(exciter, over, 0, 1, **asked, effects=list(EFFECT_NAMES)[1:])
-    whole = solve_shard(exciter, over, 0, 3, **asked)
-    parts = [solve_shard(exciter, over, row, row + 1, **asked) for row in range(3)]
+        solve_shard(exciter, over, 0, 1, **options, effects=list(EFFECT_NAMES)[1:])
+    whole = solve_shard(exciter, over, 0, 3, **options)
+    parts = [solve_shard(exciter, over, row, row + 1, **options) for row in range(3)]
     assert {part.attrs["effects"] for part in parts} == {whole.attrs["effects"]}
     for name in ("displacement_strobe", "velocity_strobe", "residual"):
         joined = np.concatenate([part[name].values for part in parts])

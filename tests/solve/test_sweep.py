@@ -1,4 +1,4 @@
-"""A sweep is its rows: however it is cut, followed or threaded, and each row is the steady state alone."""
+"""A sweep equals its rows, each solved alone, for any cuts, chains and number of threads."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_motion_energy_and_harmonics_tell_of_the_same_orbit(whole: xr.Dataset) -
     orbits = whole.where(whole.period_multiple > 0)
     assert float(abs(orbits.energy_residual).max()) < 1e-9
     mean = orbits.displacement.mean("phase")
-    # The trapezoidal mean of 256 samples of a motion with corners.
+    # The tolerance is the error of the trapezoidal mean of 256 samples of a motion with corners.
     np.testing.assert_allclose(mean.values, orbits.displacement_mean.values, atol=2e-3)
     assert float(orbits.displacement.max()) <= EXCITER.upper + 1e-12
     assert float(orbits.displacement.min()) >= EXCITER.lower - 1e-12
@@ -85,7 +85,7 @@ def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
 
 @pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
 def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: Any) -> None:
-    """Chains longer than a piece go on in the next one."""
+    """Chains longer than a piece continue in the next one."""
     expected = vp.sweep(EXCITER, OVER, follow=follow)
     monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 4)
     xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
@@ -100,8 +100,8 @@ def test_blocks_are_the_sweep_cut_between_chains(
     monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
     grid = SweepGrid(OVER, follow)
     count, chain = grid.rows, grid.chain_length
-    asked = {"follow": follow, "accuracy": accuracy}
-    blocks = list(solve_blocks(EXCITER, OVER, 0, count, 8, **asked))
+    options = {"follow": follow, "accuracy": accuracy}
+    blocks = list(solve_blocks(EXCITER, OVER, 0, count, 8, **options))
     ends = [0, *(block.attrs["row_stop"] for block in blocks)]
     assert [block.attrs["row_start"] for block in blocks] == ends[:-1]
     sizes = np.diff(ends)
@@ -110,36 +110,36 @@ def test_blocks_are_the_sweep_cut_between_chains(
     assert set(sizes % chain) == {0}
     assert sizes[:-1].min() >= 8
     assert sizes.max() <= 8 + max(2, chain)
-    whole = vp.sweep(EXCITER, OVER, **asked)
+    whole = vp.sweep(EXCITER, OVER, **options)
     xr.testing.assert_identical(assemble(blocks, OVER, follow), whole)
 
 
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
-    """... and nothing any more once no block is wanted."""
+    """No row is solved after the generator is closed."""
     monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
     monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
-    seen = []
+    piece_rows = []
 
-    def watched(*given: Any) -> Any:
-        seen.append(len(given[1]))
-        return drive(*given)
+    def watched(*arguments: Any) -> Any:
+        piece_rows.append(len(arguments[1]))
+        return solve_piece(*arguments)
 
-    drive = rows.solve_piece
+    solve_piece = rows.solve_piece
     monkeypatch.setattr(rows, "solve_piece", watched)
     over = {"nu": np.linspace(1, 3, 200)}
     blocks = solve_blocks(EXCITER, over, 0, 200, 8)
     assert next(blocks).sizes["row"] == 8
     time.sleep(0.2)
     ahead = max(numba.get_num_threads() + 1, 4) * 2
-    assert 8 <= sum(seen) <= 8 + ahead
+    assert 8 <= sum(piece_rows) <= 8 + ahead
     blocks.close()
-    solved = sum(seen)
+    solved = sum(piece_rows)
     time.sleep(0.05)
-    assert sum(seen) == solved <= 8 + ahead
+    assert sum(piece_rows) == solved <= 8 + ahead
 
 
 def ends_of(count: int, chain: int) -> list[int]:
-    """The ends of all calls; pieces begin where those before end."""
+    """Return the ends of all calls."""
     (pieces,) = row_blocks(count, chain)
     return [0, *itertools.chain.from_iterable(ends[1:] for ends in pieces)]
 
@@ -191,7 +191,7 @@ def test_what_is_not_asked_is_not_there() -> None:
 
 
 def test_hysteresis_shows_when_a_sweep_is_followed() -> None:
-    """Beyond resonance a striking and a free motion are both stable: which one settles depends on the way."""
+    """Beyond resonance a two-sided and a non-impacting motion are both stable; the direction selects one."""
     e = vp.Exciter(l=0.5, h=0.2, f=0.5, R1=0.7, R2=0.7)
     nu = np.linspace(0.8, 3.0, 45)
     up, down = (vp.sweep(e, {"nu": nu}, follow=("nu", way)) for way in ("up", "down"))
@@ -231,6 +231,7 @@ def test_mirrored_exciters_give_mirrored_sweeps() -> None:
         ({"nu": [1.0]}, {"outputs": ("harmonic",)}, "outputs: must be a list of "),
         ({"nu": [1.0]}, {"outputs": ("harmonic",)}, "got ('harmonic',)"),
         ({"nu": [1.0]}, {"harmonics": 0}, "harmonics: must be a whole number from 1 to 1000, got 0"),
+        ({"nu": [1.0]}, {"harmonics": True}, "harmonics: must be a whole number from 1 to 1000, got True"),
         ({}, {}, "over: must have at least one parameter with its values, got {}"),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The grid of a sweep: every row has one place, every chain one order, and every cut whole chains."""
+"""The grid of a sweep: every row has one position, every chain one order, and cuts fall between chains."""
 
 from __future__ import annotations
 
@@ -27,34 +27,36 @@ def grids(draw: st.DrawFn) -> SweepGrid:
     return SweepGrid(arrays, follow, {"l": 0.5})
 
 
-def twin(grid: SweepGrid) -> tuple[list[dict[str, float]], list[int]]:
-    """The parameters of each row, and the rows in the order in which they are solved, by plain loops."""
+def grid_by_loops(grid: SweepGrid) -> tuple[list[dict[str, float]], list[int]]:
+    """Return the parameters of each row, and the rows in the order in which they are solved, by plain loops."""
     along, direction = grid.follow or (None, "up")
     others = [name for name in grid.values if name != along]
-    rows, order = [], []
+    rows, solved_rows = [], []
     for point in itertools.product(*(grid.values[name] for name in others)):
         fixed = dict(zip(others, point, strict=True)) | {"l": 0.5}
         chain = [{along: value} for value in grid.values[along]] if along else [{}]
-        places = sorted(range(len(chain)), key=lambda k: chain[k].get(along, 0))
-        order += [len(rows) + k for k in (places if direction == "up" else places[::-1])]
-        rows += [fixed | own for own in chain]
-    return rows, order
+        positions = sorted(range(len(chain)), key=lambda k: chain[k].get(along, 0))
+        solved_rows += [
+            len(rows) + k for k in (positions if direction == "up" else positions[::-1])
+        ]
+        rows += [fixed | followed for followed in chain]
+    return rows, solved_rows
 
 
 @given(grid=grids())
 def test_rows_and_their_order_are_those_of_plain_loops(grid: SweepGrid) -> None:
-    rows, order = twin(grid)
+    rows, solved_rows = grid_by_loops(grid)
     names = [*grid.dims, "l"]
     numbers = np.arange(grid.rows)
     expected = np.array([[row[name] for name in names] for row in rows])
     np.testing.assert_array_equal(grid.parameters(names, numbers), expected)
-    np.testing.assert_array_equal(grid.solved(0, grid.rows), order)
+    np.testing.assert_array_equal(grid.solved(0, grid.rows), solved_rows)
     for row in numbers:
-        place = grid.indices(int(row))
-        assert [grid.values[n][k] for n, k in zip(grid.dims, place, strict=True)] == [
+        indices = grid.indices(int(row))
+        assert [grid.values[n][k] for n, k in zip(grid.dims, indices, strict=True)] == [
             rows[row][n] for n in grid.dims
         ]
-        assert np.ravel_multi_index(place, grid.shape) == grid.points(row, row + 1)[0]
+        assert np.ravel_multi_index(indices, grid.shape) == grid.points(row, row + 1)[0]
         assert grid.rows_of_points()[grid.points(row, row + 1)[0]] == row
         assert grid.text(int(row)) == ", ".join(f"{n} = {float(rows[row][n])!r}" for n in grid.dims)
 
@@ -78,15 +80,17 @@ def test_cuts_are_whole_chains_of_about_one_length(grid: SweepGrid, shards: int)
 
 @pytest.mark.parametrize("rows", [1, 500, 5000])
 @pytest.mark.parametrize("chain", [1, 7, 700])
-@pytest.mark.parametrize("size", [1, 300, 10**6])
-def test_blocks_have_the_rows_wanted(rows: int, chain: int, size: int) -> None:
+@pytest.mark.parametrize("block_rows", [1, 300, 10**6])
+def test_blocks_have_the_rows_wanted(rows: int, chain: int, block_rows: int) -> None:
     rows *= chain
-    blocks = row_blocks(rows, chain, size)
+    blocks = row_blocks(rows, chain, block_rows)
     ends = [block[-1][-1] for block in blocks]
     begins = [block[0][0] for block in blocks]
     assert [0, *ends[:-1]] == begins
     assert ends[-1] == rows
-    assert all(stop - first >= size for first, stop in zip(begins[:-1], ends[:-1], strict=True))
+    assert all(
+        stop - first >= block_rows for first, stop in zip(begins[:-1], ends[:-1], strict=True)
+    )
     assert all(end % chain == 0 for end in ends)
 
 

@@ -1,4 +1,4 @@
-"""The labels of a sweep against patience: 5,000 forcing periods marched, then the section looked at."""
+"""The labels of a sweep against brute force: 5,000 forcing periods marched, then the section compared."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REPEATS = 1e-7
 
 
 def patient(nu: float, f: float, patience: int) -> tuple[int, int]:
-    """(regime, multiple) after `patience` periods; multiple 0 and aperiodic where nothing repeats."""
+    """Return (regime, multiple) after `patience` periods; (aperiodic, 0) if the section does not repeat."""
     p = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=nu, f=f).parameters()
     grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(8192, 512), np.empty(DEGREE + 1)
     most = np.int64(10_000_000)
@@ -58,12 +58,12 @@ def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ..
     ((_, (solved,)),) = solve_rows(cut, lambda a, b: [rows[a:b]], start, 1, *limits, 0, ())
     regimes, multiples = solved.regime, solved.period_multiple
     assert len(np.unique(regimes)) > 3
-    apart = []
+    differing = []
     for i in range(points):
         regime, m = patient(nu[i], f[i], patience)
         if (regime, m) != (regimes[i], multiples[i]):
-            apart.append((nu[i], f[i], regime, m, regimes[i], multiples[i]))
-    return apart
+            differing.append((nu[i], f[i], regime, m, regimes[i], multiples[i]))
+    return differing
 
 
 def test_labels_agree_with_patience() -> None:
@@ -72,5 +72,5 @@ def test_labels_agree_with_patience() -> None:
 
 @pytest.mark.slow
 def test_labels_agree_with_patience_at_length() -> None:
-    apart = disagreements(1000, PATIENT, seed=1)
-    assert len(apart) <= 1, apart
+    differing = disagreements(1000, PATIENT, seed=1)
+    assert len(differing) <= 1, differing

@@ -1,4 +1,4 @@
-"""Whatever goes wrong in a row is that row's status: the sweep goes on, and the row has no results."""
+"""A row that fails has a status and no results, and the sweep continues."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 ALL = ("harmonics", "impacts", "motion", "stability", "energy")
-# An impact every 1e-5 of a forcing period: far more than are kept, or made.
+# An impact every 1e-5 of a forcing period: far more than the log holds, or than are marched.
 CROWDED = {"l": 1e-3, "nu": 0.01, "h": 0.1}
 NUMBERS = (
     "displacement_mean", "displacement_amplitude", "velocity_phase", "displacement", "velocity",
@@ -34,7 +34,7 @@ def check(*parameters: tuple[float, ...]) -> xr.Dataset:
     return solved
 
 
-# Rows whose orbit, of m > 1, closed as far as rounding let it and was lost when it was closed anew.
+# Rows whose orbit, of m > 1, was closed as far as rounding allows and lost when closed again.
 LOST = [
     (0.7, 1.9726726726726727, 0.2, 0.5, 0.0, 0.7, 0.7),
     (1.0, 0.002076265817342339, 0.0, 0.5, 0.0, 1.0, 0.3022562994345702),
@@ -74,7 +74,7 @@ def test_multipliers_that_are_none_but_for_rounding_are_in_order() -> None:
     "row",
     [
         (0.039012208094153664, 1.6683669299790311, 0.37, 0.5, -0.186174752391719, 1.0, 0.36683),
-        # no orbit: means over a window of which most contacts had been dropped lay beyond the supports
+        # Without an orbit: means over a window with most contacts dropped lay beyond the supports.
         (0.03792454254133698, 2.7006999934700064, 0.0, 0.001322252208618864, 0.0006879, 1.0, 1.0),
         (0.030545633460192737, -212.1299062029406, 0.12632021494766554, 0.5, -0.5, 1.0, 1.0),
     ],
@@ -98,7 +98,7 @@ def test_results_are_masked_whole() -> None:
 
 
 def test_a_row_that_takes_too_many_steps_is_not_marched() -> None:
-    """... and was taken for one of 8 steps a period: a rest, `ok`, with energies of nan."""
+    """Such a row was solved with 8 steps per period: a rest, status `ok`, with energies of NaN."""
     solved = vp.sweep(
         vp.Exciter(l=0.5, f=1.0, h=0.2, R1=0.5, R2=0.5), {"nu": [1e-300, 1e-30, 1e-9, 1.0]}
     )
@@ -107,7 +107,7 @@ def test_a_row_that_takes_too_many_steps_is_not_marched() -> None:
 
 
 def test_a_number_out_of_range_is_not_a_result() -> None:
-    """... of a motion in closed form whose harmonics overflow."""
+    """The harmonics of a motion in closed form overflow."""
     solved = vp.steady_state(vp.Exciter(l=0.5), x0=0.5, v0=1e200)
     assert int(solved.status) == Status.NOT_FINITE
     assert int(solved.regime) == Regime.UNRESOLVED
@@ -124,7 +124,7 @@ def test_multipliers_of_a_slow_motion_are_no_larger_than_its_decay() -> None:
 
 
 def test_a_chain_goes_on_from_the_start_of_a_row_that_is_not_solved() -> None:
-    """Not from wherever that was left, which need not be a number."""
+    """The last state of an unsolved row need not be finite."""
     exciter = vp.Exciter(l=0.5, nu=1.0, h=0.1, R1=0.5, R2=0.5)
     solved = vp.sweep(exciter, {"f": [0.5, 1.0, 1e300, 2e300]}, follow=("f", "down"), outputs=ALL)
     assert solved.status.values.tolist()[2:] == [Status.MAX_IMPACTS] * 2

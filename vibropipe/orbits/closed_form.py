@@ -92,9 +92,8 @@ def _conservative_motion(orbit, motion, row) -> None:
     """Write samples of a conservative orbit at equal fractions of its own period."""
     if motion.size > 0:
         for i in range(motion.shape[2]):
-            motion[row, 0, i], motion[row, 1, i] = arc_state(
-                orbit, 2.0 * orbit.half * i / motion.shape[2]
-            )
+            tau = 2.0 * orbit.half * i / motion.shape[2]
+            motion[row, 0, i], motion[row, 1, i] = arc_state(orbit, tau)
 
 
 @jit

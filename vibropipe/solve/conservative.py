@@ -45,25 +45,14 @@ def _arcs(
         Output: coefficients of exp(i k w tau), real since tau = 0 is an end of the motion.
     """
     for i in range(amplitude.size):
-        motion = arc(p, 0.0, amplitude[i])
+        a = arc(p, 0.0, amplitude[i])
         # tau = 0 at the end towards support 1, which is the lower one of a mirrored motion.
-        time_from_top = 0.0 if top_support(motion) == 1 else motion.half
-        motion = Arc(
-            motion.sign,
-            motion.amplitude,
-            motion.top,
-            motion.half,
-            time_from_top,
-            motion.meets_top,
-            motion.meets_bottom,
-        )
-        frequency[i] = math.pi / motion.half
-        meets[i, top_support(motion) - 1], meets[i, 2 - top_support(motion)] = (
-            motion.meets_top,
-            motion.meets_bottom,
-        )
+        from_top = 0.0 if top_support(a) == 1 else a.half
+        a = Arc(a.sign, a.amplitude, a.top, a.half, from_top, a.meets_top, a.meets_bottom)
+        frequency[i] = math.pi / a.half
+        meets[i, top_support(a) - 1], meets[i, 2 - top_support(a)] = a.meets_top, a.meets_bottom
         for k in range(harmonics + 1):
-            coefficients[i, k] = arc_harmonic(motion, k).real
+            coefficients[i, k] = arc_harmonic(a, k).real
 
 
 def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
@@ -166,11 +155,11 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     frequency, meets = np.empty(amplitudes.size), np.empty((amplitudes.size, 2), np.int64)
     coefficients = np.empty((amplitudes.size, harmonics + 1))
     _arcs(exciter.parameters(), amplitudes, harmonics, frequency, meets, coefficients)
-    multiples = np.arange(1, harmonics + 1)
+    order = np.arange(1, harmonics + 1)
     # The velocity is -sum c_k k w sin(k w tau) = sum c_k k w cos(k w tau + pi/2).
     dims = ("amplitude", "harmonic")
     x_amplitudes = 2 * coefficients[:, 1:]
-    v_amplitudes = x_amplitudes * multiples * frequency[:, None]
+    v_amplitudes = x_amplitudes * order * frequency[:, None]
     strikes_1, strikes_2 = meets[:, 0] == 1, meets[:, 1] == 1
     regime = np.select(
         [strikes_1 & strikes_2, strikes_1, strikes_2],
@@ -188,10 +177,5 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         "velocity_amplitude": (dims, np.abs(v_amplitudes)),
         "velocity_phase": (dims, np.where(x_amplitudes < 0, -0.5 * np.pi, 0.5 * np.pi)),
     }
-    coords = {
-        "amplitude": amplitudes,
-        "harmonic": multiples,
-        "l": exciter.l,
-        "delta": exciter.delta,
-    }
+    coords = {"amplitude": amplitudes, "harmonic": order, "l": exciter.l, "delta": exciter.delta}
     return describe(xr.Dataset(variables, coords))

@@ -321,16 +321,9 @@ def _march(
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
         status = Status.SHORT_FLIGHTS
     if state.mode == REST:
-        open_rest = {
-            "rest_start": state.rest_start,
-            "rest_end": math.inf,
-            "rest_support": state.home,
-        }
-        pieces.append({name: np.array([value]) for name, value in open_rest.items()})
-    columns = {
-        name: np.concatenate([piece[name] for piece in pieces if name in piece])
-        for name in pieces[0]
-    }
+        rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
+        pieces.append({name: np.array([value]) for name, value in rest.items()})
+    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
     end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
     return MotionResult(
         Status(status),

@@ -153,9 +153,8 @@ class SweepGrid:
         A chain is solved in its direction: for whole chains the result is a permutation of the rows [start, stop).
         """
         positions = np.arange(start, stop)
-        return (
-            positions - positions % self.chain_length + self._along[positions % self.chain_length]
-        )
+        in_chain = positions % self.chain_length
+        return positions - in_chain + self._along[in_chain]
 
     @cached_property
     def _along(self) -> np.ndarray:
@@ -168,9 +167,7 @@ class SweepGrid:
     def blocks(self, box: tuple[int, ...]) -> Iterator[Block]:
         """Cut the grid into boxes of shape `box` and yield them in the order of the rows."""
         shape, start = self.row_shape, 0
-        for corner in product(
-            *(range(0, length, step) for length, step in zip(shape, box, strict=True))
-        ):
+        for corner in product(*(range(0, n, step) for n, step in zip(shape, box, strict=True))):
             ends = tuple(map(min, map(sum, zip(corner, box, strict=True)), shape))
             sizes = tuple(end - begin for begin, end in zip(corner, ends, strict=True))
             where = self.in_grid_order(tuple(map(slice, corner, ends)))

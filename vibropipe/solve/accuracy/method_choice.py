@@ -140,9 +140,9 @@ def choose_method(
     errors = exact_errors(exciter, request, exact)
     variables = to_variables(exciter, request, exact)
     scales = motion_scales(exciter, request, variables)
-    error = largest_relative_error(variables, errors, scales, accuracy)
+    exact_error = largest_relative_error(variables, errors, scales, accuracy)
     nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
-    best = Choice("exact", None, error, error <= accuracy, nanoseconds)
+    best = Choice("exact", None, exact_error, exact_error <= accuracy, nanoseconds)
     if not best.reached or exact.status != Status.OK:
         return best, exact, errors
     steps = MIN_STEPS
@@ -154,17 +154,13 @@ def choose_method(
         trial_cost = cost(NEWMARK_PRICES, steps, run)
         if trial_cost < nanoseconds and run.status == Status.OK:
             trial = to_variables(exciter, unsampled, run)
-            newmark_error = max(
-                largest_relative_error(
-                    trial, deviation(trial, variables, errors), scales, accuracy
-                ),
-                # In reverse, for impacts of the exact motion that the Newmark motion does not have.
-                largest_relative_error(
-                    variables, deviation(variables, trial, errors), scales, accuracy
-                ),
+            # In both directions: either motion may have impacts that the other does not have.
+            error = max(
+                largest_relative_error(one, deviation(one, other, errors), scales, accuracy)
+                for one, other in ((trial, variables), (variables, trial))
             )
-            if newmark_error <= accuracy:
-                return Choice("newmark", steps, newmark_error, True, trial_cost), exact, errors
+            if error <= accuracy:
+                return Choice("newmark", steps, error, True, trial_cost), exact, errors
         steps = math.ceil(steps * GROWTH)
     return best, exact, errors
 
@@ -172,10 +168,8 @@ def choose_method(
 def cost(prices: Prices, steps: int, run: MotionResult) -> float:
     """Return the nanoseconds of a march with so many steps per period, from its counts; 0 for a closed form."""
     counts, n_impacts = run.counts, run.contacts["impact_tau"].size
-    operations = np.array(
-        [counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], n_impacts, steps]
-    )
-    return float(operations @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
+    effort = np.array([counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], n_impacts, steps])
+    return float(effort @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
 
 
 def least_cost(steps: int, periods: float, exact: MotionResult) -> float:

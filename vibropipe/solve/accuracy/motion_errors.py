@@ -135,14 +135,14 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     }
 
 
-def deviation(variables: Variables, others: Variables, other_errors: Errors) -> Errors:
+def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors:
     """Return the distance of each quantity of a motion to that of another, plus the errors of the other.
 
     Parameters
     ----------
     variables, others : Variables
         The motion and the other one (`to_variables`).
-    other_errors : Errors
+    errors : Errors
         Errors of the other motion; may be empty.
 
     Returns
@@ -153,9 +153,8 @@ def deviation(variables: Variables, others: Variables, other_errors: Errors) -> 
     differences: Errors = {}
     for name in ("displacement", "velocity", "force", "displacement_end", "velocity_end", *TERMS):
         if name in variables and name in others:
-            differences[name] = distance(variables[name][1], others[name][1]) + other_errors.get(
-                name, 0.0
-            )
+            own = errors.get(name, 0.0)
+            differences[name] = distance(variables[name][1], others[name][1]) + own
     for kind, names in CONTACT_COLUMNS.items():
         support_name = f"{kind}_support"
         time = names[0]
@@ -166,14 +165,11 @@ def deviation(variables: Variables, others: Variables, other_errors: Errors) -> 
             mine, theirs = variables[name][1], others[name][1]
             # Contact without counterpart: its time error is infinite, its velocity error the full velocity.
             error = np.abs(mine) if "velocity" in name else np.full(mine.shape, np.inf)
-            has_partner = partner >= 0
-            error_of_partner = (
-                other_errors[name][partner[has_partner]]
-                if name in other_errors and other_errors[name].size == theirs.size
-                else 0.0
-            )
-            nearest = theirs[partner[has_partner]]
-            error[has_partner] = distance(mine[has_partner], nearest) + error_of_partner
+            matched = partner >= 0
+            nearest = partner[matched]
+            has_errors = name in errors and errors[name].size == theirs.size
+            own = errors[name][nearest] if has_errors else 0.0
+            error[matched] = distance(mine[matched], theirs[nearest]) + own
             differences[name] = error
     if "velocity" in differences:
         differences["velocity"] = widen_at_jumps(variables, differences)
@@ -228,13 +224,11 @@ def match_contacts(times: Any, supports: Any, other_times: Any, other_supports: 
 def widen_at_jumps(variables: Variables, differences: Errors) -> np.ndarray:
     """Return the errors of the sampled velocity, with the whole jump near the times of uncertain impacts."""
     error, tau = differences["velocity"], variables["tau"][1]
-    times, uncertainty = variables["impact_tau"][1], differences["impact_tau"]
+    times, spread = variables["impact_tau"][1], differences["impact_tau"]
     jumps = np.abs(variables["impact_velocity_after"][1] - variables["impact_velocity"][1])
-    uncertainty = SAFETY * np.where(np.isfinite(uncertainty), uncertainty, 0.0) + 4 * ULP * np.abs(
-        times
-    )
-    first = np.searchsorted(tau, times - uncertainty)
-    last = np.searchsorted(tau, times + uncertainty, side="right")
+    spread = SAFETY * np.where(np.isfinite(spread), spread, 0.0) + 4 * ULP * np.abs(times)
+    first = np.searchsorted(tau, times - spread)
+    last = np.searchsorted(tau, times + spread, side="right")
     for i in np.flatnonzero(last > first):
         error[first[i] : last[i]] = np.maximum(error[first[i] : last[i]], jumps[i])
     return error

@@ -35,11 +35,9 @@ def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
         perturbed[:, column] = np.where(
             parameters[:, column] == 1, 1.0, np.minimum(perturbed[:, column], 1)
         )
-    delta_index, l_index = Parameters._fields.index("delta"), Parameters._fields.index("l")
-    is_at_support = np.abs(parameters[:, delta_index]) == parameters[:, l_index]
-    perturbed[is_at_support, delta_index] = np.copysign(
-        perturbed[is_at_support, l_index], parameters[is_at_support, delta_index]
-    )
+    delta, half = Parameters._fields.index("delta"), Parameters._fields.index("l")
+    tied = np.abs(parameters[:, delta]) == parameters[:, half]
+    perturbed[tied, delta] = np.copysign(perturbed[tied, half], parameters[tied, delta])
     return perturbed
 
 
@@ -137,23 +135,19 @@ def impact_differences(
     rows = np.arange(len(is_same))
     row_of_impact = np.repeat(rows, variables["row_size"][1])
     row_of_perturbed = np.repeat(rows, perturbed["row_size"][1])
-    is_compared, is_compared_there = is_same[row_of_impact], is_same[row_of_perturbed]
+    mask, other_mask = is_same[row_of_impact], is_same[row_of_perturbed]
 
     def largest(distance: np.ndarray) -> np.ndarray:
         worst = np.zeros(len(is_same))
-        np.maximum.at(worst, row_of_impact[is_compared], distance)
+        np.maximum.at(worst, row_of_impact[mask], distance)
         return worst
 
     def change(name: str) -> np.ndarray:
-        distance: np.ndarray = np.abs(
-            variables[name][1][is_compared] - perturbed[name][1][is_compared_there]
-        )
+        distance: np.ndarray = np.abs(variables[name][1][mask] - perturbed[name][1][other_mask])
         return distance
 
-    phase_change = change("impact_phase")
-    return largest(change("impact_velocity")), largest(
-        np.minimum(phase_change, np.abs(1 - phase_change))
-    )
+    turns = change("impact_phase")
+    return largest(change("impact_velocity")), largest(np.minimum(turns, np.abs(1 - turns)))
 
 
 def with_error(variables: Variables, error: np.ndarray, accuracy: float) -> Variables:

@@ -91,11 +91,8 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> Non
         next_impact = log.position[i] if i < n_impacts else math.inf
         next_rest, rest_end, side = math.inf, stop, end.home
         if r < n_rests:
-            next_rest, rest_end, side = (
-                max(start, log.rest_start[r]),
-                log.rest_end[r],
-                int(log.rest_support[r]),
-            )
+            next_rest, rest_end = max(start, log.rest_start[r]), log.rest_end[r]
+            side = int(log.rest_support[r])
         elif end.mode == REST and r == n_rests:
             next_rest = max(start, end.rest_start)
         flight_end = min(min(next_impact, next_rest), stop)
@@ -129,11 +126,9 @@ def tail_loss(p, impulse, side):
         Index of the support, 0 or 1.
     """
     restitution = p.R1 if side == 0 else p.R2
-    speed = (
-        abs(impulse) * (1.0 - restitution) / (1.0 + restitution)
-        if restitution < 1.0
-        else abs(impulse)
-    )
+    speed = abs(impulse)
+    if restitution < 1.0:
+        speed = speed * (1.0 - restitution) / (1.0 + restitution)
     return 0.5 * speed * speed
 
 

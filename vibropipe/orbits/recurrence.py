@@ -35,12 +35,8 @@ def may_repeat(xs, vs, k, norm) -> bool:
         Norm of the motion.
     """
     now = HISTORY_OFFSET + k
-    x, v, last_xs, last_vs = (
-        xs[now],
-        vs[now],
-        xs[now - MAX_MULTIPLE : now],
-        vs[now - MAX_MULTIPLE : now],
-    )
+    x, v = xs[now], vs[now]
+    last_xs, last_vs = xs[now - MAX_MULTIPLE : now], vs[now - MAX_MULTIPLE : now]
     n_near = 0
     for i in range(MAX_MULTIPLE):
         n_near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= RETURN_TOLERANCE * norm

@@ -39,7 +39,7 @@ def solve_on_cluster(
     Parameters
     ----------
     client : dask.distributed.Client
-        Client of the cluster.
+        Client of the cluster, checked by `check_client`.
     solve : callable
         solve(row_start, row_stop) returns the dataset of a shard; it runs on a worker.
     grid : SweepGrid
@@ -52,12 +52,9 @@ def solve_on_cluster(
 
     Raises
     ------
-    ParameterError
-        If `client` is not a dask client.
     RuntimeError
         If a worker has other kernels, or a shard was lost too often with its worker.
     """
-    check_client(client)
     from distributed import KilledWorker
 
     cuts = _cuts(grid, sum(client.nthreads().values()))

@@ -48,10 +48,8 @@ class ImpactBuffer(NamedTuple):
 
 
 def _pages(rows: int, kind: type) -> np.ndarray:
-    """Return an array (ORBIT_LOG_CAPACITY, rows) whose memory is used only where it is written to.
-
-    numpy allocates arrays of this size in pages of 2 MB, all of which one row with many impacts would use.
-    """
+    """Return an array (ORBIT_LOG_CAPACITY, rows) that uses memory only where it is written to."""
+    # numpy allocates arrays of this size in pages of 2 MB, all of which one row with many impacts would use.
     if rows == 0:
         return np.empty((ORBIT_LOG_CAPACITY, 0), kind)
     pages = mmap.mmap(-1, rows * ORBIT_LOG_CAPACITY * np.dtype(kind).itemsize)

@@ -13,7 +13,7 @@ import pytest
 from oracles import Motion, Oracle
 from textbook import Parameters, digits
 
-REFERENCE = Path(__file__).parent / "reference"
+REFERENCE = Path(__file__).parents[1] / "reference"
 ULP = 2.0**-52
 SMALL = 1e-30  # relative nudge that shows how far roundings of the input move a motion
 # the exact method, and Newmark's with coarse and fine steps

@@ -186,7 +186,9 @@ def test_simulate_prints_the_impacts_of_the_motion(capsys):
 def test_simulate_tells_the_accuracy_it_reached(capsys):
     options = ["--l", 0.5, "--f", 1, "--h", 0.1, "--R1", 0.8, "--R2", 0.8, "--accuracy", 1e-6]
     assert run("simulate", *options) == 0
-    said = re.search(r"(exact|newmark).*: error (\S+), asked (\S+)$", capsys.readouterr().out, re.M)
+    said = re.search(
+        r"(exact|newmark).*: error (\S+) \(requested (\S+)\)$", capsys.readouterr().out, re.M
+    )
     assert said is not None
     assert float(said[2]) <= float(said[3]) == 1e-6
 

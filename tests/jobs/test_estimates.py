@@ -129,10 +129,10 @@ def test_the_plan_tells_the_method_that_was_chosen_and_the_time_of_this_machine(
     assert "newmark, " in line
     assert "steps for 0.01" in line
     assert "on disk" in text.splitlines()[1]
-    assert "expected on this machine" in text.splitlines()[-1]
+    assert "estimated on this machine" in text.splitlines()[-1]
     rough = plan_text(study)
     assert "accuracy 0.01" in rough
-    assert "expected" not in rough
+    assert "estimated" not in rough
 
 
 def test_samples_grow_to_the_whole_and_lie_in_it(study):

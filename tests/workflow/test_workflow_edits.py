@@ -143,7 +143,7 @@ def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
     for name in ("forced.nc", "forced.json"):
         shutil.copy2(project.path("results/tiny", name), project.path("old", name))
     said = project.snakemake("results/tiny/forced.nc", code=1)
-    assert "less was made than was asked for" in said
+    assert "some requested files are missing" in said
     assert "tiny: not made: forced (" in said
     assert "results/tiny/forced.nc" in said
     assert "Traceback" not in said

@@ -1,8 +1,8 @@
-"""The command line: one verb per step, the same functions a workflow rule and a person call.
+"""The command line: one command for each step, called by the rules of the workflow and by users alike.
 
-Exit codes: 0 done, 1 a failure of the machine (a disk that is full or may not be written), 2 a mistake in
-what was asked (each one message on stderr, no traceback), 130 Ctrl-C. Nothing is imported here that takes
-time: Ctrl-C ends the imports of the verbs, too, in one line.
+Exit codes: 0 done; 1 a failure of the machine (a full disk, no permission); 2 a mistake of the user; 130 Ctrl-C. Errors
+of codes 1 and 2 are one message on stderr without a traceback. This module imports nothing slow, so that Ctrl-C during
+the imports of a command ends with one line, too.
 """
 
 from __future__ import annotations
@@ -11,12 +11,18 @@ import sys
 
 INTERRUPTED = 130
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
-# The verbs that open a study lazily, in arrays of dask.
+# Commands that open a study lazily, as arrays of dask.
 LAZY = ["show"]
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line; the only place where an error becomes a message and an exit code."""
+    """Run the command line and exit; errors become messages and exit codes here only.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Arguments (default: those of the process).
+    """
     if arguments is None and sys.argv[1:2] != LAZY:
         _block_dask_import()
     try:
@@ -31,7 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _block_dask_import() -> None:
-    """Keep xarray from importing dask's arrays to ask of a value whether it is one: 0.3 s of each job."""
+    """Keep xarray from importing `dask.array` for its type checks, which would take 0.3 s of each job."""
     sys.modules.setdefault("dask.array", None)  # type: ignore[arg-type]
 
 
@@ -49,7 +55,7 @@ def _run(arguments: list[str] | None) -> None:
 
 
 def exit_code(error: Exception) -> int | None:
-    """2 for a mistake of the user, 1 for a failure of the machine, None for a fault of ours."""
+    """Return the exit code of an error: 2 for a mistake of the user, 1 for a failure of the machine, None for a bug."""
     from vibropipe.physics.exciter import ParameterError
     from vibropipe.scenes.costs import PlanError
     from vibropipe.store import NotWrittenError, StoreError

@@ -1,4 +1,4 @@
-"""The verbs of the command line; imports of what they need stay inside them, so that help is there at once."""
+"""The commands. Each imports what it needs when it is called, so that `--help` is fast."""
 
 from __future__ import annotations
 
@@ -8,7 +8,13 @@ from typing import Annotated
 
 import typer
 
-from vibropipe.cli.options import OutputFile, ResultsFolder, SceneName, StudyFile, number_of
+from vibropipe.cli.options import (
+    OutputFile,
+    ResultsFolder,
+    SceneName,
+    StudyFile,
+    parameter_option,
+)
 from vibropipe.cli.run import new, run
 from vibropipe.words.methods import METHODS
 from vibropipe.words.parameters import DEFAULTS
@@ -25,8 +31,8 @@ app.command()(new)
 app.command()(run)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         from vibropipe import __version__
 
         typer.echo(f"vibropipe {__version__}")
@@ -44,11 +50,9 @@ def _options(
 ) -> None:
     from vibropipe.compiler.client import on_compiling
 
-    on_compiling.append(_tell_of_compiling)
-
-
-def _tell_of_compiling(kernel: str) -> None:
-    typer.echo(f"compiling {kernel}, once for this version", err=True)
+    on_compiling.append(
+        lambda kernel: typer.echo(f"compiling {kernel}, once for this version", err=True)
+    )
 
 
 @app.command()
@@ -68,20 +72,20 @@ def plan(
         from vibropipe.scenes.costs import compiled_kernels
 
         if compiled_kernels() == 0:
-            typer.echo("compiling the kernels, once, to take times with them", err=True)
+            typer.echo("compiling the kernels, once, to measure run times", err=True)
         estimates = estimate_study(study)
     typer.echo(plan_text(study, estimates))
 
 
 @app.command()
 def simulate(
-    l: Annotated[float, number_of("l")],  # noqa: E741
-    nu: Annotated[float, number_of("nu")] = DEFAULTS["nu"],
-    f: Annotated[float, number_of("f")] = DEFAULTS["f"],
-    h: Annotated[float, number_of("h")] = DEFAULTS["h"],
-    delta: Annotated[float, number_of("delta")] = DEFAULTS["delta"],
-    R1: Annotated[float, number_of("R1")] = DEFAULTS["R1"],
-    R2: Annotated[float, number_of("R2")] = DEFAULTS["R2"],
+    l: Annotated[float, parameter_option("l")],  # noqa: E741
+    nu: Annotated[float, parameter_option("nu")] = DEFAULTS["nu"],
+    f: Annotated[float, parameter_option("f")] = DEFAULTS["f"],
+    h: Annotated[float, parameter_option("h")] = DEFAULTS["h"],
+    delta: Annotated[float, parameter_option("delta")] = DEFAULTS["delta"],
+    R1: Annotated[float, parameter_option("R1")] = DEFAULTS["R1"],
+    R2: Annotated[float, parameter_option("R2")] = DEFAULTS["R2"],
     x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
     tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
@@ -152,10 +156,10 @@ def solve(
     from vibropipe.study import load_study
 
     study = load_study(file)
-    part = None if shard is None else shard_of(shard)
+    part = None if shard is None else parse_shard(shard)
     check_cut(study.scene(scene), part)
 
-    # only now, so that a mistake is told at once
+    # slow imports come after the checks, so that a mistake is reported at once
     from vibropipe.jobs.progress import show_progress
     from vibropipe.jobs.solving import solve_to_file
     from vibropipe.scenes.registry import kind_of
@@ -252,18 +256,18 @@ def verify(
         int, typer.Option(min=1, metavar="N", help="Rows of each sweep to recompute.")
     ] = 100,
     seed: Annotated[
-        int | None, typer.Option(min=0, metavar="S", help="Seed of the sample, to repeat one.")
+        int | None, typer.Option(min=0, metavar="S", help="Seed of the sample (default: random).")
     ] = None,
 ) -> None:
     """Recompute a random sample of each dataset and compare it bit for bit."""
     from vibropipe.jobs.verify import new_seed, verify
 
-    chosen = new_seed() if seed is None else seed
+    sample_seed = new_seed() if seed is None else seed
     verdicts = []
-    for verdict in verify(results, rows, chosen):
+    for verdict in verify(results, rows, sample_seed):
         typer.echo(verdict)
         verdicts.append(verdict)
-    typer.echo(f"sample: --rows {rows} --seed {chosen}")
+    typer.echo(f"sample: --rows {rows} --seed {sample_seed}")
     if not all(verdict.good for verdict in verdicts):
         raise typer.Exit(1)
 
@@ -274,7 +278,7 @@ def bench(
         bool, typer.Option("--whole", help="Solve all 160,000 points of the sweep.")
     ] = False,
     rounds: Annotated[int, typer.Option(min=1, metavar="N", help="Number of timing rounds.")] = 7,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON with every time taken.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print all measured times as JSON.")] = False,
 ) -> None:
     """Benchmark against the installed reference packages."""
     from vibropipe.bench.cases import items
@@ -286,19 +290,19 @@ def bench(
     typer.echo(as_json(measured) if json else as_text(measured))
 
 
-def shard_of(text: str) -> tuple[int, int]:
-    """Read `I/N`, the I-th of N shards."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
-    if found is None:
+def parse_shard(text: str) -> tuple[int, int]:
+    """Return (I, N) of the option `I/N`, shard I of N."""
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
+    if match is None:
         raise typer.BadParameter(f"must be I/N, such as 3/8, got {text!r}", param_hint="--shard")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 def use_threads(threads: int | None) -> int:
-    """Let the kernels use `threads` threads, as far as this machine has them; return how many."""
+    """Set the number of threads of the kernels, at most those of this machine; return the number set."""
     import numba
 
     if threads is not None:
-        there_are = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-        numba.set_num_threads(min(threads, there_are))
+        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(min(threads, available))
     return int(numba.get_num_threads())

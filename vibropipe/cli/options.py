@@ -1,4 +1,4 @@
-"""Arguments and options that several commands take, each said once."""
+"""Arguments and options that several commands share."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="F
 ResultsFolder = Annotated[
     Path,
     typer.Option(
-        "--results", metavar="DIR", help="Folder of all results; each study has its own in it."
+        "--results",
+        metavar="DIR",
+        help="Folder of all results; each study has its own folder in it.",
     ),
 ]
 
 
-def number_of(name: str) -> Any:
-    """Return the option of a parameter, with the words that datasets have for it."""
+def parameter_option(name: str) -> Any:
+    """Return the option of a parameter; its help text is the long name in datasets."""
     return typer.Option(f"--{name}", help=f"{quantity(name).long_name.capitalize()}.")

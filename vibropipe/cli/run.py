@@ -1,4 +1,4 @@
-"""The two commands of somebody with a study of her own: one writes it, the other makes all of it."""
+"""The commands for a study of one's own: `new` writes a template, `run` makes all results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import typer
 
 from vibropipe.cli.options import ResultsFolder
 
-# Where the workflow lies in an installed package, and in a clone.
+# Folders that contain the workflow: in an installed package, and in a clone.
 INSTALLED = Path(__file__).parents[1] / "_workflow"
 CLONE = Path(__file__).parents[2]
 
@@ -34,7 +34,7 @@ def run(
     from vibropipe.jobs.run import check_results_name
     from vibropipe.study import config_of_files, load_study
 
-    # a mistake is told at once, before the workflow is loaded
+    # a mistake is reported at once, before the workflow is loaded
     paths = [os.path.relpath(file) for file in files]
     settings = config_of_files(paths, str(results))
     check_results_name(settings.results)
@@ -48,7 +48,7 @@ def run(
         *("--workflow-profile", str(folder / "profiles" / "default")),
         *("--cores", str(cores or os.cpu_count() or 1)),
         *(["--dry-run"] if dry_run else []),
-        # JSON is YAML, which is what snakemake reads there
+        # snakemake reads these values as YAML, which includes JSON
         "--config",
         f"studies={json.dumps(paths)}",
         f"results={json.dumps(settings.results)}",
@@ -87,6 +87,6 @@ def new(
         temporary.write_text(text, encoding="utf-8")
     typer.echo(
         f"{file} is written. Edit it, then:\n"
-        f"  vibropipe plan {file}   says what it will compute and how long that takes\n"
+        f"  vibropipe plan {file}   lists what it computes, with estimated run time\n"
         f"  vibropipe run {file}    makes results/{file.stem}/report.pdf and all datasets"
     )

@@ -15,21 +15,40 @@ from vibropipe.scenes.registry import kind_of
 from vibropipe.store import read_scenes
 from vibropipe.study import Study
 
-# What figures and reports depend on beside the data.
+# Folders of the package that figures and reports depend on, beside the data.
 DRAWN = ("figures", "report", "scenes", "words")
 
 
 def figure_names(scene: BaseScene) -> list[str]:
-    """Return the names of the figures of a scene: its own, and behind a dash those of further pictures."""
+    """Return the names of a scene's figures: `<scene>`, and `<scene>-<picture>` for each further picture."""
     return [scene.name, *(f"{scene.name}-{picture}" for picture in scene.figure.chosen()[1:])]
 
 
 def draw_scene(
     scene: BaseScene, dataset: xr.Dataset, folder: Path, others: Mapping[str, xr.Dataset]
 ) -> list[Path]:
-    """Draw the pictures of one scene into ``folder/<name>.svg`` and ``.pdf`` and return the paths.
+    """Draw the pictures of one scene, each as SVG and PDF.
 
-    ``others`` are the datasets of the study's scenes by name. Raises KeyError if an option names none of them.
+    Parameters
+    ----------
+    scene : BaseScene
+        Its figure options choose the pictures.
+    dataset : xarray.Dataset
+        The scene's data.
+    folder : Path
+        Where `<name>.svg` and `<name>.pdf` are written.
+    others : mapping of str to xarray.Dataset
+        The datasets of all scenes of the study.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    KeyError
+        If a figure option names a scene that is not among `others`.
     """
     from vibropipe.figures.style import house_style, save
 
@@ -42,23 +61,37 @@ def draw_scene(
 
 
 def draw_study(study: Study, results: Path) -> list[Path]:
-    """Draw every scene of ``study`` from its datasets and return the files written.
+    """Draw the figures of a study from its datasets.
 
-    Reads ``results/<study>/<scene>.nc`` and writes into ``results/<study>/figures``. Raises StoreError, with
-    nothing drawn, if a dataset is missing, damaged or of another study.
+    Parameters
+    ----------
+    study : Study
+        The study.
+    results : Path
+        Folder of all results. Reads `<study>/<scene>.nc` in it and writes into `<study>/figures`.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    StoreError
+        If a dataset is missing, damaged or of another study; nothing is drawn then.
     """
-    place = results / study.name
-    datasets = read_scenes(place, study.scenes, study.fingerprints)
+    folder = results / study.name
+    datasets = read_scenes(folder, study.scenes, study.fingerprints)
     return [
         path
         for name, dataset in datasets.items()
-        for path in draw_scene(study.scenes[name], dataset, place / "figures", datasets)
+        for path in draw_scene(study.scenes[name], dataset, folder / "figures", datasets)
     ]
 
 
 @functools.cache
 def drawing_hash() -> str:
-    """Hash (16 hex digits) of all sources and templates that figures and reports depend on."""
+    """Return the hash (16 hex digits) of the sources and templates that figures and reports depend on."""
     digest = hashlib.sha256()
     for entry in DRAWN:
         for source in _files(PACKAGE / entry):

@@ -1,7 +1,7 @@
-"""How long a study will take on this machine and how much it will write, found by solving samples of it.
+"""Run time and disk space of a study on this machine, estimated by solving samples of its scenes.
 
-Findings are kept beside the compiled kernels by fingerprint, so that a later job can set them against the time it
-took.
+Estimates are stored by fingerprint beside the compiled kernels. The job that later solves a scene records its estimate
+beside the time that it took.
 """
 
 from __future__ import annotations
@@ -16,44 +16,45 @@ from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file
 from vibropipe.study import Study, fingerprint
 
-KEPT = "expected.json"
-# Seconds of one core that the samples of a whole study may take, and those of one scene at least.
+FILE_NAME = "expected.json"
+# Seconds of one core for the samples of a whole study, shared evenly by its scenes; and the least share of a scene.
 BUDGET, MIN_BUDGET = 1.0, 0.05
 
 
 def estimate_study(study: Study) -> dict[str, Estimate]:
-    """Return estimates by scene; they are kept for the jobs that solve the scenes."""
+    """Return the estimate of each scene by name, and store them for the jobs that solve the scenes."""
     with sampling() as sampler:
         sampler.budget = max(MIN_BUDGET, BUDGET / len(study.scenes))
-        found = {
+        estimates = {
             name: kind_of(scene).estimate(scene, sampler) for name, scene in study.scenes.items()
         }
-    save_estimates({fingerprint(study, name): value for name, value in found.items()})
-    return found
+    save_estimates({fingerprint(study, name): value for name, value in estimates.items()})
+    return estimates
 
 
 def save_estimates(estimates: dict[str, Estimate]) -> None:
-    """Keep estimates by fingerprint, beside those of other scenes."""
-    cached = {**_kept(), **{name: asdict(value) for name, value in estimates.items()}}
+    """Add estimates by fingerprint to those stored on this machine; do nothing if the cache cannot be written."""
+    cached = {**_load_all(), **{name: asdict(value) for name, value in estimates.items()}}
     try:
-        with atomic_file(cache_folder() / KEPT) as temporary:
+        with atomic_file(cache_folder() / FILE_NAME) as temporary:
             temporary.write_text(json.dumps(cached, indent=1) + "\n", encoding="utf-8")
     except (OSError, StoreError):
-        return  # a machine that keeps nothing has no estimates later
+        return
 
 
 def load_estimate(scene_fingerprint: str) -> Estimate | None:
-    """Return the estimate kept for a scene on this machine, if there is one."""
-    entry = _kept().get(scene_fingerprint)
+    """Return the estimate of a scene that is stored on this machine, None if there is none."""
+    entry = _load_all().get(scene_fingerprint)
     try:
         return None if entry is None else Estimate(**entry)
     except TypeError:
         return None
 
 
-def _kept() -> dict[str, Any]:
+def _load_all() -> dict[str, Any]:
+    """Return the entries of the file by fingerprint; none if it is missing or unreadable."""
     try:
-        cached = json.loads((cache_folder() / KEPT).read_text(encoding="utf-8"))
+        cached = json.loads((cache_folder() / FILE_NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return cached if isinstance(cached, dict) else {}

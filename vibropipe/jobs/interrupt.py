@@ -1,4 +1,4 @@
-"""How a run of the workflow ends on Ctrl-C: with one line and exit code 130, jobs and locks cleared by snakemake."""
+"""Ctrl-C during a run of the workflow: one line, exit code 130, and snakemake clears its jobs and locks."""
 
 from __future__ import annotations
 
@@ -14,10 +14,19 @@ STOPPED = "interrupted; completed files are kept; run the same command to resume
 
 
 class Interrupt:
-    """Answers Ctrl-C from when it is made, unless the shell ignores it (a job in the background).
+    """Handler of Ctrl-C, installed on creation unless the shell ignores the signal (a job in the background).
 
-    `reading` is set while rules are read: until then there is nothing to end but this process. `stopped` says
-    whether Ctrl-C has come.
+    Parameters
+    ----------
+    logger : logging.Logger
+        The logger of snakemake; silenced after Ctrl-C.
+
+    Attributes
+    ----------
+    reading : bool
+        Whether rules are still read. No job runs then, so the process ends at once.
+    stopped : bool
+        Whether Ctrl-C was pressed.
     """
 
     def __init__(self, logger: logging.Logger) -> None:
@@ -27,7 +36,7 @@ class Interrupt:
             atexit.register(self._leave)
 
     def _stop(self, _number: int, frame: FrameType | None) -> None:
-        """End with one line; jobs have had the signal too, and what snakemake logs of their ends is noise."""
+        """End the run with one line. Jobs receive the signal too; snakemake's log of their ends adds nothing."""
         if not self.stopped:
             self.stopped = True
             signal.signal(signal.SIGINT, lambda *_: None)
@@ -35,21 +44,21 @@ class Interrupt:
             print(STOPPED, file=sys.stderr, flush=True)
         if self.reading:
             os._exit(INTERRUPTED)
-        if _is_logging(frame):
+        if _is_logging(frame):  # try again when it is done
             signal.signal(signal.SIGALRM, self._stop)
             signal.setitimer(signal.ITIMER_REAL, 0.05)
         else:
             raise SystemExit(INTERRUPTED)
 
     def _leave(self) -> None:
-        """Give the exit code of Ctrl-C, by whatever way snakemake ends."""
+        """Exit with the code of Ctrl-C, however snakemake ends."""
         if self.stopped:
             sys.stdout.flush()
             os._exit(INTERRUPTED)
 
 
 def _is_logging(frame: FrameType | None) -> bool:
-    """Return whether a log handler is at work: those of snakemake swallow whatever ends a program."""
+    """Return whether a log handler is running: those of snakemake swallow every exception, SystemExit included."""
     while frame is not None and frame.f_code.co_name != "emit":
         frame = frame.f_back
     return frame is not None

@@ -1,6 +1,6 @@
-"""What a study will do before it does it: rows, jobs, work and bytes of each scene.
+"""The plan of a study: rows, jobs, work and bytes of each scene, known before anything is solved.
 
-The numbers here depend on the study alone, never on the machine: by its work a scene is cut into shards.
+The numbers depend on the study alone, not on the machine, because the shards of a scene follow from its work.
 """
 
 from __future__ import annotations
@@ -14,12 +14,28 @@ from vibropipe.scenes.registry import kind_of
 
 @dataclass(frozen=True)
 class ScenePlan:
-    """What one scene comes to.
+    """The plan of one scene.
 
-    rows: steady states, or points of a curve, or 1 for a motion; effects: the physics it states or calls
-    for; shards: jobs that solve it; seconds: rough work of one core; bytes: in the dataset before compression;
-    is_parallel: whether threads share the work; is_timed: whether its data are times, so that it has all cores to
-    itself.
+    Parameters
+    ----------
+    name, kind, size, method : str
+        Name and kind of the scene, its grid as text, and the method that solves it.
+    rows : int
+        Number of steady states, or of points of a curve; 1 for a motion.
+    effects : tuple of str
+        Physical effects that the study states or the parameters call for.
+    outputs : tuple of str
+        Outputs that are stored.
+    shards : int
+        Number of jobs that solve the scene.
+    seconds : float
+        Approximate work in seconds of one core.
+    bytes : float
+        Size of the dataset before compression.
+    is_parallel : bool
+        Whether threads share the work.
+    is_timed : bool
+        Whether the data are measured times; such a scene runs alone on all cores.
     """
 
     name: str
@@ -37,7 +53,7 @@ class ScenePlan:
 
 
 def plan_scene(scene: BaseScene) -> ScenePlan:
-    """Say what a scene comes to."""
+    """Return the plan of a scene."""
     kind = kind_of(scene)
     work = kind.plan(scene)
     return ScenePlan(

@@ -1,4 +1,4 @@
-"""How far long work has come: a bar on a terminal, plain lines in a log."""
+"""Progress of long work: a bar on a terminal, plain lines in a log."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import TextIO
 __all__ = ["Progress", "progress_text", "show_progress"]
 
 Progress = Callable[[int, int], None]
-"""Is told (points done, points in all) again and again; 0 in all where that is not known."""
+"""Called as `progress(done, total)` with numbers of points; `total` is 0 where it is unknown."""
 
-# A drawing of the bar takes about a millisecond: at most one in so many seconds stays far below 1 %.
+# Seconds between two drawings of the bar: one takes about a millisecond, so the share stays far below 1 %.
 BAR_SECONDS = 0.5
-# Lines of a log: the first after so many seconds, the next ones ever later, at most so far apart.
+# Seconds until the first line of a log, and the largest interval; the intervals double in between.
 FIRST_LINE, MAX_LINE_INTERVAL = 5.0, 300.0
 
 
@@ -24,22 +24,21 @@ FIRST_LINE, MAX_LINE_INTERVAL = 5.0, 300.0
 def show_progress(
     title: str, unit: str = "rows", stream: TextIO | None = None
 ) -> Iterator[Progress]:
-    """Show the progress of the work done inside this, as a bar on a terminal, else in lines.
+    """Show the progress of the work done inside this context, as a bar on a terminal, else in lines.
 
     Parameters
     ----------
     title : str
-        Stands before each line or bar.
+        Text before each line or bar.
     unit : str
-        What the points are.
+        What the points are, in the plural.
     stream : file, optional
-        Where it is shown; stderr if left out.
+        Where it is shown (default: stderr).
 
     Yields
     ------
     Progress
-        What is to be called. A call costs next to nothing unless it is time to show something again; nothing is
-        shown before the first call.
+        The callback of the work. A call that shows nothing is cheap; nothing is shown before the first call.
     """
     stream = sys.stderr if stream is None else stream
     on_terminal = stream.isatty()
@@ -51,21 +50,20 @@ def show_progress(
             elapsed = time.perf_counter() - begin
             if elapsed < due and (done < total or not total):
                 return
-            said = progress_text(done, total, elapsed, unit)
+            text = progress_text(done, total, elapsed, unit)
             if bar is None:
                 due = elapsed + min(elapsed, MAX_LINE_INTERVAL)
-                print(f"{title}: {said}", file=stream, flush=True)
+                print(f"{title}: {text}", file=stream, flush=True)
             else:
                 due = elapsed + BAR_SECONDS
-                bar(completed=done, total=total or None, text=said, visible=True, refresh=True)
+                bar(completed=done, total=total or None, text=text, visible=True, refresh=True)
 
         yield on_progress
 
 
 @contextmanager
 def _bar(title: str, stream: TextIO) -> Iterator[Callable[..., None]]:
-    """Yield what draws a bar, one that only moves where no total is known; no thread of its own, the kernels have
-    all of them."""
+    """Yield a function that draws the bar. It starts no thread of its own, because the kernels use all of them."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
@@ -80,19 +78,29 @@ def _bar(title: str, stream: TextIO) -> Iterator[Callable[..., None]]:
 
 
 def progress_text(done: int, total: int, elapsed: float, unit: str) -> str:
-    """Return how much is done, how fast, and the time left if the rest goes as fast."""
+    """Return the points done, the rate, and the time left at this rate.
+
+    Parameters
+    ----------
+    done, total : int
+        Points done, and all points; `total` is 0 where it is unknown.
+    elapsed : float
+        Seconds so far.
+    unit : str
+        What the points are, in the plural.
+    """
     rate = done / elapsed
     speed = f"{rate:,.0f} {unit}/s" if rate >= 100 else f"{rate:.3g} {unit}/s"
     if not total:
         return f"{done:,} {unit}, {speed}"
     if done >= total:
         return f"{total:,} {unit} in {_span(elapsed)}, {speed}"
-    left = f", {_span((total - done) / rate)} left" if done else ""
-    return f"{done:,} of {total:,} {unit}, {speed}{left}"
+    time_left = f", {_span((total - done) / rate)} left" if done else ""
+    return f"{done:,} of {total:,} {unit}, {speed}{time_left}"
 
 
 def _span(seconds: float) -> str:
-    """Return a length of time as people say it."""
+    """Return a duration as text: seconds, minutes with seconds, or hours with minutes."""
     if seconds < 60:
         return f"{seconds:.0f} s" if seconds >= 9.5 else f"{seconds:.1f} s"
     minutes, seconds_left = divmod(round(seconds), 60)

@@ -13,23 +13,38 @@ from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
 from vibropipe.report.data import effects_table, paragraphs, parameter_table, subtitle
 from vibropipe.report.table import Datasets, breakable
-from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of, kinds
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
 from vibropipe.study import Study
 
 
 def build_report(study: Study, results: Path, output: Path) -> Path:
-    """Typeset the report of ``study`` from ``results/<study>`` into the PDF ``output``.
+    """Typeset the report of a study from its datasets and figures.
 
-    Reads ``<scene>.nc`` with its sidecar of every scene, and ``figures/<name>.pdf`` of every picture. Raises
-    StoreError where one of them is missing, damaged or of another study. Returns ``output``.
+    Parameters
+    ----------
+    study : Study
+        The study.
+    results : Path
+        Folder of all results. Reads `<study>/<scene>.nc`, its sidecar and `<study>/figures/<name>.pdf` in it.
+    output : Path
+        The PDF that is written.
+
+    Returns
+    -------
+    Path
+        `output`.
+
+    Raises
+    ------
+    StoreError
+        If a dataset or a figure is missing, damaged or of another study.
     """
-    place = results / study.name
-    datasets = read_scenes(place, study.scenes, study.fingerprints)
-    sidecars = {name: read_sidecar(place / f"{name}.nc") for name in study.scenes}
+    folder = results / study.name
+    datasets = read_scenes(folder, study.scenes, study.fingerprints)
+    sidecars = {name: read_sidecar(folder / f"{name}.nc") for name in study.scenes}
     names = [name for scene in study.scenes.values() for name in figure_names(scene)]
-    pictures = {name: place / "figures" / f"{name}.pdf" for name in names}
+    pictures = {name: folder / "figures" / f"{name}.pdf" for name in names}
     for path in pictures.values():
         _check_figure(path)
     pdf = typeset(report_data(study, datasets, sidecars), pictures)
@@ -39,7 +54,7 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
 
 
 def _check_figure(path: Path) -> None:
-    """Raise StoreError unless ``path`` is a whole PDF."""
+    """Raise StoreError unless a file is a complete PDF."""
     if not path.is_file():
         raise StoreError(f"{path}: does not exist: draw the figures of the study first")
     content = path.read_bytes()
@@ -48,11 +63,23 @@ def _check_figure(path: Path) -> None:
 
 
 def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
-    """Return the template's data: strings, lists and mappings only, JSON without loss.
+    """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss.
 
-    ``datasets`` and ``sidecars`` are by scene; figures are expected at ``figures/<name>.pdf``.
+    Parameters
+    ----------
+    study : Study
+        The study.
+    datasets, sidecars : mapping
+        Dataset and sidecar of each scene by name.
     """
-    parts = [(kind, own) for kind in kinds().values() if (own := _of_kind(study, kind, datasets))]
+    by_kind = [
+        (
+            kind,
+            {name: data for name, data in datasets.items() if study.scenes[name].kind == kind.name},
+        )
+        for kind in kinds().values()
+    ]
+    parts = [(kind, own) for kind, own in by_kind if own]
     notes = [note for kind, own in parts for note in kind.report.accuracy_notes(own)]
     outputs = {name: getattr(scene, "outputs", None) for name, scene in study.scenes.items()}
     return {
@@ -76,23 +103,19 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     }
 
 
-def _of_kind(study: Study, kind: Kind, datasets: Datasets) -> dict[str, xr.Dataset]:
-    return {name: data for name, data in datasets.items() if study.scenes[name].kind == kind.name}
-
-
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
-    """Yield each figure: its file, title, caption, and the words for those who cannot see it."""
+    """Yield each figure: name, path, title, caption, and the alternative text for screen readers."""
     for scene_name, dataset in datasets.items():
         scene = study.scenes[scene_name]
         pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
-        written = " ".join(scene.caption.split())
+        own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):
-            said = picture.describe(dataset, scene.figure, datasets)
+            description = picture.describe(dataset, scene.figure, datasets)
             yield {
                 "name": name,
                 "path": f"figures/{name}.pdf",
                 "title": scene.title or breakable(scene_name),
-                "caption": written or said,
-                "alt": said,
+                "caption": own_caption or description,
+                "alt": description,
             }
-            written = ""  # it is about the first picture
+            own_caption = ""  # the caption of the study describes the first picture

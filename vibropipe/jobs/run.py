@@ -1,8 +1,8 @@
-"""The studies of one run of the workflow: what each comes to, and what its jobs are told.
+"""The studies of one run of the workflow: their plans, files, and the parameters of their jobs.
 
-The workflow's rules ask here and hold no knowledge of their own. Studies are read once, before any job. A rule
-depends on its own part of a study through `params` and never on the YAML file: an edit of one scene is seen by
-the jobs of that scene alone, a touched file by none.
+The rules of the workflow call the methods of `Run` and hold no logic of their own. Studies are read once, before any
+job. A rule depends on its part of a study through `params`, not on the YAML file: an edit of one scene reruns the jobs
+of that scene only, and a touched file reruns none.
 """
 
 from __future__ import annotations
@@ -36,17 +36,28 @@ from vibropipe.study import (
 )
 
 CONFIG = "config/config.yaml"
-# A sweep is worth a thread for each four seconds of its work.
+# Seconds of work, on one core, for each thread of a sweep.
 SECONDS_PER_THREAD = 4
-# Priority of a job that nothing is to be started before.
+# Priority of jobs that start before all others.
 FIRST = 1000
 
 
 @dataclass(frozen=True)
 class Run:
-    """Studies by name, with their files and plans (by scene), and the folder of results.
+    """The studies of one run. Methods take a job of snakemake, which has the wildcards `study`, `scene` and `shard`.
 
-    default: the studies that are made where nothing else is asked for.
+    Parameters
+    ----------
+    results : str
+        Folder of all results.
+    files : mapping of str to Path
+        YAML file of each study by name.
+    studies : mapping of str to Study
+        Studies by name.
+    plans : mapping
+        Plans by study and scene.
+    default : tuple of str
+        Studies that are made if no target is named.
     """
 
     results: str
@@ -56,15 +67,15 @@ class Run:
     default: tuple[str, ...]
 
     def plan(self, job: Any) -> ScenePlan:
-        """Return the plan of the scene of a job, which has `study` and `scene`."""
+        """Return the plan of the scene of a job."""
         return self.plans[job.study][job.scene]
 
     def file(self, job: Any) -> str:
-        """Return the file of the study of a job, as the command line takes it."""
+        """Return the YAML file of the study of a job."""
         return str(self.files[job.study])
 
     def fingerprint(self, job: Any) -> str:
-        """Return the hash of all that the data of a scene depend on."""
+        """Return the hash of the keys that the data of a scene depend on."""
         return fingerprint(self.studies[job.study], job.scene)
 
     def code(self, job: Any) -> str:
@@ -72,20 +83,20 @@ class Run:
         return code_hash(kind_of(self.studies[job.study].scenes[job.scene]))
 
     def wording(self, name: str) -> str:
-        """Return the hash of all that a study says, titles and captions too."""
+        """Return the hash of a whole study, titles and captions included."""
         return hashlib.sha256(canonical_text(self.studies[name]).encode()).hexdigest()
 
     def threads(self, job: Any, cores: int) -> int:
-        """Return how many threads a scene gets."""
+        """Return the number of threads of a scene on a machine with `cores` cores."""
         plan = self.plan(job)
         return cores if plan.is_timed else useful_threads(plan)
 
     def priority(self, job: Any) -> int:
-        """Return how early a scene is solved.
+        """Return the priority of a scene; a larger one starts earlier.
 
-        First what takes several cores: later it would wait for them until all others are done. Then by the
-        seconds that are left of its study: its own work, and about one for each figure, which one job draws when
-        all scenes of a study are there.
+        Scenes that take several cores come first, since later they would wait until all other jobs are done. The
+        others are ordered by the seconds left of their study: their own work, and about a second for each figure,
+        all of which one job draws once the scenes are solved.
         """
         plan = self.plan(job)
         if plan.shards == 1 and (plan.is_timed or useful_threads(plan) > 1):
@@ -98,11 +109,11 @@ class Run:
         return [f"{folder}/{shard:04d}.nc" for shard in range(1, self.plan(job).shards + 1)]
 
     def shard_sidecars(self, job: Any) -> list[str]:
-        """Return what the shards of a sweep tell of their times."""
+        """Return the sidecars of all shards of a sweep."""
         return [path.removesuffix(".nc") + ".json" for path in self.shards(job)]
 
     def cut(self, job: Any) -> str:
-        """Return which shard of how many, as the command line takes it."""
+        """Return the shard of a job as `I/N`, the option of `vibropipe solve`."""
         return f"{int(job.shard)}/{self.plan(job).shards}"
 
     def datasets(self, name: str) -> list[str]:
@@ -110,11 +121,11 @@ class Run:
         return [f"{self.results}/{name}/{scene}.nc" for scene in self.studies[name].scenes]
 
     def figures(self, name: str, suffix: str) -> list[str]:
-        """Return the figures of a study."""
+        """Return the figure files of a study with one suffix."""
         return [path for path, _ in self.drawn(name, suffix)]
 
     def drawn(self, name: str, suffix: str) -> list[tuple[str, BaseScene]]:
-        """Return the figures of a study, each with its scene."""
+        """Return the figure files of a study with one suffix, each with its scene."""
         folder = f"{self.results}/{name}/figures"
         scenes = self.studies[name].scenes.values()
         return [(f"{folder}/{n}.{suffix}", scene) for scene in scenes for n in figure_names(scene)]
@@ -124,27 +135,30 @@ class Run:
         return f"{self.results}/{name}/report.pdf"
 
     def targets(self, name: str) -> list[str]:
-        """Return what is made of a study."""
+        """Return all files that a study results in: datasets, figures and report."""
         figures = [*self.figures(name, "svg"), *self.figures(name, "pdf")]
         return [*self.datasets(name), *figures, self.report(name)]
 
     def scenes_regex(self, chosen: Callable[[ScenePlan], bool], folder: str = "") -> str:
-        """Return the names of the scenes whose plan is chosen, each behind the folder of its study."""
-        found = [
+        """Return a regular expression of the scenes whose plan is chosen, each preceded by the folder of its study.
+
+        It matches nothing if no plan is chosen.
+        """
+        alternatives = [
             f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
             for study, plans in self.plans.items()
             if (names := [name for name, plan in plans.items() if chosen(plan)])
         ]
-        return "|".join(found) or "(?!)"
+        return "|".join(alternatives) or "(?!)"
 
 
 def useful_threads(plan: ScenePlan) -> int:
-    """Return how many threads a scene is worth for its work."""
+    """Return the number of threads that the work of a scene justifies."""
     return max(1, round(plan.seconds / SECONDS_PER_THREAD)) if plan.is_parallel else 1
 
 
 def read_run(
-    config_file: str | None, given: Mapping[str, Any], arguments: Iterable[str] = ()
+    config_file: str | None, settings: Mapping[str, Any], arguments: Iterable[str] = ()
 ) -> Run:
     """Read the studies of a run.
 
@@ -152,20 +166,25 @@ def read_run(
     ----------
     config_file : str or None
         The list of studies; `config/config.yaml` if None.
-    given : mapping
-        What the command line sets: `studies` (files, or names in `config/`) and `results`.
+    settings : mapping
+        Settings of the command line (`--config`): `studies` (files, or names in `config/`) and `results`.
     arguments : iterable of str
         The command line. A file in the folder of results names its study, listed or not.
+
+    Returns
+    -------
+    Run
+        The studies with their plans.
 
     Raises
     ------
     StudyError, PlanError
         With every fault of the list or of a study.
     """
-    config = _config(config_file, given)
+    config = _config(config_file, settings)
     check_results_name(config.results)
     files = {name: config.study_file(name) for name in config.studies}
-    files |= {name: config.study_file(name) for name in _named(config, arguments)}
+    files |= {name: config.study_file(name) for name in _named_studies(config, arguments)}
     studies = {name: load_study(file) for name, file in files.items()}
     plans = {
         name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
@@ -174,23 +193,23 @@ def read_run(
     return Run(config.results, files, studies, plans, tuple(config.studies))
 
 
-def _config(config_file: str | None, given: Mapping[str, Any]) -> Config:
-    """Return the list of studies: the command line's, else the file's."""
-    unknown = sorted(set(given) - {"studies", "results"})
+def _config(config_file: str | None, settings: Mapping[str, Any]) -> Config:
+    """Return the list of studies: that of the command line, else that of the file."""
+    unknown = sorted(set(settings) - {"studies", "results"})
     if unknown:
         raise PlanError(
             f"--config: must be studies or results, got {unknown[0]} (see also --configfile)"
         )
-    if "studies" in given:
-        return config_of_files(given["studies"], given.get("results", "results"))
+    if "studies" in settings:
+        return config_of_files(settings["studies"], settings.get("results", "results"))
     config = load_config(config_file or CONFIG)
-    if "results" in given:
-        config = config.model_copy(update={"results": str(given["results"])})
+    if "results" in settings:
+        config = config.model_copy(update={"results": str(settings["results"])})
     return config
 
 
 def check_results_name(results: str) -> None:
-    """Raise PlanError unless a name can be that of the folder of results."""
+    """Raise PlanError unless the name is valid for the folder of results."""
     if set(results) & set("{}*"):
         raise PlanError(f"results: must be a folder's name without {{, }} and *, got {results!r}")
     if Path(results).exists() and not Path(results).is_dir():
@@ -198,7 +217,7 @@ def check_results_name(results: str) -> None:
 
 
 def check_writable(results: str) -> None:
-    """Make the folder of results, and raise NotWrittenError unless it takes files."""
+    """Create the folder of results, and raise NotWrittenError unless files can be written there."""
     try:
         Path(results).mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=results):
@@ -211,34 +230,33 @@ def check_writable(results: str) -> None:
 
 
 def clear_leftovers(paths: Iterable[str]) -> None:
-    """Remove the hidden files that killed writers of some files left, for one who has locked these files."""
-    made: dict[Path, set[str]] = {}
+    """Remove the hidden files that killed writers of these files left; the caller holds the locks of the files."""
+    by_folder: dict[Path, set[str]] = {}
     for path in map(Path, paths):
-        made.setdefault(path.parent, set()).add(path.name)
-    for folder, names in made.items():
-        # shards belong to one sweep, however it was cut before
+        by_folder.setdefault(path.parent, set()).add(path.name)
+    for folder, names in by_folder.items():
+        # all files here belong to one sweep, which may have been cut into another number of shards
         remove_leftovers(folder, None if folder.parent.name == "shards" else names)
 
 
 def write_caption(study: str, scene: BaseScene) -> str:
-    """Write the caption of a scene for `snakemake --report`, which reads it as reStructuredText; return the file."""
-    words = " ".join((scene.caption or scene.title or scene.name).split())
+    """Write the caption of a scene as reStructuredText for `snakemake --report`; return the file."""
+    text = " ".join((scene.caption or scene.title or scene.name).split())
     path = Path(".snakemake", "captions", study, f"{scene.name}.rst").absolute()
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(re.sub(r"([^\w\s])", r"\\\1", words) + "\n", encoding="utf-8")
+    path.write_text(re.sub(r"([^\w\s])", r"\\\1", text) + "\n", encoding="utf-8")
     return str(path)
 
 
-def _named(config: Config, arguments: Iterable[str]) -> Iterator[str]:
-    """Yield the studies beside those of the list that a command line names: by a file of their results or, where a
-    job is a call of its own, by the job."""
+def _named_studies(config: Config, arguments: Iterable[str]) -> Iterator[str]:
+    """Yield the studies that a command line names: by a result file, or by a job in its own call of snakemake."""
     results = re.escape(config.results.rstrip("/"))
     by_file = re.compile(rf"(?:\./)?{results}/+({NAME.pattern})/")
     by_job = re.compile(rf"(?:figures_|.*\bstudy=)({NAME.pattern})")
     for argument in arguments:
-        if found := by_file.match(argument):
-            yield found[1]
+        if match := by_file.match(argument):
+            yield match[1]
             continue
-        found = by_job.match(argument)
-        if found and config.study_file(found[1]).is_file():
-            yield found[1]
+        match = by_job.match(argument)
+        if match and config.study_file(match[1]).is_file():
+            yield match[1]

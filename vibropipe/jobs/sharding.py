@@ -1,7 +1,6 @@
 """How a scene is cut into shards by its work.
 
-Shards depend on the study alone (and on what the environment says of a shard's work), never on the machine,
-so that every machine cuts alike.
+The shards depend on the study and on `VIBROPIPE_SHARD_SECONDS`, not on the machine: every machine makes the same cut.
 """
 
 from __future__ import annotations
@@ -14,21 +13,22 @@ from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 
-# A job costs about a second to start: below this work, cutting costs more than it gains. On a
-# cluster, where a job costs ten seconds, set the variable to some minutes.
+# Work of one shard in seconds of one core. A job takes about a second to start, so smaller shards cost more than
+# they gain. On a cluster, where a job takes ten seconds to start, set the variable to some minutes.
 SHARD_SECONDS = 20.0
 SHARD_VARIABLE = "VIBROPIPE_SHARD_SECONDS"
+# Largest number of shards of one scene; it bounds the jobs in snakemake's graph.
 MAX_SHARDS = 1000
 
 
 def shard_count(work: Work) -> int:
-    """Return into how many shards a scene is cut: so many that none is longer than a shard may be."""
-    wanted = min(max(math.ceil(work.seconds / shard_seconds()), 1), MAX_SHARDS)
-    return min(wanted, work.pieces)
+    """Return the number of shards of a scene: the least for which no shard exceeds `shard_seconds`, within limits."""
+    n_shards = min(max(math.ceil(work.seconds / shard_seconds()), 1), MAX_SHARDS)
+    return min(n_shards, work.pieces)
 
 
 def shard_seconds() -> float:
-    """Return the work of one shard in seconds of one core, from the environment if it says so."""
+    """Return the work of one shard in seconds of one core, by the environment if the variable is set."""
     text = os.environ.get(SHARD_VARIABLE)
     if text is None:
         return SHARD_SECONDS
@@ -42,13 +42,13 @@ def shard_seconds() -> float:
 
 
 def check_cut(scene: BaseScene, shard: tuple[int, int] | None) -> None:
-    """Raise PlanError unless shard I of N, given as (I, N), can be cut from the scene."""
+    """Raise PlanError unless shard I of N, given as (I, N), exists for the scene."""
     if shard is not None:
         as_cut(scene).cut.row_range(scene, *shard)
 
 
 def as_cut(scene: BaseScene) -> Kind:
-    """Return the kind of a scene that can be cut into shards; PlanError if it cannot."""
+    """Return the kind of a scene that can be cut into shards; raise PlanError for a scene that cannot."""
     kind = kind_of(scene)
     if not kind.can_be_cut:
         raise PlanError(

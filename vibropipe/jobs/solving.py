@@ -1,4 +1,4 @@
-"""A scene of a study, or a shard of it, becomes a file that says where it comes from."""
+"""Solve a scene of a study, or a shard of it, into a dataset with its provenance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from vibropipe.store import (
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.regimes import Regime
 
-OF_THE_SOLVER = ("kernel_hash", "versions", "git_commit", "machine")
+# Attributes of the process that solves; a join keeps those of its shards.
+SOLVER_ATTRS = ("kernel_hash", "versions", "git_commit", "machine")
 
 
 def solve_to_file(
@@ -37,10 +38,29 @@ def solve_to_file(
     threads: int,
     progress: Progress | None = None,
 ) -> None:
-    """Solve a scene or a shard into the file `path`; into its sidecar the time it took, and how many of its rows
-    are unresolved.
+    """Solve a scene or a shard into a file, and write its sidecar: time taken, unresolved rows, hashes.
 
-    `progress` is told how much is done, in units of the scene's kind, and of how much.
+    Parameters
+    ----------
+    study : Study
+        The study.
+    name : str
+        Name of the scene.
+    path : Path
+        The dataset; its folder is created if needed. The sidecar is beside it, with the suffix `.json`.
+    shard : tuple of int or None
+        (I, N) for shard I of N, counted from 1; None for the whole scene.
+    threads : int
+        Number of threads that the kernels use, recorded in the sidecar.
+    progress : callable, optional
+        Called as `progress(done, total)`, in units of the kind of scene.
+
+    Raises
+    ------
+    StudyError
+        If the study has no such scene.
+    PlanError
+        If the scene cannot be cut so.
     """
     begin = time.perf_counter()
     scene = study.scene(name)
@@ -51,17 +71,17 @@ def solve_to_file(
     else:
         write(solve_scene(study, name, progress), path)
     elapsed = time.perf_counter() - begin
-    more = identity(study, scene) | expected_seconds(study, name, shard, threads)
-    write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **more)
+    entries = identity(study, scene) | expected_seconds(study, name, shard, threads)
+    write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
 
 
 def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr.Dataset:
-    """Solve a scene in memory. Raises StudyError when there is no such scene."""
+    """Return the dataset of a scene, solved in memory; raise StudyError if the study has no such scene."""
     scene = study.scene(name)
     dataset = kind_of(scene).solve(scene, progress)
     if "effects" not in dataset.attrs:
         dataset = dataset.assign_attrs(effects=", ".join(scene.called_effects()))
-    # what a face says of its work (the method it chose, the accuracy it reached) stands
+    # attributes of the solution (the method it chose, the accuracy it reached) override those of the study
     return dataset.assign_attrs(origin(study, scene) | dataset.attrs | accuracy_attrs(dataset))
 
 
@@ -72,26 +92,43 @@ def join_to_file(
     path: Path,
     progress: Progress | None = None,
 ) -> None:
-    """Join all shards of a scene, in any order; the sidecar tells the time of all jobs together.
+    """Join all shards of a scene, in any order; the sidecar holds the time of all jobs together.
 
-    `progress` is told how many rows are joined, and of how many.
-    Raises StudyError when there is no such scene, PlanError when it cannot be cut, StoreError when
-    the shards are not those of this scene.
+    Parameters
+    ----------
+    study : Study
+        The study.
+    name : str
+        Name of the scene.
+    shards : sequence of Path
+        Datasets of all shards, with their sidecars beside them.
+    path : Path
+        The dataset that is written.
+    progress : callable, optional
+        Called as `progress(done, total)` with numbers of rows.
+
+    Raises
+    ------
+    StudyError
+        If the study has no such scene.
+    PlanError
+        If the scene cannot be cut into shards.
+    StoreError
+        If the shards are not those of this scene.
     """
     scene = study.scene(name)
     kind = as_cut(scene)
     begin = time.perf_counter()
-    # code, versions and machine are those that solved the shards, not those that join them
-    attrs = {key: value for key, value in origin(study, scene).items() if key not in OF_THE_SOLVER}
+    attrs = {key: value for key, value in origin(study, scene).items() if key not in SOLVER_ATTRS}
     kind.cut.join(scene, shards, path, attrs, progress)
     sidecars = [read_sidecar(shard) for shard in shards]
     seconds = sum(float(record.get("seconds", 0)) for record in sidecars)
     threads = max(int(record.get("threads", 1)) for record in sidecars)
     seconds += time.perf_counter() - begin
     expected = sum(float(record.get("expected_seconds", math.nan)) for record in sidecars)
-    more: dict[str, Any] = {} if math.isnan(expected) else {"expected_seconds": expected}
-    more |= identity(study, scene) | {"unresolved": count_unresolved(path)}
-    write_sidecar(path, seconds, threads, shards=len(shards), **more)
+    entries: dict[str, Any] = {} if math.isnan(expected) else {"expected_seconds": expected}
+    entries |= identity(study, scene) | {"unresolved": count_unresolved(path)}
+    write_sidecar(path, seconds, threads, shards=len(shards), **entries)
 
 
 def code_hash(kind: Kind) -> str:
@@ -100,19 +137,19 @@ def code_hash(kind: Kind) -> str:
 
 
 def identity(study: Study, scene: BaseScene) -> dict[str, Any]:
-    """Return what the data of a scene are made of: hashes of what it says and of the code, for its sidecar."""
+    """Return the hashes of the keys and of the code that the data of a scene depend on, for its sidecar."""
     return {"fingerprint": fingerprint(study, scene), "code": code_hash(kind_of(scene))}
 
 
 def count_unresolved(path: Path) -> int:
-    """Return how many rows of a dataset have no result that can be relied on, 0 where it has no rows."""
+    """Return the number of rows of a dataset without a reliable result; 0 if it has no rows."""
     return count_equal(path, "regime", Regime.UNRESOLVED)
 
 
 def expected_seconds(
     study: Study, name: str, shard: tuple[int, int] | None, threads: int
 ) -> dict[str, float]:
-    """Return the seconds expected of a job as an entry of its sidecar, where a plan has found them."""
+    """Return the estimated seconds of a job as an entry of its sidecar; no entry if the study was not planned here."""
     scene, estimate = study.scene(name), load_estimate(fingerprint(study, name))
     if estimate is None:
         return {}
@@ -124,7 +161,7 @@ def expected_seconds(
 
 
 def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
-    """Return the global attributes of a dataset; titles stay out, since no data depends on them."""
+    """Return the global attributes of a dataset; titles of scenes are left out, since no data depend on them."""
     kind = kind_of(scene)
     return {
         "title": f"{study.name}: {scene.name}",
@@ -141,7 +178,7 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
 
 
 def accuracy_attrs(dataset: xr.Dataset) -> dict[str, Any]:
-    """Return the attributes of a motion to an accuracy: the method chosen for it and what it reached."""
+    """Return the attributes of a motion with a requested accuracy: the method chosen and the error reached."""
     if "accuracy_reached" not in dataset.attrs:
         return {}
     method, steps = str(dataset.attrs["method"]), dataset.attrs.get("steps_per_period")

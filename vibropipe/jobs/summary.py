@@ -1,4 +1,4 @@
-"""What a run made, study by study, and whether that is all it should have made."""
+"""The summary of a run: files made, up to date and missing, study by study."""
 
 from __future__ import annotations
 
@@ -15,82 +15,90 @@ HOW_TO_RESUME = (
     "The run is incomplete; see the error above and logs/. Fix the cause and run the same command again: completed\n"
     "files are kept. If snakemake was killed and reports a locked folder, run `snakemake --unlock` first."
 )
-MOST_LISTED = 20
+# Limits of the lists: paths of missing files, and names of scenes (beyond it their number is printed).
+MAX_LISTED, MAX_SCENES_LISTED = 20, 4
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What is printed at the end of a run, and what is missing (nothing if all was made)."""
+    """Lines that are printed at the end of a run, and paths of missing files (none if all were made)."""
 
     lines: list[str]
     missing: list[str]
 
 
-def summarise(run: Run, wanted: Collection[str], planned: Mapping[str, int]) -> Summary:
-    """Return what became of the files of a run.
+def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) -> Summary:
+    """Return the summary of a finished run.
 
     Parameters
     ----------
     run : Run
         The studies.
-    wanted : collection of str
-        All files that were asked for, with what they are made of.
+    requested : collection of str
+        All files that were requested, and the files that they are made of.
     planned : mapping of str to int
-        The files that had to be made, each with the time (ns) of the one that was there before, 0 if there was none.
+        The files that had to be made, each with its modification time (ns) before the run, 0 if it did not exist.
+
+    Returns
+    -------
+    Summary
+        A dataset that was made from another study or by other code counts as missing.
     """
     lines: list[str] = []
-    missing = [path for path in sorted(wanted) if not Path(path).is_file()]
+    missing = [path for path in sorted(requested) if not Path(path).is_file()]
     now = file_times(planned)
     missing += [path for path in planned if now[path] in (0, planned[path])]
     for name, study in run.studies.items():
         parts = _parts(run, name)
-        asked = {part: paths & set(wanted) for part, paths in parts.items() if paths & set(wanted)}
-        if not asked:
+        wanted = {part: files for part, paths in parts.items() if (files := paths & set(requested))}
+        if not wanted:
             continue
-        scenes = [scene for scene in study.scenes if scene in asked]
+        scenes = [scene for scene in study.scenes if scene in wanted]
         unresolved = []
         for scene in scenes:
             path = f"{run.results}/{name}/{scene}.nc"
-            told, job = read_sidecar(path), SimpleNamespace(study=name, scene=scene)
-            if any(told.get(key) != getattr(run, key)(job) for key in ("fingerprint", "code")):
+            sidecar, job = read_sidecar(path), SimpleNamespace(study=name, scene=scene)
+            if any(sidecar.get(key) != getattr(run, key)(job) for key in ("fingerprint", "code")):
                 missing.append(path)  # made of another text of the study, or by other code
-            if rows := int(told.get("unresolved", 0)):
+            if rows := int(sidecar.get("unresolved", 0)):
                 part = share(rows, run.plans[name][scene].rows, "row")
-                unresolved.append(f"  {scene}: {part} unresolved; `status` says why")
-        failed = [part for part, paths in asked.items() if paths & set(missing)]
+                unresolved.append(f"  {scene}: {part} unresolved; `status` gives the reason")
+        failed = [part for part, paths in wanted.items() if paths & set(missing)]
         made = [
-            part for part, paths in asked.items() if paths & set(planned) and part not in failed
+            part for part, paths in wanted.items() if paths & set(planned) and part not in failed
         ]
-        kept = [part for part in asked if part not in (*made, *failed)]
+        kept = [part for part in wanted if part not in (*made, *failed)]
         texts = [f"made {_listed(made)}"] if made else []
         texts += [f"not made: {_listed(failed)}"] if failed else []
         texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []
-        shown = run.report(name) if "report" in asked else f"{run.results}/{name}/"
-        lines.append(f"{name}: {'; '.join(texts)} ({shown})")
+        location = run.report(name) if "report" in wanted else f"{run.results}/{name}/"
+        lines.append(f"{name}: {'; '.join(texts)} ({location})")
         lines += unresolved
     missing = list(dict.fromkeys(missing))
     if missing:
-        lines.append("less was made than was asked for: missing or made of something else:")
-        lines += [*(f"  {path}" for path in missing[:MOST_LISTED]), HOW_TO_RESUME]
+        lines.append(
+            "some requested files are missing, or were made from another study or by other code:"
+        )
+        lines += [*(f"  {path}" for path in missing[:MAX_LISTED]), HOW_TO_RESUME]
     return Summary(lines, missing)
 
 
 def file_times(paths: Iterable[str]) -> dict[str, int]:
-    """Return when files were last changed (ns), 0 where there is none."""
+    """Return the modification times (ns) of files, 0 for a file that does not exist."""
     return {path: Path(path).stat().st_mtime_ns if Path(path).exists() else 0 for path in paths}
 
 
 def _parts(run: Run, name: str) -> dict[str, set[str]]:
-    """Return the files of a study by what a reader calls them: each scene, the figures, the report."""
+    """Return the files of a study by the names that the summary prints: each scene, figures, report."""
     scenes = {scene: {f"{run.results}/{name}/{scene}.nc"} for scene in run.studies[name].scenes}
     figures = {*run.figures(name, "svg"), *run.figures(name, "pdf")}
     return {**scenes, "figures": figures, "report": {run.report(name)}}
 
 
 def _listed(parts: list[str]) -> str:
-    """Return names in a row; of many scenes their number."""
+    """Return the names as a list; many scenes are given by their number."""
     scenes = [part for part in parts if part not in ("figures", "report")]
-    rest = [part for part in parts if part not in scenes]
-    if len(scenes) > 4:
+    others = [part for part in parts if part not in scenes]
+    if len(scenes) > MAX_SCENES_LISTED:
         scenes = [f"{len(scenes)} scenes"]
-    return ", ".join([*scenes, *rest])
+    return ", ".join([*scenes, *others])

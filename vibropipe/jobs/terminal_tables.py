@@ -18,55 +18,56 @@ if TYPE_CHECKING:
 
     from vibropipe.study import Study
 
-MAX_LINES = 60
+# Events of a motion that are printed; longer tables are shortened in the middle.
+MAX_EVENTS = 60
 
 
-def plan_text(study: Study, found: Mapping[str, Estimate] | None = None) -> str:
-    """Return the plan of a study as a table for people.
+def plan_text(study: Study, estimates: Mapping[str, Estimate] | None = None) -> str:
+    """Return the plan of a study as a table.
 
     Parameters
     ----------
     study : Study
-        What is planned.
-    found : mapping of str to Estimate, optional
-        What a calibration on this machine found, by scene. Without it, rough times and sizes that are the same
-        everywhere.
+        The study.
+    estimates : mapping of str to Estimate, optional
+        Estimates for this machine by scene. Without them, the table holds approximate times and sizes that are the
+        same on every machine.
     """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
-    expected = found or {
+    by_scene = estimates or {
         plan.name: Estimate(plan.seconds, 0.0, plan.bytes, parallel=False, method=plan.method)
         for plan in plans
     }
-    # kernels are loaded by each job
+    # each job loads the kernels
     work = {
-        plan.name: expected[plan.name].core_seconds + plan.shards * expected[plan.name].load_seconds
+        plan.name: by_scene[plan.name].core_seconds + plan.shards * by_scene[plan.name].load_seconds
         for plan in plans
     }
-    heads = ("expected", "on disk") if found else ("work", "size of data")
+    heads = ("time", "on disk") if estimates else ("work", "size of data")
     body = [
         (
             plan.name,
             plan.kind,
             plan.size,
-            expected[plan.name].method,
+            by_scene[plan.name].method,
             effects_text(plan.effects),
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
             seconds_text(work[plan.name]),
-            bytes_text(expected[plan.name].bytes),
+            bytes_text(by_scene[plan.name].bytes),
         )
         for plan in plans
     ]
     head = ("scene", "kind", "size", "method", "effects", "outputs", "jobs", *heads)
     seconds = sum(work.values())
-    stored = bytes_text(sum(expected[plan.name].bytes for plan in plans))
+    stored = bytes_text(sum(by_scene[plan.name].bytes for plan in plans))
     total = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')}, "
-    if found:
+    if estimates:
         cores = os.cpu_count() or 1
         longest = max(work[plan.name] / plan.shards for plan in plans)
         total += (
-            f"expected on this machine: {seconds_text(seconds)} of one core,"
-            f" {seconds_text(max(longest, seconds / cores))} on its {cores}, {stored} on disk"
+            f"estimated on this machine: {seconds_text(seconds)} on one core,"
+            f" {seconds_text(max(longest, seconds / cores))} on {count(cores, 'core')}, {stored} on disk"
         )
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
@@ -74,14 +75,14 @@ def plan_text(study: Study, found: Mapping[str, Estimate] | None = None) -> str:
 
 
 def effects_text(effects: Sequence[str]) -> str:
-    """Return the effects of a scene by name; all of them, or none, in a word."""
+    """Return the names of the effects of a scene; `all` or `none` for all or none of them."""
     if set(effects) == set(EFFECT_NAMES):
         return "all"
     return " ".join(effects) if effects else "none"
 
 
 def seconds_text(seconds: float) -> str:
-    """Return a duration with a unit that suits it."""
+    """Return a duration with a suitable unit."""
     if seconds < 1:
         return "< 1 s"
     for unit, size in (("h", 3600.0), ("min", 60.0)):
@@ -90,18 +91,23 @@ def seconds_text(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
-def bytes_text(count: float) -> str:
-    """Return a number of bytes with a unit that suits it."""
-    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if count >= size:
-            return f"{count / size:.1f} {unit}"
-    return f"{count:.0f} B"
+def bytes_text(size: float) -> str:
+    """Return a number of bytes with a suitable unit."""
+    for unit, n_bytes in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= n_bytes:
+            return f"{size / n_bytes:.1f} {unit}"
+    return f"{size:.0f} B"
 
 
-def motion_text(motion: xr.Dataset, most: int = MAX_LINES) -> str:
-    """Return the impacts, grazings and rests of `vp.simulate` in order of time, and the end.
+def motion_text(motion: xr.Dataset, max_events: int = MAX_EVENTS) -> str:
+    """Return a motion as a table: parameters, impacts, grazings and rests in order of time, end state.
 
-    Of more than `most` events the first and the last ones are shown.
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        A result of `vp.simulate`.
+    max_events : int
+        Of more events, only the first and the last ones are shown.
     """
     head = ("tau", "event", "support", "velocity before", "after")
     body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]
@@ -111,47 +117,56 @@ def motion_text(motion: xr.Dataset, most: int = MAX_LINES) -> str:
         f" velocity {float(motion['velocity_end']):.12g}"
     )
     status = Status(int(motion["status"]))
-    lines = [parameters, *_chosen(motion), *_shortened(aligned([head, *body]), most), end]
+    lines = [
+        parameters,
+        *_accuracy_text(motion),
+        *_shortened(aligned([head, *body]), max_events),
+        end,
+    ]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
 
 
-def _chosen(motion: xr.Dataset) -> list[str]:
-    """Return the method that was chosen to reach an accuracy, if one was asked."""
+def _accuracy_text(motion: xr.Dataset) -> list[str]:
+    """Return a line with the method chosen and the error reached, if an accuracy was requested."""
     attrs = motion.attrs
     if "accuracy_asked" not in attrs:
         return []
     steps = f", {attrs['steps_per_period']} steps per period" if "steps_per_period" in attrs else ""
-    reached = f"error {attrs['accuracy_reached']:.1e}, asked {attrs['accuracy_asked']:.1e}"
-    return [f"{attrs['method']}{steps}: {reached}"]
+    error = f"error {attrs['accuracy_reached']:.1e} (requested {attrs['accuracy_asked']:.1e})"
+    return [f"{attrs['method']}{steps}: {error}"]
 
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:
-    """Return (tau, row of the table) of each impact, grazing, rest and release, by kind."""
+    """Return tau and the row of the table of each impact, grazing, rest and release, ordered by these kinds."""
 
     def each(*names: str) -> Iterator[tuple[float, ...]]:
         return zip(*(motion[name].values.tolist() for name in names), strict=True)
 
     impacts = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
-    found: list[tuple[float, str, float, str, str]] = [
+    rows: list[tuple[float, str, float, str, str]] = [
         (tau, "impact", support, f"{before:.9g}", f"{after:.9g}")
         for tau, support, before, after in each(*impacts)
     ]
     for tau, support in each("grazing_tau", "grazing_support"):
-        found.append((tau, "grazing", support, "0", "0"))
+        rows.append((tau, "grazing", support, "0", "0"))
     for start, end, support in each("rest_start", "rest_end", "rest_support"):
-        found.append((start, "rest", support, "", ""))
+        rows.append((start, "rest", support, "", ""))
         if end != float("inf"):
-            found.append((end, "release", support, "", ""))
+            rows.append((end, "release", support, "", ""))
     return [
         (tau, (f"{tau:.12g}", event, str(support), *velocities))
-        for tau, event, support, *velocities in found
+        for tau, event, support, *velocities in rows
     ]
 
 
-def _shortened(lines: list[str], most: int) -> list[str]:
-    """Leave out the middle of a long table; its first line is the head."""
-    left_out = len(lines) - 1 - most
+def _shortened(lines: list[str], max_rows: int) -> list[str]:
+    """Return a table without its middle rows if it has more than `max_rows`; its first line is the head."""
+    left_out = len(lines) - 1 - max_rows
     if left_out <= 0:
         return lines
-    half = most // 2
-    return [*lines[: 1 + half], f"... {left_out} more ...", *lines[len(lines) - (most - half) :]]
+    half = max_rows // 2
+    return [
+        *lines[: 1 + half],
+        f"... {left_out} more ...",
+        *lines[len(lines) - (max_rows - half) :],
+    ]

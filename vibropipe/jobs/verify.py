@@ -1,6 +1,6 @@
-"""Datasets against themselves: a random sample of their rows is computed again from what they say of their origin.
+"""Verification of datasets: a random sample of their rows is recomputed and compared bit for bit.
 
-A dataset tells the study it was made of, so that neither the study's file nor its folder is needed.
+A dataset holds the text of its study, so neither the file of the study nor its folder is needed.
 """
 
 from __future__ import annotations
@@ -23,18 +23,28 @@ from vibropipe.words.wording import count
 
 __all__ = ["ROWS", "Verdict", "new_seed", "verify"]
 
-ROWS = 100
-MAX_REPORTED = 3
+# Default number of rows of a sample, and limit of the faults of one file that are printed.
+ROWS, MAX_REPORTED = 100, 3
 NO_STUDY = "contains no study text, so it cannot be recomputed"
 A_SHARD = "is a shard of a sweep: join all its shards first"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was found of one file.
+    """The result for one file.
 
-    checked: what was computed again, in words; faults: what differs or is damaged; reasons: why a difference
-    can be no surprise here; left_out: what was not compared. `good` unless there are faults.
+    Parameters
+    ----------
+    name : str
+        Name of the scene.
+    checked : str
+        What was recomputed, as text.
+    faults : list of str
+        What differs or is damaged.
+    reasons : list of str
+        Why differences are expected on this system.
+    left_out : str
+        What was not compared, as text.
     """
 
     name: str
@@ -45,13 +55,13 @@ class Verdict:
 
     @property
     def good(self) -> bool:
-        """Whether nothing was found to differ."""
+        """Whether there are no faults."""
         return not self.faults
 
     def __str__(self) -> str:
-        found = count(len(self.faults), "fault")
+        faults = "" if self.good else count(len(self.faults), "fault")
         head = f"{self.checked}: same, bit for bit" if self.checked and self.good else self.checked
-        parts = [part for part in (head, "" if self.good else found) if part]
+        parts = [part for part in (head, faults) if part]
         lines = [f"{self.name}: {', '.join(parts) or 'not verified'}"]
         lines += [f"  {fault}" for fault in self.faults[:MAX_REPORTED]]
         if len(self.faults) > MAX_REPORTED:
@@ -64,27 +74,42 @@ class Verdict:
 
 
 def new_seed() -> int:
-    """Return a seed for one more sample."""
+    """Return a random seed for a sample."""
     return secrets.randbelow(10**6)
 
 
 def verify(
-    place: str | PathLike[str], rows: int = ROWS, seed: int | None = None
+    results: str | PathLike[str], rows: int = ROWS, seed: int | None = None
 ) -> Iterator[Verdict]:
-    """Compute a random sample of each dataset again and compare it bit for bit, one verdict for each.
+    """Recompute a random sample of each dataset and compare it bit for bit.
 
-    place: the results of a study, or one file of them. rows: how many rows of a sweep (whole chains where a
-    parameter is followed), amplitudes, hard cases or races at least, where there are as many; a motion and
-    the curves of eq. (10) are computed whole. seed: of the sample, a new one if left out.
-    Raises StoreError at once when there is no dataset.
+    Parameters
+    ----------
+    results : path
+        The folder of a study, or one dataset in it.
+    rows : int
+        Least number of rows of a sweep (whole chains if a parameter is followed), of amplitudes, of hard cases or of
+        runs in a sample. A motion and the curves of eq. (10) are recomputed completely.
+    seed : int, optional
+        Seed of the sample (default: a random one).
+
+    Returns
+    -------
+    iterator of Verdict
+        The result for each dataset, computed as the iterator advances.
+
+    Raises
+    ------
+    StoreError
+        At once, if there is no dataset.
     """
-    files = scene_files(place)
-    chosen = new_seed() if seed is None else seed
-    return (_verdict(path, rows, chosen) for path in files)
+    files = scene_files(results)
+    sample_seed = new_seed() if seed is None else seed
+    return (_verdict(path, rows, sample_seed) for path in files)
 
 
 def _verdict(path: Path, rows: int, seed: int) -> Verdict:
-    """Return what is found of one file."""
+    """Recompute a sample of one file."""
     name = path.stem
     try:
         attrs = attributes_of(path)
@@ -92,24 +117,24 @@ def _verdict(path: Path, rows: int, seed: int) -> Verdict:
             return Verdict(name, left_out=NO_STUDY)
         if "row_start" in attrs:
             return Verdict(name, left_out=A_SHARD)
-        study, scene = _asked(attrs)
+        study, scene = _study_and_scene(attrs)
     except (StoreError, StudyError, _ForeignError) as error:
         return Verdict(name, faults=str(error).splitlines())
     reasons = expected_changes(attrs)
     if fingerprint(study, scene) != attrs.get("fingerprint"):
         reasons.append("the study means something else to this version (its fingerprint differs)")
     generator = np.random.default_rng([seed, *name.encode()])
-    found = kind_of(scene).recompute(path, scene, rows, generator)
-    faults = [str(item) for item in found.differences]
-    return Verdict(name, found.checked, faults, reasons, found.not_compared)
+    sample = kind_of(scene).recompute(path, scene, rows, generator)
+    faults = [str(difference) for difference in sample.differences]
+    return Verdict(name, sample.checked, faults, reasons, sample.not_compared)
 
 
 class _ForeignError(ValueError):
-    """What a file says of its origin contradicts itself."""
+    """The attributes of a file contradict each other."""
 
 
-def _asked(attrs: dict[str, Any]) -> tuple[Study, BaseScene]:
-    """Return the study that a file holds, and its scene in it."""
+def _study_and_scene(attrs: dict[str, Any]) -> tuple[Study, BaseScene]:
+    """Return the study that a file contains, and the scene that the file belongs to."""
     text, title = str(attrs["study"]), str(attrs.get("title", ""))
     if hashlib.sha256(text.encode()).hexdigest() != attrs.get("study_hash"):
         raise _ForeignError(

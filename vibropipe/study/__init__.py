@@ -1,7 +1,7 @@
-"""The study file: YAML -> checked models. The only place of the project that knows YAML.
+"""Study files: from YAML to checked models. No other folder reads YAML.
 
-`load_study` reads and checks a study, `load_config` the list of studies; every fault of a file is
-told at once in a `StudyError`. `fingerprint` names what a scene's data depend on.
+`load_study` reads and checks a study, `load_config` the list of studies. A `StudyError` reports every fault of a file
+at once. `fingerprint` is the hash of the keys that the data of a scene depend on.
 """
 
 from vibropipe.scenes.keys.problems import Problem, StudyError

@@ -1,4 +1,4 @@
-"""`python -m vibropipe.study [config]`: renew the schema and the table of keys in that folder."""
+"""`python -m vibropipe.study [FOLDER]`: renew the schema and the table of keys in that folder (default: `config`)."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a scene's data depend on, as text and as a hash."""
+"""The keys that the data of a scene depend on, as text and as a hash."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from vibropipe.scenes.keys.base import BaseScene, plain
 from vibropipe.study.models import Study
 
-# To be raised when the meaning of a key changes, so that older data are recomputed.
+# Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
 SEMANTICS_VERSION = 1
-# what a scene says beside its data
-_WORDS = ("title", "caption", "figure")
+# Keys that no data depend on.
+_TEXT_KEYS = ("title", "caption", "figure")
 
 
 def _data_keys(scene: BaseScene) -> dict[str, Any]:
@@ -20,19 +20,29 @@ def _data_keys(scene: BaseScene) -> dict[str, Any]:
 
 
 def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
-    """Return one line of JSON that is the same for studies that mean the same.
+    """Return one line of JSON that is equal for studies of the same meaning.
 
-    Of a scene: what its data depend on. Of a whole study: everything, titles and captions too.
-    Comments, order of keys, Greek spelling, ways of writing a number and defaults written out leave
-    it unchanged.
+    Comments, order of keys, Greek spelling, notations of a number and explicit defaults do not change it.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    scene : BaseScene or str, optional
+        A scene: the text holds the keys that its data depend on. Without it, the text holds the whole study, titles
+        and captions included.
+
+    Raises
+    ------
+    StudyError
+        If the study has no scene of that name.
     """
     if scene is not None:
-        chosen = study.scene(scene) if isinstance(scene, str) else scene
-        return _json(_data_keys(chosen))
+        return _json(_data_keys(study.scene(scene) if isinstance(scene, str) else scene))
     scenes = {
         name: {
             "data": _data_keys(entry),
-            **{key: plain(getattr(entry, key)) for key in _WORDS},
+            **{key: plain(getattr(entry, key)) for key in _TEXT_KEYS},
         }
         for name, entry in study.scenes.items()
     }
@@ -41,7 +51,7 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
 
 
 def fingerprint(study: Study, scene: BaseScene | str) -> str:
-    """Return the hash of what a scene's data depend on, 64 hexadecimal digits."""
+    """Return the SHA-256 hash (64 hex digits) of the keys that the data of a scene depend on."""
     return hashlib.sha256(canonical_text(study, scene).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""What a key takes, in words, read off the models: for messages and for the table of keys."""
+"""The values that a key takes, as text derived from the models, for messages and for the table of keys."""
 
 from __future__ import annotations
 
@@ -23,32 +23,38 @@ _GRIDS: dict[str, type[BaseModel]] = {
 
 
 def tags() -> dict[str, type[BaseModel]]:
-    """Return the models that pydantic's own steps of a path stand for."""
+    """Return the model of each tag that pydantic inserts into paths."""
     return {**{f"<{kind.name}>": kind.keys for kind in kinds().values()}, **_GRIDS}
 
 
 def allowed_text(field: FieldInfo) -> str:
-    """Return what a key takes, such as `a finite number > 0`."""
+    """Return the values that a key takes as text, such as `a finite number > 0`.
+
+    Raises
+    ------
+    TypeError
+        If the type of the key has no text.
+    """
     for entry in field.metadata:
         if isinstance(entry, Rule):
             return entry.allowed
-    return _takes(field.annotation)
+    return _type_text(field.annotation)
 
 
-def _takes(annotation: Any) -> str:
+def _type_text(annotation: Any) -> str:
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         rules = [entry.allowed for entry in arguments[1:] if isinstance(entry, Rule)]
-        return rules[0] if rules else _takes(arguments[0])
+        return rules[0] if rules else _type_text(arguments[0])
     if origin is Literal:
         return " or ".join(str(choice) for choice in arguments)
     if origin in (Union, types.UnionType):
         inner = [argument for argument in arguments if argument is not type(None)]
-        return A_GRID if len(inner) > 1 else _takes(inner[0])
+        return A_GRID if len(inner) > 1 else _type_text(inner[0])
     if origin is list:
-        words = _takes(arguments[0])
-        nouns = [f"{noun}s" for noun in ("number", "name") if noun in words]
-        return f"a list of {nouns[0] if nouns else words.replace(' or ', ', ')}"
+        entry = _type_text(arguments[0])
+        nouns = [f"{noun}s" for noun in ("number", "name") if noun in entry]
+        return f"a list of {nouns[0] if nouns else entry.replace(' or ', ', ')}"
     if origin is dict:
         return f"a mapping of {_entries(arguments[1])}, at least one"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -57,7 +63,7 @@ def _takes(annotation: Any) -> str:
 
 
 def _entries(annotation: Any) -> str:
-    """Return what stands in a mapping, by the type of its entries."""
+    """Return the entries of a mapping as text."""
     while get_args(annotation):
         annotation = get_args(annotation)[0]
     if issubclass(annotation, MotionKeys):
@@ -68,10 +74,10 @@ def _entries(annotation: Any) -> str:
 def model_at(
     loc: tuple[str | int, ...], root: type[BaseModel] | None = None
 ) -> type[BaseModel] | None:
-    """Return the model that the `loc` of a pydantic error points at, None where there is none."""
+    """Return the model that the `loc` of a pydantic error points at, None if it points at none."""
     here: type[BaseModel] | None = root or study_model()
     tagged = tags()
-    by_name = False  # whether the step is a name in a mapping, of one model for all names
+    by_name = False  # whether the next step is a key of a mapping whose values share one model
     for step in loc:
         if by_name:
             by_name = False
@@ -87,12 +93,13 @@ def model_at(
 
 
 def field_at(loc: tuple[str | int, ...], root: type[BaseModel] | None = None) -> FieldInfo | None:
-    """Return the field that a pydantic error's `loc` names, None where it names none."""
+    """Return the field that the `loc` of a pydantic error points at, None if it points at none."""
     owner = model_at(loc[:-1], root) if loc else None
     return owner.model_fields.get(str(loc[-1])) if owner else None
 
 
 def _nested(annotation: Any) -> type[BaseModel] | None:
+    """Return the model inside an annotation: itself, that of an optional key, or that of the values of a mapping."""
     if isinstance(annotation, type):
         return annotation if issubclass(annotation, BaseModel) else None
     if get_origin(annotation) in (Union, types.UnionType):

@@ -1,4 +1,4 @@
-"""Files -> checked studies. Every fault of a study is told at once, in one StudyError."""
+"""From files to checked studies. One StudyError reports every fault of a file."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from vibropipe.study.models import Study, study_model
 from vibropipe.study.pydantic_errors import plain_path, problem_of
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
-# Brackets mark steps of a path that are pydantic's own (`<motion>`, `[key]`).
+# Brackets mark the steps of a path that pydantic inserts (`<motion>`, `[key]`).
 _BRACKETS = re.compile(r"[<>\[\]]")
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 def _separate(value: Any) -> Any:
-    # `snakemake --config studies=paper,regimes` hands over one text.
+    # `snakemake --config studies=paper,regimes` passes one string.
     return (
         [name for name in re.split(r"[,\s]+", value) if name] if isinstance(value, str) else value
     )
@@ -47,7 +47,7 @@ def _names_once(names: list[str]) -> list[str]:
 
 
 class Config(StudyModel):
-    """`config/config.yaml`: the studies of the default run and where results go."""
+    """`config/config.yaml`: the studies of the default run and the folder of results."""
 
     studies: Annotated[
         list[Name],
@@ -62,14 +62,17 @@ class Config(StudyModel):
     _files: dict[str, Path] = PrivateAttr(default_factory=dict)
 
     def study_file(self, name: str) -> Path:
-        """Return the file of a study: the one that was named, else one beside the configuration."""
+        """Return the file of a study: the one that was given, else the one beside the list of studies."""
         return self._files.get(name, self._folder / f"{name}.yaml")
 
 
 def load_config(path: str | Path) -> Config:
-    """Read and check the list of studies, each of which has a file beside it.
+    """Read and check a list of studies; each study is a file beside it.
 
-    Raises StudyError with every fault of the file.
+    Raises
+    ------
+    StudyError
+        With every fault of the file, missing studies included.
     """
     file = Path(path)
     tree, problems = read_file(file)
@@ -81,7 +84,7 @@ def load_config(path: str | Path) -> Config:
 
 
 def _missing(config: Config, file: Path) -> Iterator[Problem]:
-    """Yield the studies of the list without a file, with the nearest one that has one."""
+    """Yield the studies of the list that have no file, each with the nearest name that has one."""
     there = sorted(
         entry.stem for entry in file.parent.glob("*.yaml") if entry != file and entry.is_file()
     )
@@ -97,7 +100,24 @@ def _missing(config: Config, file: Path) -> Iterator[Problem]:
 def parse_config(
     tree: Any, folder: Path, source: str = "config", problems: list[Problem] | None = None
 ) -> Config:
-    """Check a list of studies that was read already; the studies lie in `folder`."""
+    """Check a list of studies from a tree of YAML values.
+
+    Parameters
+    ----------
+    tree : object
+        The values.
+    folder : Path
+        Folder of the studies.
+    source : str
+        Name of the file in messages.
+    problems : list of Problem, optional
+        Faults found while reading.
+
+    Raises
+    ------
+    StudyError
+        With all faults.
+    """
     tree, spelled = spell_out(_mapping(tree, source, Config))
     config, more = _validated(Config, tree)
     problems_so_far = distinct([*(problems or []), *spelled, *more])
@@ -108,9 +128,21 @@ def parse_config(
 
 
 def config_of_files(studies: Any, results: Any, folder: Path = Path("config")) -> Config:
-    """Return a list of studies by their files, wherever they lie; a name without an ending is one in `folder`.
+    """Return a list of studies from their files.
 
-    Raises StudyError when two studies have one name, or a name cannot be that of a study.
+    Parameters
+    ----------
+    studies : list of str, or str
+        Files of studies, or names of studies in `folder` (no suffix); a string holds them separated by commas.
+    results : str
+        Folder of all results.
+    folder : Path
+        Folder of the studies that are given by name.
+
+    Raises
+    ------
+    StudyError
+        If two studies have one name, or a name is not valid for a study.
     """
     entries = [str(entry) for entry in _separate(studies)]
     files = {Path(entry).stem: Path(entry) for entry in entries if Path(entry).suffix}
@@ -121,7 +153,13 @@ def config_of_files(studies: Any, results: Any, folder: Path = Path("config")) -
 
 
 def load_study(path: str | Path) -> Study:
-    """Read and check a study. Raises StudyError with every fault of the file."""
+    """Read and check a study; its name is that of the file without suffix.
+
+    Raises
+    ------
+    StudyError
+        With every fault of the file.
+    """
     file = Path(path)
     tree, problems = read_file(file)
     if not NAME.fullmatch(file.stem):
@@ -131,7 +169,13 @@ def load_study(path: str | Path) -> Study:
 
 
 def study_of_text(text: str, name: str) -> Study:
-    """Read and check a study from its text, as a dataset holds it. Raises StudyError."""
+    """Read and check a study from the text that a dataset contains.
+
+    Raises
+    ------
+    StudyError
+        With every fault of the text.
+    """
     tree, problems = read_text(text, f"the study {name}")
     return parse_study(tree, name=name, source=f"the study {name}", problems=problems)
 
@@ -139,7 +183,24 @@ def study_of_text(text: str, name: str) -> Study:
 def parse_study(
     tree: Any, name: str = "study", source: str = "study", problems: list[Problem] | None = None
 ) -> Study:
-    """Check a study that was read already; `problems` are the faults the reading found."""
+    """Check a study from a tree of YAML values.
+
+    Parameters
+    ----------
+    tree : object
+        The values.
+    name : str
+        Name of the study.
+    source : str
+        Name of the file in messages.
+    problems : list of Problem, optional
+        Faults found while reading.
+
+    Raises
+    ------
+    StudyError
+        With all faults.
+    """
     tree, spelled = spell_out(_mapping(tree, source, Study))
     problems_so_far = [*(problems or []), *spelled]
     study, found = _validated(study_model(), tree)
@@ -200,9 +261,9 @@ def _validated(model: type[Model], tree: dict[str, Any]) -> tuple[Model | None, 
 
 
 def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[KeyPath]]:
-    """Return what can be understood of a faulty study, and the paths that were left out for it.
+    """Return the valid part of a faulty study (None if there is none), and the paths that were left out.
 
-    The checks that tie keys together run on it, so that their faults are told in the same message.
+    The rules that tie keys together are checked on this part, so that one message reports their faults, too.
     """
     tree = copy.deepcopy(tree)
     dropped: set[KeyPath] = set()
@@ -216,7 +277,7 @@ def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[KeyPath]]:
 
 
 def _drop(tree: dict[str, Any], path: KeyPath) -> KeyPath:
-    """Delete the key that holds the fault, or the scene that lacks a key; return its path."""
+    """Delete the faulty key, or the scene that lacks a key, from a tree; return its path."""
     depth = 1
     if path[0] == "scenes":
         depth = 4 if path[2:3] in (("exciter",), ("over",), ("start",)) else 3

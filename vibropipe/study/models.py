@@ -1,7 +1,7 @@
-"""The models of a study: its head, and scenes of the kinds that the registry knows.
+"""The models of a study: its head, and its scenes, whose kinds the registry lists.
 
-Every key has a description: the JSON schema and the table of keys in `config/README.md` are made
-from these classes. Rules that tie several keys together stand with each kind of scene.
+Every key has a description. The JSON schema and the table of keys in `config/README.md` are generated from these
+classes. Rules that tie several keys together are defined by each kind of scene.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from vibropipe.scenes.registry import kinds
 
 
 class Study(StudyModel):
-    """A study: shared parameters and named scenes. `name` is the file's, without its ending."""
+    """A study: shared parameters and named scenes; its name is that of the file without suffix."""
 
     title: Title = Field(description="Title of the study and of its report.")
     description: Prose = Field(default="", description="What the study is about; opens the report.")
@@ -36,30 +36,36 @@ class Study(StudyModel):
     _source: str = PrivateAttr("")
 
     def model_post_init(self, context: Any) -> None:
-        """Tell each scene its name and the shared parameters."""
+        """Set the name and the shared parameters of each scene."""
         for name, scene in self.scenes.items():
             scene._name = name
             scene._shared = self.exciter.explicit()
 
     @property
     def name(self) -> str:
-        """The study's name: its results lie in `results/<name>`."""
+        """Name of the study; its results are in `results/<name>`."""
         return self._name
 
     @property
     def source(self) -> str:
-        """The file the study was read from, as messages name it."""
+        """File of the study, as messages name it."""
         return self._source
 
     @property
     def fingerprints(self) -> dict[str, str]:
-        """What the data of each scene depend on, as its dataset keeps it."""
-        from vibropipe.study.identity import fingerprint  # which knows the models
+        """Fingerprint of each scene by name."""
+        from vibropipe.study.identity import fingerprint  # imports this module
 
         return {name: fingerprint(self, name) for name in self.scenes}
 
     def scene(self, name: str) -> Any:
-        """Return a scene by name; StudyError names the nearest one when there is none such."""
+        """Return a scene by name.
+
+        Raises
+        ------
+        StudyError
+            If there is no such scene; the message suggests the nearest name.
+        """
         if name not in self.scenes:
             hint = did_you_mean(name, self.scenes)
             problem = Problem(("scene",), repr(name), one_of(self.scenes), hint)
@@ -73,13 +79,13 @@ def _kind(value: Any) -> str | None:
 
 
 def study_model() -> type[Study]:
-    """Return the model of a study whose scenes are of any kind there is."""
+    """Return the model of a study whose scenes are of the registered kinds."""
     return _study_model(tuple(kinds().values()))
 
 
 @functools.cache
-def _study_model(known: tuple[Kind, ...]) -> type[Study]:
-    tagged: list[Any] = [Annotated[kind.keys, Tag(f"<{kind.name}>")] for kind in known]
+def _study_model(registered: tuple[Kind, ...]) -> type[Study]:
+    tagged: list[Any] = [Annotated[kind.keys, Tag(f"<{kind.name}>")] for kind in registered]
     scene: Any = Annotated[functools.reduce(operator.or_, tagged), Discriminator(_kind)]
     field = Study.model_fields["scenes"]
     scenes = Annotated[dict[Name, scene], Field(min_length=1, max_length=1000)]

@@ -1,4 +1,4 @@
-"""Errors of pydantic -> problems in the words of a study."""
+"""From errors of pydantic to problems of a study."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vibropipe.study.key_text import allowed_text, field_at, model_at, tags
 
 
 def plain_path(loc: KeyPath) -> KeyPath:
-    """Return the path of a pydantic error as the user wrote it: without tags of unions."""
+    """Return the path of a pydantic error as in the file of the study, without tags of unions."""
     path: list[str | int] = []
     tagged = tags()
     for place, step in enumerate(loc):
@@ -34,7 +34,15 @@ def plain_path(loc: KeyPath) -> KeyPath:
 
 
 def problem_of(error: Any, root: type[BaseModel]) -> Problem:
-    """Turn an error of pydantic into one of ours."""
+    """Return an error of pydantic as a problem of a study.
+
+    Parameters
+    ----------
+    error : dict
+        One of `ValidationError.errors()`.
+    root : type of BaseModel
+        The model that was validated.
+    """
     loc, kind, value = error["loc"], error["type"], error["input"]
     context = error.get("ctx", {})
     path = plain_path(loc)
@@ -64,7 +72,7 @@ def _model_words(loc: KeyPath, root: type[BaseModel]) -> str:
 
 
 def _untagged(path: KeyPath, value: Any) -> Problem:
-    """Name the fault of a scene without a known kind, or of a grid of no known form."""
+    """Return the fault of a scene without a valid kind, or of a grid without a valid form."""
     if len(path) != 2 or path[0] != "scenes":
         return Problem(path, describe(value), A_GRID)
     known = list(kinds())

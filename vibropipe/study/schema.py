@@ -1,6 +1,6 @@
-"""The study's JSON schema and table of keys, made from the models.
+"""The JSON schema and the table of keys of a study, generated from the models.
 
-`python -m vibropipe.study` writes both into `config/`; a test fails when they have drifted.
+`python -m vibropipe.study` writes both into `config/`; a test fails if they are out of date.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ END = "<!-- table of keys: end -->"
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of a study, for editors."""
+    """Return the JSON schema (draft 2020-12) of a study, by which editors check it."""
     schema: dict[str, Any] = _tidy(study_model().model_json_schema())
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def _tidy(node: Any) -> Any:
-    """Allow Greek spellings, forbid empty values, and leave out pydantic's titles."""
+    """Return a schema that allows Greek spellings, forbids empty values and lacks pydantic's titles."""
     if isinstance(node, list):
         return [_tidy(entry) for entry in node]
     if not isinstance(node, dict):
         return node
     choices = node.get("anyOf", [])
     if {"type": "null"} in choices:
-        rest = [choice for choice in choices if choice != {"type": "null"}]
+        others = [choice for choice in choices if choice != {"type": "null"}]
         node = {key: value for key, value in node.items() if key != "anyOf"}
-        node = {**node, **rest[0]} if len(rest) == 1 else {**node, "anyOf": rest}
-    tidy = {key: _tidy(value) for key, value in node.items() if not _noise(key, value)}
+        node = {**node, **others[0]} if len(others) == 1 else {**node, "anyOf": others}
+    tidy = {key: _tidy(value) for key, value in node.items() if not _is_noise(key, value)}
     if isinstance(tidy.get("properties"), dict):
         properties = tidy["properties"]
         properties |= {greek(key): value for key, value in properties.items()}
@@ -56,12 +56,13 @@ def _tidy(node: Any) -> Any:
     return tidy
 
 
-def _noise(key: str, value: Any) -> bool:
+def _is_noise(key: str, value: Any) -> bool:
+    """Return whether an entry is a title of pydantic or an empty default."""
     return (key == "title" and isinstance(value, str)) or (key == "default" and value in (None, ""))
 
 
 def table_of_keys() -> str:
-    """Return the tables of all keys in Markdown, one per mapping of a study."""
+    """Return the tables of all keys in Markdown, one for each mapping of a study."""
     common = tuple(BaseScene.model_fields)
     parts = [
         _table("`config.yaml`", Config),
@@ -84,7 +85,7 @@ def table_of_keys() -> str:
 
 
 def _kind_tables(kind: Kind, common: tuple[str, ...]) -> Iterator[str]:
-    """Yield the tables of one kind: its keys, its options of pictures, and its motions where they have more keys."""
+    """Yield the tables of one kind: its keys, its figure options, and the keys that only its motions have."""
     name = f"`kind: {kind.name}`"
     yield _table(name, kind.keys, without=common)
     figure = kind.keys.model_fields["figure"].annotation
@@ -93,9 +94,12 @@ def _kind_tables(kind: Kind, common: tuple[str, ...]) -> Iterator[str]:
     motions = kind.keys.model_fields.get("motions")
     entry = get_args(motions.annotation)[1] if motions else MotionKeys
     if entry is not MotionKeys:
-        more = tuple(MotionKeys.model_fields)
+        common_keys = tuple(MotionKeys.model_fields)
         yield _table(
-            f"One of `motions` of {name}", entry, "Beside `exciter`, `start` and `periods`.", more
+            f"One of `motions` of {name}",
+            entry,
+            "Beside `exciter`, `start` and `periods`.",
+            common_keys,
         )
 
 
@@ -115,8 +119,8 @@ def _table(
             else _default(field.get_default(call_default_factory=True))
         )
         nested = isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
-        words = f"see `{name}`" if nested else allowed_text(field).replace("|", "\\|")
-        lines.append(f"| `{name}` | {words} | {default} | {field.description} |")
+        takes = f"see `{name}`" if nested else allowed_text(field).replace("|", "\\|")
+        lines.append(f"| `{name}` | {takes} | {default} | {field.description} |")
     return "\n".join(lines)
 
 
@@ -135,8 +139,8 @@ def schema_text() -> str:
 
 def readme_text(old: str) -> str:
     """Return the text of `config/README.md` with its table of keys renewed."""
-    head, begin, rest = old.partition(BEGIN)
-    _, end, tail = rest.partition(END)
+    head, begin, body = old.partition(BEGIN)
+    _, end, tail = body.partition(END)
     if not begin or not end:
         must = f"must have the lines {BEGIN} and {END}"
         raise StudyError("README.md", [Problem((), "no table of keys", must=must)])
@@ -144,7 +148,7 @@ def readme_text(old: str) -> str:
 
 
 def write(folder: Path) -> None:
-    """Write the schema and renew the table of keys in the folder of the studies."""
+    """Write the schema and renew the table of keys in a folder with a `README.md`."""
     (folder / "study.schema.json").write_text(schema_text(), encoding="utf-8")
     readme = folder / "README.md"
     readme.write_text(readme_text(readme.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,8 +1,7 @@
-"""YAML text -> plain mappings, lists, text, numbers and booleans; nothing else comes out.
+"""From YAML text to mappings, lists, text, numbers and booleans.
 
-The tree is built here from the parser's events, so that no tag can make an object, no alias can
-grow without bound and no key is silently lost. Plain scalars that YAML 1.1 and 1.2 read
-differently (`on`, `12:30`, `010`) are refused rather than guessed.
+The tree is built from the events of the parser, so that no tag creates an object, no alias grows without bound and no
+duplicate key is lost. Plain scalars that YAML 1.1 and 1.2 read differently (`on`, `12:30`, `010`) are rejected.
 """
 
 from __future__ import annotations
@@ -27,6 +26,8 @@ from vibropipe.scenes.keys.problems import (
 )
 from vibropipe.scenes.keys.values import NUMBER, Quoted
 
+# Limits of a file: its bytes, levels of nesting, and values with every alias expanded. They lie far above any study and
+# bound the time and memory that a hostile file takes.
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 200_000
@@ -49,12 +50,12 @@ _CONSTANTS |= {
     "False": False,
     "FALSE": False,
 }
-# The C parser is some ten times faster; both give the same events.
+# The C parser is about ten times faster; both give the same events.
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class _Built(NamedTuple):
-    """A finished node: its value, its nodes with every alias written out, and its depth."""
+    """A complete node: its value, its number of nodes with every alias expanded, and its depth."""
 
     value: Any
     nodes: int = 1
@@ -62,13 +63,23 @@ class _Built(NamedTuple):
 
 
 class _StopError(Exception):
-    """The text cannot be read on; `args[0]` is the problem."""
+    """Reading cannot go on; `args[0]` is the problem."""
 
 
 def read_file(file: Path) -> tuple[Any, list[Problem]]:
-    """Read a YAML file into a tree, with the problems that did not stop the reading.
+    """Read a YAML file.
 
-    Raises StudyError when there is no readable UTF-8 YAML of bounded size at all.
+    Returns
+    -------
+    tree : object
+        Mappings, lists, text, numbers, booleans and None.
+    problems : list of Problem
+        Faults that did not stop the reading.
+
+    Raises
+    ------
+    StudyError
+        If the file is not readable UTF-8 YAML within the limits.
     """
     try:
         with file.open("rb") as stream:
@@ -90,7 +101,7 @@ def read_file(file: Path) -> tuple[Any, list[Problem]]:
 
 
 def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
-    """Read YAML text into a tree; `source` names it in messages. Raises as `read_file`."""
+    """Read YAML text, which messages call `source`; results and errors as in `read_file`."""
     builder = _Builder(text)
     try:
         return builder.document(), builder.problems
@@ -115,12 +126,12 @@ def _broken(source: str, builder: _Builder, where: str) -> StudyError:
 
 
 def _line(text: str, number: int) -> str:
-    """Return a line of a text, counted from 0 as the parser does; empty beyond the last one."""
+    """Return a line of a text, counted from 0; empty beyond the last one."""
     return next(islice(StringIO(text), number, None), "")
 
 
 class _Builder:
-    """One pass over the parser's events."""
+    """Builds the tree in one pass over the events of the parser."""
 
     def __init__(self, text: str) -> None:
         self.events: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
@@ -129,11 +140,11 @@ class _Builder:
 
     def document(self) -> Any:
         """Return the value of the only document, None for an empty text."""
-        next(self.events)  # the stream's start
+        next(self.events)  # start of the stream
         if isinstance(next(self.events), yaml.StreamEndEvent):
             return None
         value = self.node(next(self.events), ()).value
-        next(self.events)  # the document's end
+        next(self.events)  # end of the document
         if not isinstance(next(self.events), yaml.StreamEndEvent):
             raise _StopError(
                 Problem((), "a second one (`---`)", must="must have one YAML document")
@@ -175,11 +186,13 @@ class _Builder:
     def mapping(self, start: Any, path: KeyPath) -> _Built:
         value: dict[str, Any] = {}
         nodes, depth = 1, 0
-        before: tuple[str, Any] | None = None  # the key before in braces, and its value's event
+        before: tuple[str, Any] | None = (
+            None  # the previous key in braces, and the event of its value
+        )
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             held = next(self.events)
             if before is not None and _is_decimal_comma(before[1], event, held):
-                # YAML reads {l: 0,5} as {l: 0, 5: nothing}
+                # YAML reads {l: 0,5} as {l: 0, 5: null}
                 written = f"{before[1].value},{event.value}"
                 self.problems.append(decimal_comma((*path, before[0]), written))
                 value[before[0]], before = float(written.replace(",", ".")), None
@@ -204,7 +217,7 @@ class _Builder:
         return _Built(value, nodes, depth + 1)
 
     def key(self, event: Any, path: KeyPath) -> str:
-        """Return a key as text; what stands there must be text to every reader of YAML."""
+        """Return a key, which must be text by every version of YAML."""
         if not isinstance(event, yaml.ScalarEvent):
             found = "a key that is not plain text"
             raise _StopError(Problem(path, found, must="must have keys of text"))
@@ -229,7 +242,7 @@ class _Builder:
             return text
         if _NOT_FINITE.fullmatch(text):
             return float(text.replace(".", "", 1))
-        # Text that overflows a float stays text, so that the message shows what was written.
+        # A number that overflows a float stays text, so that the message shows it as written.
         if NUMBER.fullmatch(text) and math.isfinite(number := float(text)):
             whole = text.lstrip("+-").isdigit() and len(text) < 300
             return int(text) if whole else number
@@ -237,7 +250,7 @@ class _Builder:
 
 
 def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
-    """Whether a value, the key behind it and that key's value are the two parts of one number."""
+    """Return whether a value, the next key and the value of that key are one number with a decimal comma."""
     parts = (whole, after, held)
     plain = all(
         isinstance(event, yaml.ScalarEvent) and event.style in (None, "") and event.tag is None
@@ -252,7 +265,7 @@ def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
 
 
 def too_deep(path: KeyPath) -> Problem:
-    """Return the fault of nesting that no study needs; its path is cut short."""
+    """Return the fault of too deep nesting; its path is shortened."""
     must = f"must have at most {MAX_DEPTH} levels of nesting"
     return Problem(path[:3], f"more than {MAX_DEPTH}", must=must)
 

@@ -65,9 +65,13 @@ def test_every_regime_is_explained() -> None:
     assert listed == {"regime"} | {regime.name.lower() for regime in Regime}
 
 
-def test_every_folder_is_in_the_layout() -> None:
+def test_the_layout_has_every_folder_on_the_layer_of_the_contract() -> None:
     folders = {path.parent.name for path in (ROOT / "vibropipe").glob("*/__init__.py")}
-    assert set(re.findall(r"^\| \d+ \| `vibropipe/(\w+)/`", CONTRIBUTING.text, re.M)) == folders
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     layers = project["tool"]["importlinter"]["contracts"][0]["layers"]
-    assert set(" ".join(layers).replace(":", " ").split()) == folders
+    contract = {
+        name: level for level, layer in enumerate(reversed(layers)) for name in layer.split(" : ")
+    }
+    rows = re.findall(r"^\| (\d+) \| `vibropipe/(\w+)/`", CONTRIBUTING.text, re.MULTILINE)
+    assert {name: int(level) for level, name in rows} == contract
+    assert contract.keys() == folders

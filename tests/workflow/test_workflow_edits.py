@@ -137,7 +137,7 @@ def test_a_study_that_was_removed_is_left_as_it_is(project):
 def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
     """As when results are put back while it runs."""
     project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 21")
-    end = '--output {output.data:q} > {log} 2>&1"\n\n\n# A part'
+    end = '--output {output.data:q} > {log} 2>&1"\n\n\n# A shard'
     project.edit("workflow/rules/solve.smk", end, end.replace('1"', '1; cp old/* results/tiny"'))
     project.path("old").mkdir()
     for name in ("forced.nc", "forced.json"):

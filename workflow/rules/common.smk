@@ -1,11 +1,17 @@
-# What this call is about: the studies, read once before any job, and what is said before and after.
+# The studies of this call, read once before any job, and the messages before and after the jobs.
 import os
 import sys
 from pathlib import Path
 
 from vibropipe.cli import exit_code
 from vibropipe.jobs.drawing import drawing_hash
-from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run, write_caption
+from vibropipe.jobs.run import (
+    FIRST,
+    check_writable,
+    clear_leftovers,
+    read_run,
+    write_caption,
+)
 from vibropipe.scenes.costs import PlanError
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
@@ -14,69 +20,69 @@ from vibropipe.study import StudyError
 from vibropipe.scenes.keys.values import NAME
 
 
-def say(text):
-    """Print for people; on stderr, since stdout may be a graph or a summary."""
+def print_message(text):
+    """Print to stderr, since stdout may be a graph or a summary."""
     print(text, file=sys.stderr, flush=True)
 
 
-def checked(call, *arguments):
-    """Return what a call does; a mistake ends the run with one message, as `vibropipe` would."""
+def exit_on_error(function, *arguments):
+    """Return the result of a function; an error ends the run with the message and exit code of `vibropipe`."""
     try:
-        return call(*arguments)
+        return function(*arguments)
     except (StudyError, PlanError, NotWrittenError) as error:
-        say(f"vibropipe: {error}")
+        print_message(f"vibropipe: {error}")
         raise SystemExit(exit_code(error))
 
 
-RUN = checked(
+RUN = exit_on_error(
     read_run,
     (workflow.overwrite_configfiles or [None])[-1],
     workflow.config_settings.config or {},
-    # snakemake tells a workflow what it is asked for only when all rules are read
+    # snakemake gives a workflow its targets only after all rules are read
     sys.argv[1:],
 )
 RESULTS = RUN.results
-# The files that had to be made when the run began, with their times then.
+# Files that had to be made when the run began, with their modification times then.
 PLANNED = {}
 
-# Jobs find `vibropipe` beside the python that runs snakemake, its environment activated or not.
+# Jobs find `vibropipe` beside the python that runs snakemake, even if its environment is not activated.
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()])
 )
 
 
 def prepare(jobs):
-    """See, before any job, that results can be written; this run has locked the files of its jobs."""
-    checked(check_writable, RESULTS)
+    """Check, before any job, that results can be written, and remove leftovers; the files of the jobs are locked."""
+    exit_on_error(check_writable, RESULTS)
     clear_leftovers(path for job in jobs for path in job.output)
     PLANNED.update(kept_outputs(jobs))
 
 
 def kept_outputs(jobs):
-    """Return the files that jobs make and that stay, with their times."""
+    """Return the permanent files that jobs make, with their modification times."""
     return file_times(
         str(path) for job in jobs for path in job.output if not path.is_flagged("temp")
     )
 
 
 def summarise_run(jobs):
-    """Say study by study what was made; a run that made less than it should have ends with an error."""
+    """Print what was made of each study; exit with an error if requested files are missing."""
     summary = summarise(RUN, kept_outputs(jobs), PLANNED)
-    say("\n".join(summary.lines))
+    print_message("\n".join(summary.lines))
     if summary.missing:
         raise SystemExit(1)
 
 
-def costs():
-    """Return what each study will do and cost, finished or not."""
+def plans_text():
+    """Return the plans of all studies, with approximate run times."""
     return "\n\n".join(plan_text(study) for study in RUN.studies.values()) + "\n"
 
 
 def figures_for_report(name):
-    """Return the figures of a study, each as `snakemake --report` shows it."""
-    study, marked = RUN.studies[name], []
+    """Return the figures of a study, marked for `snakemake --report` with caption and labels."""
+    study, figures = RUN.studies[name], []
     for path, scene in RUN.drawn(name, "svg"):
         labels = {"scene": scene.name, "title": scene.title or scene.name}
         caption = write_caption(name, scene)
-        marked += [report(path, caption=caption, category=study.title, labels=labels)]
-    return marked
+        figures += [report(path, caption=caption, category=study.title, labels=labels)]
+    return figures

@@ -1,4 +1,4 @@
-# One writer per file: all shards of a sweep become its dataset.
+# Joins the shards of a sweep into its dataset, so that each file has one writer.
 rule join:
     input:
         shards=RUN.shards,

@@ -1,4 +1,4 @@
-# What is drawn from the datasets, by one job per study: starting matplotlib costs more than a figure.
+# Figures and report. One job draws all figures of a study: starting matplotlib takes longer than a figure.
 for name in RUN.studies:
 
     rule:

@@ -1,5 +1,4 @@
-# A scene that is one job's work. Its kernels are compiled where they are first called for; jobs that need the
-# same kernel wait for the first of them.
+# A scene that one job solves. The first job that needs a kernel compiles it; others wait for it.
 rule solve:
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
@@ -26,7 +25,7 @@ rule solve:
         " --output {output.data:q} > {log} 2>&1"
 
 
-# A part of a sweep that is too long for one job; kept until the join has used it.
+# A shard of a sweep that is too long for one job; deleted after the join.
 rule solve_shard:
     output:
         data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),

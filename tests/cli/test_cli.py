@@ -1,4 +1,4 @@
-"""The command line: what it prints, what it writes, its exit codes and messages."""
+"""The command line: output, files, exit codes and messages."""
 
 import re
 import signal
@@ -30,7 +30,7 @@ scenes:
   free: {kind: backbone, amplitude: [0.3, 0.6]}
   response: {kind: sweep, over: {f: [0.2, 1], nu: [0.9, 1, 1.1]}}
 """
-VERBS = (
+COMMANDS = (
     "plan",
     "simulate",
     "solve",
@@ -65,16 +65,16 @@ def solve(study: Path, scene: str, *more: object) -> xr.Dataset:
     return read(output)
 
 
-def test_help_names_every_verb(capsys):
+def test_help_names_every_command(capsys):
     assert run("--help") == 0
-    said = capsys.readouterr().out
-    assert all(f" {verb} " in said for verb in VERBS)
+    printed = capsys.readouterr().out
+    assert all(f" {command} " in printed for command in COMMANDS)
 
 
-@pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_has_help(verb, capsys):
-    assert run(verb, "--help") == 0
-    assert "Usage: vibropipe " + verb in capsys.readouterr().out
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command, capsys):
+    assert run(command, "--help") == 0
+    assert "Usage: vibropipe " + command in capsys.readouterr().out
 
 
 def test_help_imports_nothing_heavy():
@@ -133,20 +133,20 @@ def test_a_mistake_is_one_message_and_exit_code_2(arguments, words, study, capsy
     monkeypatch.chdir(study.parent)
     out = study.parent / "out.nc"
     assert run(*(part.format(study=study, out=out) for part in arguments)) == 2
-    said = capsys.readouterr()
-    assert not said.out
-    assert "Traceback" not in said.err
+    printed = capsys.readouterr()
+    assert not printed.out
+    assert "Traceback" not in printed.err
     for word in words:
-        assert word in said.err
+        assert word in printed.err
     assert [path.name for path in study.parent.iterdir()] == ["tiny.yaml"]
 
 
-def test_a_bad_study_tells_all_its_faults(study, capsys):
+def test_all_faults_of_a_study_are_listed(study, capsys):
     study.write_text(STUDY.replace("tau_end: 7\n", "tau_ende: 7\n").replace("nu: [0.9", "mu: [0.9"))
     assert run("plan", study) == 2
-    said = capsys.readouterr().err
-    assert "scenes.forced.tau_ende" in said
-    assert "scenes.response.over.mu" in said
+    printed = capsys.readouterr().err
+    assert "scenes.forced.tau_ende" in printed
+    assert "scenes.response.over.mu" in printed
 
 
 def test_a_fault_of_the_program_keeps_its_traceback(study, monkeypatch):
@@ -183,14 +183,14 @@ def test_simulate_prints_the_impacts_of_the_motion(capsys):
     assert lines[-1].startswith("end: displacement ")
 
 
-def test_simulate_tells_the_accuracy_it_reached(capsys):
+def test_simulate_prints_the_accuracy_it_reached(capsys):
     options = ["--l", 0.5, "--f", 1, "--h", 0.1, "--R1", 0.8, "--R2", 0.8, "--accuracy", 1e-6]
     assert run("simulate", *options) == 0
-    said = re.search(
+    printed = re.search(
         r"(exact|newmark).*: error (\S+) \(requested (\S+)\)$", capsys.readouterr().out, re.M
     )
-    assert said is not None
-    assert float(said[2]) <= float(said[3]) == 1e-6
+    assert printed is not None
+    assert float(printed[2]) <= float(printed[3]) == 1e-6
 
 
 def test_simulate_draws_and_keeps_the_motion(tmp_path, capsys):
@@ -223,7 +223,7 @@ def test_a_motion_is_recorded_after_its_settling(study):
     assert float(np.abs(motion["impact_velocity"]).max()) == pytest.approx(fastest, rel=1e-3)
 
 
-def test_outputs_that_are_not_asked_for_are_absent(study):
+def test_outputs_that_are_not_requested_are_absent(study):
     motion = solve(study, "quiet")
     assert "impact_tau" in motion
     assert not {"displacement", "displacement_amplitude", "floquet_multiplier"} & set(motion)
@@ -255,14 +255,14 @@ def test_shards_join_to_the_whole_sweep_in_any_order(study):
     xr.testing.assert_identical(whole, read(output))
 
 
-def test_show_tells_what_a_dataset_holds(tmp_path, capsys):
+def test_show_prints_what_a_dataset_holds(tmp_path, capsys):
     dataset = xr.Dataset({"displacement_end": ((), 0.25)}, attrs={"title": "a small one"})
     write(dataset, tmp_path / "small.nc")
-    for place in (tmp_path / "small.nc", tmp_path):
-        assert run("show", place) == 0
-        said = capsys.readouterr().out
-        assert "a small one" in said
-        assert "displacement_end" in said
+    for path in (tmp_path / "small.nc", tmp_path):
+        assert run("show", path) == 0
+        printed = capsys.readouterr().out
+        assert "a small one" in printed
+        assert "displacement_end" in printed
 
 
 def test_threads_beyond_the_machine_are_taken_as_all(study):
@@ -279,9 +279,9 @@ def test_interrupt_ends_with_130_and_leaves_nothing_behind(study):
         "import vibropipe.scenes.sweep.solve as scenes\n"
         "from vibropipe.cli import main\n"
         "solve = scenes.solve_blocks\n"
-        "def announced(*given, **named):\n"
+        "def announced(*arguments, **keywords):\n"
         "    print('solving', flush=True)\n"
-        "    return solve(*given, **named)\n"
+        "    return solve(*arguments, **keywords)\n"
         "scenes.solve_blocks = announced\n"
         f"main(['solve', {str(study)!r}, '--scene', 'response', '--output', {str(output)!r}])\n"
     )
@@ -290,8 +290,8 @@ def test_interrupt_ends_with_130_and_leaves_nothing_behind(study):
         assert process.stdout.readline() == "solving\n"
         time.sleep(1)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=120)
+        _, printed = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert said.splitlines()[-1].startswith("vibropipe: interrupted; ")
-    assert all(line.startswith("response: ") for line in said.splitlines()[:-1])
+    assert printed.splitlines()[-1].startswith("vibropipe: interrupted; ")
+    assert all(line.startswith("response: ") for line in printed.splitlines()[:-1])
     assert not output.parent.exists()

@@ -1,4 +1,4 @@
-"""Results that do not fit: one message, exit code 2, and nothing written."""
+"""Results that do not match their study: one message, exit code 2, and no file written."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def run(*arguments: object) -> int:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Return a folder with two studies, the results of the first with figures, shards of both."""
+    """A folder with two studies, the results of the first with figures, and shards of both."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "mine.yaml").write_text(STUDY)
     (folder / "other.yaml").write_text(OTHER)
@@ -44,7 +44,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture
 def place(made, tmp_path, monkeypatch):
-    """Return a copy of it, which is the working directory."""
+    """A copy of this folder as working directory."""
     shutil.copytree(made, tmp_path / "here")
     monkeypatch.chdir(tmp_path / "here")
     return tmp_path / "here"
@@ -55,7 +55,7 @@ def held(folder):
 
 
 def refused(folder, capsys, words, *arguments):
-    """See that a command says these words alone and leaves all files as they are."""
+    """Check that a command prints one message with these words and changes no file."""
     before = held(folder)
     capsys.readouterr()
     assert run(*arguments) == 2

@@ -1,4 +1,4 @@
-"""A study of one's own, anywhere: written by `new`, made by `run`."""
+"""Studies in any folder: `new` writes a template, `run` makes the results."""
 
 import os
 import re
@@ -21,7 +21,7 @@ scenes:
 
 
 def vibropipe(folder: Path, *arguments: str, code: int = 0) -> str:
-    """Run the command line in a folder and return all that it says."""
+    """Run the command line in a folder, check its exit code and return its output."""
     done = subprocess.run(
         [*PROGRAM, *arguments],
         cwd=folder,
@@ -37,34 +37,34 @@ def vibropipe(folder: Path, *arguments: str, code: int = 0) -> str:
     return done.stdout
 
 
-def test_a_study_that_lies_elsewhere_is_made_in_the_folder_one_is_in(tmp_path):
+def test_results_of_a_study_elsewhere_are_made_in_the_current_folder(tmp_path):
     for name in ("studies", "here"):
         tmp_path.joinpath(name).mkdir()
     here = tmp_path / "here"
     file = tmp_path / "studies" / "far.yaml"
     file.write_text(STUDY)
-    said = vibropipe(here, "run", "../studies/far.yaml", "--cores", "2", "--results", "made")
-    assert "far: made forced, figures, report (made/far/report.pdf)" in said
+    printed = vibropipe(here, "run", "../studies/far.yaml", "--cores", "2", "--results", "made")
+    assert "far: made forced, figures, report (made/far/report.pdf)" in printed
     assert (here / "made/far/report.pdf").read_bytes().startswith(b"%PDF")
     assert [path.name for path in file.parent.iterdir()] == ["far.yaml"]
 
-    # the same study, however its file is named
-    said = vibropipe(here, "run", str(file), "--cores", "2", "--results", "made")
-    assert "Nothing to be done" in said
+    # the same study by its absolute path
+    printed = vibropipe(here, "run", str(file), "--cores", "2", "--results", "made")
+    assert "Nothing to be done" in printed
     file.write_text(STUDY.replace("tau_end: 5", "tau_end: 6"))
-    said = vibropipe(here, "run", str(file), "--dry-run", "--results", "made")
-    assert set(re.findall(r"far: (.+)", said)) >= {"solving forced", "typesetting the report"}
+    printed = vibropipe(here, "run", str(file), "--dry-run", "--results", "made")
+    assert set(re.findall(r"far: (.+)", printed)) >= {"solving forced", "typesetting the report"}
 
 
-def test_a_mistake_is_told_before_anything_is_begun(tmp_path):
+def test_a_mistake_is_reported_before_any_job(tmp_path):
     tmp_path.joinpath("far.yaml").write_text(STUDY.replace("tau_end", "tau_ende"))
-    said = vibropipe(tmp_path, "run", "far.yaml", code=2)
-    assert said == vibropipe(tmp_path, "plan", "far.yaml", code=2)
+    printed = vibropipe(tmp_path, "run", "far.yaml", code=2)
+    assert printed == vibropipe(tmp_path, "plan", "far.yaml", code=2)
     assert [path.name for path in tmp_path.iterdir()] == ["far.yaml"]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("a/mine.yaml", "b/mine.yaml"), "studies: must have each study once, got mine, mine"),
         (("mine.yaml", "--results", "re{s}ults"), "results: must be"),
@@ -72,14 +72,14 @@ def test_a_mistake_is_told_before_anything_is_begun(tmp_path):
         (("nowhere.yaml",), "nowhere.yaml: "),
     ],
 )
-def test_what_cannot_be_made_is_refused(tmp_path, arguments, told):
+def test_what_cannot_be_made_is_refused(tmp_path, arguments, message):
     tmp_path.joinpath("mine.yaml").write_text(STUDY)
-    assert told in vibropipe(tmp_path, "run", *arguments, code=2)
+    assert message in vibropipe(tmp_path, "run", *arguments, code=2)
 
 
 def test_a_new_study_is_valid_and_never_overwrites(tmp_path):
-    said = vibropipe(tmp_path, "new", "mine")
-    assert "vibropipe run mine.yaml" in said
+    printed = vibropipe(tmp_path, "new", "mine")
+    assert "vibropipe run mine.yaml" in printed
     study = load_study(tmp_path / "mine.yaml")
     assert set(study.scenes) == {"response", "detail"}
     assert tmp_path.joinpath("study.schema.json").read_text() == schema_text()

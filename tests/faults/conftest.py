@@ -1,4 +1,4 @@
-"""A sweep in three shards, solved once undisturbed, and places to solve it in that fail."""
+"""A sweep in three shards, solved once undisturbed, and a disk that can be full or read-only."""
 
 import subprocess
 from collections.abc import Callable, Iterator
@@ -18,7 +18,7 @@ def run(*arguments: object) -> int:
 
 
 class Work:
-    """The study in a folder, and the verbs that solve it."""
+    """The study in a folder, and the commands that solve it."""
 
     def __init__(self, folder: Path) -> None:
         self.study = folder / "tiny.yaml"
@@ -26,19 +26,21 @@ class Work:
         self.shards = [folder / f"{shard}.nc" for shard in range(1, SHARDS + 1)]
         self.whole = folder / "response.nc"
 
-    def asked(self, output: Path, *more: object) -> list[str]:
-        words = ["solve", self.study, "--scene", "response", "--output", output, *more]
-        return [str(word) for word in words]
+    def solve_arguments(self, output: Path, *options: object) -> list[str]:
+        arguments = ["solve", self.study, "--scene", "response", "--output", output, *options]
+        return [str(argument) for argument in arguments]
 
-    def solve(self, output: Path, *more: object) -> int:
-        return run(*self.asked(output, *more))
+    def solve(self, output: Path, *options: object) -> int:
+        return run(*self.solve_arguments(output, *options))
 
     def solve_shard(self, shard: int) -> int:
         return self.solve(self.shards[shard - 1], "--shard", f"{shard}/{SHARDS}")
 
-    def solve_apart(self, output: Path, *more: object, **how) -> subprocess.CompletedProcess[str]:
+    def solve_apart(
+        self, output: Path, *options: object, **how
+    ) -> subprocess.CompletedProcess[str]:
         """Solve in a process of its own."""
-        command = [*PROGRAM, *self.asked(output, *more)]
+        command = [*PROGRAM, *self.solve_arguments(output, *options)]
         return subprocess.run(command, capture_output=True, text=True, check=False, **how)
 
     def join(self, output: Path) -> int:
@@ -57,13 +59,13 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Work:
 
 @pytest.fixture
 def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
-    """Return the one message of a verb that failed readably; words of progress do not count."""
+    """Return a function that returns the only message of a failed command; lines of progress are ignored."""
 
     def message() -> str:
-        told = capsys.readouterr()
-        assert not told.out
-        lines = [line for line in told.err.splitlines() if not line.startswith("response")]
-        assert len(lines) == 1, told.err
+        captured = capsys.readouterr()
+        assert not captured.out
+        lines = [line for line in captured.err.splitlines() if not line.startswith("response")]
+        assert len(lines) == 1, captured.err
         return lines[0]
 
     return message
@@ -71,15 +73,15 @@ def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Callable[..., Path]]:
-    """Mount a disk of so many bytes, or mount it again with other options."""
-    place = tmp_path / "disk"
-    place.mkdir()
+    """Yield a function that mounts a disk with some options, or remounts it with others."""
+    mount_point = tmp_path / "disk"
+    mount_point.mkdir()
     mounted = False
 
     def mount(options: str) -> Path:
         nonlocal mounted
         remount = "remount," if mounted else ""
-        command = ["mount", "-t", "tmpfs", "-o", remount + options, "tmpfs", str(place)]
+        command = ["mount", "-t", "tmpfs", "-o", remount + options, "tmpfs", str(mount_point)]
         try:
             done = subprocess.run(command, capture_output=True, text=True, check=False)
         except OSError as error:
@@ -87,9 +89,9 @@ def disk(tmp_path: Path) -> Iterator[Callable[..., Path]]:
         if done.returncode != 0:
             pytest.skip(f"mounting is not permitted here: {done.stderr.strip()}")
         mounted = True
-        return place
+        return mount_point
 
     yield mount
     if mounted:
         # lazily: HDF5 may hold a file that it failed to write until the process ends
-        subprocess.run(["umount", "--lazy", str(place)], check=True)
+        subprocess.run(["umount", "--lazy", str(mount_point)], check=True)

@@ -1,4 +1,4 @@
-"""Damaged shards, disks that are full or may not be written: what is said, what is left, what a rerun gives."""
+"""Damaged shards, full and read-only disks: the message, the files left, and the result of a rerun."""
 
 import resource
 import shutil

@@ -1,4 +1,4 @@
-"""Ctrl-C, at any moment: one line, exit code 130, nothing left behind; in Python an exception like any other."""
+"""Ctrl-C at any moment: one line, exit code 130, nothing left behind; in Python a normal exception."""
 
 import random
 import signal
@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from sharded_study import PROGRAM, said_until
+from sharded_study import PROGRAM, read_until
 
 from vibropipe.store import check_intact
 
@@ -44,10 +44,10 @@ print("as before")
 
 
 def check_end(process: subprocess.Popen) -> None:
-    """See that a program ends as it should after Ctrl-C, words of progress apart."""
-    said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130, said
-    lines = [line for line in said.splitlines() if not line.startswith("response")]
+    """Check that a program ends as specified after Ctrl-C; lines of progress are ignored."""
+    printed = process.communicate(timeout=60)[1]
+    assert process.returncode == 130, printed
+    lines = [line for line in printed.splitlines() if not line.startswith("response")]
     assert lines == ["vibropipe: interrupted; completed files are kept, no partial file is left"]
 
 
@@ -55,7 +55,12 @@ def check_end(process: subprocess.Popen) -> None:
 def test_ctrl_c_while_libraries_are_loaded(name, work, tmp_path):
     code = INTERRUPTED_IMPORT.format(name=name)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    command = [sys.executable, "-c", code, *work.asked(tmp_path / "1.nc", "--shard", "1/3")]
+    command = [
+        sys.executable,
+        "-c",
+        code,
+        *work.solve_arguments(tmp_path / "1.nc", "--shard", "1/3"),
+    ]
     with subprocess.Popen(command, **pipes) as process:
         check_end(process)
     assert not list(tmp_path.iterdir())
@@ -64,16 +69,16 @@ def test_ctrl_c_while_libraries_are_loaded(name, work, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(MOMENTS))
 def test_ctrl_c_at_any_moment(seed, work, tmp_path):
-    """From the first line of this program to the end of a job, which takes some two seconds."""
+    """From the first line of the program to the end of a job, about two seconds."""
     code = "print('begun', flush=True)\n" + PROGRAM[-1]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     output = tmp_path / "response.nc"
-    with subprocess.Popen([*PROGRAM[:-1], code, *work.asked(output)], **pipes) as process:
-        said_until("begun", process)
-        # before that it is the interpreter that loads the package
+    with subprocess.Popen([*PROGRAM[:-1], code, *work.solve_arguments(output)], **pipes) as process:
+        read_until("begun", process)
+        # before this line the interpreter loads the package
         time.sleep(0.05 + random.Random(seed).uniform(0, 2))
         process.send_signal(signal.SIGINT)
-        if output.exists():  # all that was left was the end of the interpreter
+        if output.exists():  # only the end of the interpreter was left
             assert "Traceback" not in process.communicate(timeout=60)[1]
             check_intact(output)
         else:

@@ -1,4 +1,4 @@
-"""A sweep in three shards, for the tests that disturb it, and how they run and watch programs."""
+"""A sweep in three shards for the tests that disturb it, and functions that run and watch programs."""
 
 import subprocess
 import sys
@@ -15,11 +15,11 @@ scenes:
 PROGRAM = [sys.executable, "-c", "from vibropipe.cli import main; main()"]
 
 
-def said_until(words: str, process: subprocess.Popen) -> str:
-    """Return what a process says, up to the line with these words; all of it if there is none."""
-    said = []
+def read_until(text: str, process: subprocess.Popen) -> str:
+    """Return the output of a process up to the line that contains a text; all of it if no line does."""
+    lines = []
     for line in process.stdout:
-        said.append(line)
-        if words in line:
+        lines.append(line)
+        if text in line:
             break
-    return "".join(said)
+    return "".join(lines)

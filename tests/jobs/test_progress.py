@@ -1,4 +1,4 @@
-"""Words of progress: in a log, on a terminal, and what they cost."""
+"""Progress in a log and on a terminal, and its cost."""
 
 import io
 import time
@@ -38,7 +38,7 @@ TOTALS = {"marched": 4000, "newmark": 3432, "cases": 2, "race": 6, "sweep": 3}
 def study(tmp_path_factory):
     exciter = {"l": 0.5, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
     file = tmp_path_factory.mktemp("study") / "t.yaml"
-    file.write_text("a study")  # what provenance reads
+    file.write_text("a study")  # read for the provenance
     tree = {"title": "t", "exciter": exciter, "scenes": SCENES}
     return parse_study(tree, source=str(file))
 
@@ -57,7 +57,7 @@ def clock(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("arguments", "text"),
     [
         ((0, 10, 1.0), "0 of 10 rows, 0 rows/s"),
         ((12288, 100000, 5.0), "12,288 of 100,000 rows, 2,458 rows/s, 36 s left"),
@@ -66,8 +66,8 @@ def clock(monkeypatch):
         ((1000, 1000, 0.5), "1,000 rows in 0.5 s, 2,000 rows/s"),
     ],
 )
-def test_words_tell_what_is_done_the_rate_and_the_time_left(given, said):
-    assert progress_text(*given, "rows") == said
+def test_the_text_holds_points_rate_and_time_left(arguments, text):
+    assert progress_text(*arguments, "rows") == text
 
 
 def test_a_log_gets_few_plain_lines_and_a_last_one(clock):
@@ -92,14 +92,14 @@ def test_a_terminal_gets_a_bar(clock, monkeypatch):
         for done in (1000, 2000, 4000):
             clock[0] += 1.0
             on_progress(done, 4000)
-    said = terminal.getvalue()
-    assert "1,000 of 4,000 rows, 1,000 rows/s, 3.0 s left" in said
-    assert "4,000 rows in 3.0 s, 1,333 rows/s" in said
-    assert "━" in said
+    text = terminal.getvalue()
+    assert "1,000 of 4,000 rows, 1,000 rows/s, 3.0 s left" in text
+    assert "4,000 rows in 3.0 s, 1,333 rows/s" in text
+    assert "━" in text
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_long_work_of_every_kind_tells_how_far_it_has_come(name, study):
+def test_every_kind_of_scene_reports_its_progress(name, study):
     seen = []
     solve_scene(study, name, progress=lambda *counts: seen.append(counts))
     done = [count for count, _ in seen]
@@ -112,7 +112,7 @@ def test_long_work_of_every_kind_tells_how_far_it_has_come(name, study):
         assert len(done) > 1
 
 
-def test_a_work_of_unknown_length_tells_what_is_done_and_the_rate(clock, monkeypatch):
+def test_work_of_unknown_length_shows_points_and_rate(clock, monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     for stream in (io.StringIO(), Terminal()):
         clock[0] = 0.0
@@ -126,7 +126,7 @@ def test_a_work_of_unknown_length_tells_what_is_done_and_the_rate(clock, monkeyp
 
 
 @pytest.mark.benchmark
-def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
+def test_reports_of_a_march_cost_less_than_one_percent(study):
     calls = []
     begin = time.process_time()
     solve_scene(study, "marched", progress=lambda *counts: calls.append(counts))
@@ -143,7 +143,7 @@ def test_a_march_tells_so_seldom_that_it_costs_less_than_one_percent(study):
 @pytest.mark.benchmark
 @pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
 def test_progress_costs_less_than_one_percent(stream, clock, monkeypatch):
-    """A word of progress every 10 ms, the quickest rows; in each half second one word is drawn."""
+    """One call every 10 ms, as by the fastest rows; the bar is drawn every half second."""
     monkeypatch.setenv("TERM", "xterm")
     with show_progress("response", stream=stream) as on_progress:
         clock[0] = 1e-3

@@ -1,4 +1,4 @@
-"""What the workflow's rules are told of the studies of a call."""
+"""The studies of a call, as the rules of the workflow read them."""
 
 from types import SimpleNamespace
 
@@ -48,15 +48,15 @@ def job(study: str, scene: str) -> SimpleNamespace:
         (["--report", "results.html", "figures_none:"], set()),
     ],
 )
-def test_a_study_on_no_list_is_read_where_a_file_of_it_is_asked_for(folder, arguments, more):
+def test_a_study_on_no_list_is_read_if_a_file_of_it_is_requested(folder, arguments, more):
     run = read_run(None, {}, arguments)
     assert set(run.studies) == {"first", "second"} | more
     assert run.default == ("first", "second")
 
 
 def test_the_command_line_names_files_and_the_folder_of_results(folder):
-    given = {"studies": [str(folder / "config/third.yaml"), "first"], "results": "made"}
-    run = read_run(None, given, ["made/second/one.nc"])
+    settings = {"studies": [str(folder / "config/third.yaml"), "first"], "results": "made"}
+    run = read_run(None, settings, ["made/second/one.nc"])
     assert list(run.studies) == ["third", "first", "second"]
     assert run.report("third") == "made/third/report.pdf"
     with pytest.raises(PlanError, match="--config: must be studies or results, got result "):
@@ -79,7 +79,7 @@ def test_long_work_comes_first(folder):
     run = read_run(None, {})
     at = {name: run.priority(job("first", name)) for name in ("race", "cases", "wide", "one")}
     assert at["race"] == FIRST > at["cases"] > at["wide"] >= at["one"] >= len(run.plans["first"])
-    # one that is solved in shards takes a core for each, and never as many as a measurement
+    # a scene in shards takes one core for each, so it need not start before a measurement
     assert FIRST > run.priority(job("second", "wide")) > at["cases"]
 
 
@@ -91,7 +91,7 @@ def test_a_long_sweep_is_cut_into_shards(folder):
     assert run.shard_sidecars(wide)[0] == "results/second/shards/wide/0001.json"
 
 
-def test_a_folder_that_takes_no_file_is_told_of_and_one_that_does_is_made(tmp_path):
+def test_a_folder_that_cannot_be_written_is_reported_and_another_one_created(tmp_path):
     check_writable(str(tmp_path / "new" / "results"))
     assert list(tmp_path.joinpath("new/results").iterdir()) == []
     tmp_path.joinpath("file").touch()

@@ -1,4 +1,4 @@
-"""How sweeps are cut: shards are short enough, blocks small enough, and no job that solves one holds much."""
+"""Shards and blocks of sweeps stay within their limits of time and memory."""
 
 import json
 import re
@@ -38,7 +38,7 @@ print(peak_memory())
 
 
 def study_of(grid: dict, R: float, points: int | None = None, **keys: object) -> dict:
-    """A study of one sweep over values from, to, so many (or `points` of each)."""
+    """A study of one sweep; `grid` gives start, stop and number of points, which `points` replaces."""
     over = {
         name: {"start": start, "stop": stop, "points": points or count}
         for name, (start, stop, count) in grid.items()
@@ -51,8 +51,8 @@ def study_of(grid: dict, R: float, points: int | None = None, **keys: object) ->
     }
 
 
-def sweep_of(*given: object, **keys: object) -> SweepScene:
-    return parse_study(study_of(*given, **keys)).scene("s")
+def sweep_of(*arguments: object, **keys: object) -> SweepScene:
+    return parse_study(study_of(*arguments, **keys)).scene("s")
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
@@ -90,14 +90,14 @@ def test_rows_take_no_more_memory_than_planned(grid, R, keys):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("R1: 0.7", "R1: 0.6", "R1 of every row differs from the study (must be 0.7, got 0.6)"),
         ("[1, 1.5, 2]", "[1, 1.4, 2]", "nu of row 1 differs from the study (must be 1.5, got 1.4)"),
     ],
 )
-def test_shards_of_other_parameters_are_not_joined(old, new, told, tmp_path):
-    """Even where all of them agree, and their attributes are those of the study."""
+def test_shards_of_other_parameters_are_not_joined(old, new, message, tmp_path):
+    """Even if the shards agree with each other and their attributes are those of the study."""
     text = (
         "{title: t, exciter: {l: 0.5, h: 0.2, R1: 0.7},"
         " scenes: {s: {kind: sweep, over: {f: [0.2, 1], nu: [1, 1.5, 2]}}}}"
@@ -106,15 +106,15 @@ def test_shards_of_other_parameters_are_not_joined(old, new, told, tmp_path):
     (tmp_path / "other.yaml").write_text(text.replace(old, new))
     study, other = load_study(tmp_path / "t.yaml"), load_study(tmp_path / "other.yaml")
     shards, target = [tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "s.nc"
-    for number, shard in enumerate(shards, 1):
-        solve_to_file(other, "s", shard, (number, 2), 1)
+    for index, shard in enumerate(shards, 1):
+        solve_to_file(other, "s", shard, (index, 2), 1)
         write(read(shard).assign_attrs(origin(study, study.scene("s"))), shard)
     remedy = "recompute this shard (delete it and rerun; only missing files are recomputed)"
-    with pytest.raises(StoreError, match=re.escape(f"1.nc: {told}: {remedy}")):
+    with pytest.raises(StoreError, match=re.escape(f"1.nc: {message}: {remedy}")):
         join_to_file(study, "s", shards, target)
     assert not target.exists()
-    for number, shard in enumerate(shards, 1):
-        solve_to_file(study, "s", shard, (number, 2), 1)
+    for index, shard in enumerate(shards, 1):
+        solve_to_file(study, "s", shard, (index, 2), 1)
     join_to_file(study, "s", shards, target)
 
 
@@ -132,7 +132,7 @@ def test_shards_of_other_parameters_are_not_joined(old, new, told, tmp_path):
     ],
 )
 def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, monkeypatch):
-    """Long shards of what takes much memory: slow forces, hard supports, every output, an accuracy."""
+    """Long shards that need much memory: slow forces, hard supports, every output, an accuracy."""
     monkeypatch.setenv(sharding.SHARD_VARIABLE, "300")
     study = tmp_path / "t.yaml"
     study.write_text(json.dumps(study_of(grid, R, **keys)))

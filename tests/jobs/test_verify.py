@@ -1,4 +1,4 @@
-"""Datasets computed again from what they say of their origin: what is the same, and each way not to be."""
+"""Verification of datasets: equal ones, and every way in which one can differ."""
 
 import json
 import shutil
@@ -43,7 +43,7 @@ SCENES = ("cases", "costs", "curves", "followed", "forced", "free", "race", "res
 
 @pytest.fixture(scope="module")
 def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results of every kind of scene, far from the study they were made of."""
+    """Results of every kind of scene, moved away from their study."""
     folder = tmp_path_factory.mktemp("solved")
     file = folder / "tiny.yaml"
     file.write_text(STUDY)
@@ -58,7 +58,7 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def results(solved: Path, tmp_path: Path) -> Path:
-    """A copy to be changed at will."""
+    """A copy that a test may change."""
     return Path(shutil.copytree(solved, tmp_path / "results"))
 
 
@@ -69,30 +69,30 @@ def run(*arguments: object) -> int:
 
 
 def changed(path: Path, **attrs: str) -> None:
-    """Write other attributes into a whole file; its checksum is right again."""
+    """Change attributes of a file and renew its checksum."""
     write(read(path).assign_attrs(attrs), path)
 
 
 def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
     assert run(solved, "--seed", 1) == 0
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for name, checked in zip(
         SCENES,
         ("all 2 cases", "all 2 motions", "all of it", "all 12 rows", "all of it", "all 4 amplitudes",
          "all 6 runs", "all 6 rows"),
         strict=True,
     ):  # fmt: skip
-        assert f"{name}: {checked}: same, bit for bit\n" in said
-    assert "not compared: times" in said
-    assert said.endswith("sample: --rows 100 --seed 1\n")
+        assert f"{name}: {checked}: same, bit for bit\n" in printed
+    assert "not compared: times" in printed
+    assert printed.endswith("sample: --rows 100 --seed 1\n")
 
 
 def test_a_sample_is_of_whole_chains_and_repeated_by_its_seed(solved):
-    def told(seed: int) -> list[str]:
+    def verdicts(seed: int) -> list[str]:
         return [str(verdict) for verdict in verify(solved, rows=2, seed=seed)]
 
-    assert told(7) == told(7)
-    assert {line.splitlines()[0] for line in told(7)} >= {
+    assert verdicts(7) == verdicts(7)
+    assert {line.splitlines()[0] for line in verdicts(7)} >= {
         "followed: 4 of 12 rows: same, bit for bit",
         "response: 2 of 6 rows: same, bit for bit",
         "free: 2 of 4 amplitudes: same, bit for bit",
@@ -113,30 +113,30 @@ def test_one_changed_bit_is_found_though_the_checksum_is_right(scene, quantity, 
     path = results / f"{scene}.nc"
     dataset = read(path)
     values = dataset[quantity].values.copy()
-    place = tuple(int(at) for at in np.argwhere(np.isfinite(values))[-1])
-    values[place] = np.nextafter(values[place], np.inf)
+    index = tuple(int(i) for i in np.argwhere(np.isfinite(values))[-1])
+    values[index] = np.nextafter(values[index], np.inf)
     write(
         dataset.assign({quantity: (dataset[quantity].dims, values, dataset[quantity].attrs)}), path
     )
     assert run(results) == 1
-    said = capsys.readouterr().out
-    assert f"{scene}: " in said
-    assert f"  {quantity}" in said
-    assert "in the file" in said
-    assert said.count("same, bit for bit") == len(SCENES) - 1
+    printed = capsys.readouterr().out
+    assert f"{scene}: " in printed
+    assert f"  {quantity}" in printed
+    assert "in the file" in printed
+    assert printed.count("same, bit for bit") == len(SCENES) - 1
 
 
-def test_a_damaged_file_is_told_and_the_others_are_verified(results, capsys):
+def test_a_damaged_file_is_reported_and_the_others_are_verified(results, capsys):
     whole = (results / "free.nc").read_bytes()
     (results / "free.nc").write_bytes(whole[:-5])
     flipped = bytearray((results / "forced.nc").read_bytes())
     flipped[len(flipped) // 2] ^= 1
     (results / "forced.nc").write_bytes(flipped)
     assert run(results) == 1
-    said = capsys.readouterr().out
-    assert "free.nc: is truncated" in said
-    assert "forced.nc: is damaged (its checksum does not match)" in said
-    assert said.count("same, bit for bit") == len(SCENES) - 2
+    printed = capsys.readouterr().out
+    assert "free.nc: is truncated" in printed
+    assert "forced.nc: is damaged (its checksum does not match)" in printed
+    assert printed.count("same, bit for bit") == len(SCENES) - 2
 
 
 def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
@@ -144,12 +144,12 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     versions = json.loads(read(path).attrs["versions"]) | {"numba": "0.1"}
     changed(path, kernel_hash="0123456789abcdef", versions=json.dumps(versions), machine="z80")
     assert run(path) == 0
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert (
-        "differences are possible on this system: kernel hash was 0123456789abcdef, here " in said
+        "differences are possible on this system: kernel hash was 0123456789abcdef, here " in printed
     )
-    assert "machine was z80, here " in said
-    assert "numba was 0.1, here " in said
+    assert "machine was z80, here " in printed
+    assert "numba was 0.1, here " in printed
 
     dataset = read(path)
     write(dataset.assign(displacement=dataset["displacement"] + 1), path)
@@ -157,7 +157,7 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     assert "differences are expected on this system: kernel hash was" in capsys.readouterr().out
 
 
-def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsys):
+def test_a_joined_dataset_names_the_machines_that_solved_it(tmp_path, capsys):
     file, shards = tmp_path / "tiny.yaml", [tmp_path / "1.nc", tmp_path / "2.nc"]
     file.write_text(STUDY)
     study = load_study(file)
@@ -166,10 +166,10 @@ def test_a_dataset_joined_here_tells_the_machines_that_solved_it(tmp_path, capsy
     changed(shards[1], machine="z80")
     join_to_file(study, "response", shards, tmp_path / "response.nc")
     assert run(tmp_path / "response.nc") == 0
-    said = capsys.readouterr().out
-    assert "response: all 6 rows: same, bit for bit" in said
-    assert "machine was " in said
-    assert " and z80, here " in said
+    printed = capsys.readouterr().out
+    assert "response: all 6 rows: same, bit for bit" in printed
+    assert "machine was " in printed
+    assert " and z80, here " in printed
     assert run(shards[0]) == 0
     assert "1: not verified\n  not compared: is a shard" in capsys.readouterr().out
 
@@ -193,16 +193,16 @@ def test_an_origin_that_contradicts_itself_is_a_fault(attrs, words, results, cap
 def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
     write(xr.Dataset({"displacement_end": ((), 0.25)}), tmp_path / "bare.nc")
     assert run(tmp_path) == 0
-    said = capsys.readouterr().out
-    assert "bare: not verified" in said
-    assert "contains no study text, so it cannot be recomputed" in said
+    printed = capsys.readouterr().out
+    assert "bare: not verified" in printed
+    assert "contains no study text, so it cannot be recomputed" in printed
 
 
-@pytest.mark.parametrize("place", ["absent", "empty"])
-def test_no_study_is_one_message_and_exit_code_2(place, tmp_path, capsys):
+@pytest.mark.parametrize("folder", ["absent", "empty"])
+def test_no_study_is_one_message_and_exit_code_2(folder, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
-    assert run(tmp_path / place) == 2
-    said = capsys.readouterr()
-    assert not said.out
-    assert place in said.err
-    assert "solve the study first" in said.err
+    assert run(tmp_path / folder) == 2
+    printed = capsys.readouterr()
+    assert not printed.out
+    assert folder in printed.err
+    assert "solve the study first" in printed.err

@@ -1,4 +1,4 @@
-"""A project of its own for each test: a copy of package and workflow, and a study of seconds."""
+"""A project for each test: a copy of the workflow, and a study that takes seconds."""
 
 import os
 import re
@@ -31,7 +31,7 @@ scenes:
 
 @dataclass
 class Project:
-    """A folder with the workflow in it."""
+    """A folder that contains the workflow."""
 
     folder: Path
 
@@ -39,12 +39,12 @@ class Project:
         return self.folder.joinpath(*names)
 
     def copied(self, folder: Path, *left_out: str) -> "Project":
-        """Return a copy without the files and folders of the names left out."""
+        """Return a copy without the files and folders of some names."""
         ignored = shutil.ignore_patterns(*left_out)
         return Project(Path(shutil.copytree(self.folder, folder, ignore=ignored)))
 
     def own_package(self) -> None:
-        """Give the project a package of its own to edit; its kernels would have to be compiled."""
+        """Copy the package into the project, to be edited there; its kernels are not compiled."""
         copy(REPOSITORY / "vibropipe", self.folder / "vibropipe")
 
     def edit(self, name: str, old: str, new: str) -> None:
@@ -53,16 +53,16 @@ class Project:
         self.path(name).write_text(text.replace(old, new))
 
     def snakemake(self, *arguments: str, code: int = 0, **environment: str) -> str:
-        """Run snakemake and return all that it says."""
+        """Run snakemake, check its exit code and return its output."""
         process = self.start(*arguments, **environment)
-        said, _ = process.communicate()
-        assert process.returncode == code, said
-        return said
+        printed, _ = process.communicate()
+        assert process.returncode == code, printed
+        return printed
 
     def start(self, *arguments: str, **environment: str) -> subprocess.Popen:
-        """Start snakemake in a session of its own; nothing can be fetched from anywhere."""
+        """Start snakemake in its own session and without a network."""
         nowhere = "http://127.0.0.1:9"
-        # a package of its own is found before the installed one
+        # a package in the project is imported instead of the repository's
         path = str(self.folder if self.path("vibropipe").is_dir() else REPOSITORY)
         proxies = {"http_proxy": nowhere, "https_proxy": nowhere}
         return subprocess.Popen(
@@ -77,10 +77,10 @@ class Project:
         )
 
     def planned(self, *arguments: str, **environment: str) -> set[str]:
-        """Return what the next run would do, job by job."""
-        said = self.snakemake("--dry-run", *arguments, **environment)
-        assert "Nothing to be done" in said or "This was a dry-run" in said
-        return set(re.findall(r"^Job \d+: (?:tiny: )?(.+)$", said, re.MULTILINE))
+        """Return the jobs of the next run."""
+        printed = self.snakemake("--dry-run", *arguments, **environment)
+        assert "Nothing to be done" in printed or "This was a dry-run" in printed
+        return set(re.findall(r"^Job \d+: (?:tiny: )?(.+)$", printed, re.MULTILINE))
 
 
 def copy(source: Path, target: Path) -> None:
@@ -92,7 +92,7 @@ def copy(source: Path, target: Path) -> None:
 
 @pytest.fixture(scope="session")
 def fresh(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """A project in which nothing has run."""
+    """A project before its first run."""
     folder = tmp_path_factory.mktemp("fresh")
     for name in COPIED:
         copy(REPOSITORY / name, folder / name)
@@ -104,7 +104,7 @@ def fresh(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 @pytest.fixture(scope="session")
 def finished(fresh: Project, tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """A project in which everything has run once."""
+    """A project after a complete run."""
     folder = tmp_path_factory.mktemp("finished") / "project"
     shutil.copytree(fresh.folder, folder)
     project = Project(folder)
@@ -114,7 +114,7 @@ def finished(fresh: Project, tmp_path_factory: pytest.TempPathFactory) -> Projec
 
 @pytest.fixture
 def project(finished: Project, tmp_path: Path) -> Project:
-    """A copy of the finished project, to be changed at will; times of files are kept."""
+    """A copy of the finished project with the modification times of its files."""
     folder = tmp_path / "project"
     shutil.copytree(finished.folder, folder)
     return Project(folder)

@@ -1,4 +1,4 @@
-"""One call makes all that an edit asks for, and nothing else: each edit a user may come to on her second day."""
+"""One call makes what an edit requires, and nothing else, for the edits that a user makes to a finished study."""
 
 import re
 import shutil
@@ -19,33 +19,33 @@ THIRD = "  third: {kind: motion, tau_end: 6, samples_per_period: 16}\n"
 
 
 def stamps(project) -> dict[str, int]:
-    """Return the time of each dataset, report and folder of figures."""
-    found = {}
+    """Return the modification time of each dataset, report and folder of figures."""
+    times = {}
     for path in project.path("results").rglob("*"):
         study = path.relative_to(project.path("results")).parts[0]
         if path.suffix == ".nc":
-            found[f"{study}/{path.stem}"] = path.stat().st_mtime_ns
+            times[f"{study}/{path.stem}"] = path.stat().st_mtime_ns
         elif path.name == "report.pdf":
-            found[f"{study}/report"] = path.stat().st_mtime_ns
+            times[f"{study}/report"] = path.stat().st_mtime_ns
         elif path.suffix == ".svg":
-            newest = max(found.get(f"{study}/figures", 0), path.stat().st_mtime_ns)
-            found[f"{study}/figures"] = newest
-    return found
+            newest = max(times.get(f"{study}/figures", 0), path.stat().st_mtime_ns)
+            times[f"{study}/figures"] = newest
+    return times
 
 
 def made(project, *arguments: str) -> set[str]:
-    """Run snakemake once and return what it made, by its own words and by the files; nothing may be left to do."""
+    """Run snakemake once and return what it made, by its summary and by the files; check that nothing is left to do."""
     before = stamps(project)
-    said = project.snakemake(*arguments)
+    printed = project.snakemake(*arguments)
     after = stamps(project)
     new = {name for name, stamp in after.items() if stamp != before.get(name)}
-    told = {
+    reported = {
         f"{study}/{part}"
-        for study, parts in re.findall(r"^(\w+): made ([^;(]*)", said, re.MULTILINE)
+        for study, parts in re.findall(r"^(\w+): made ([^;(]*)", printed, re.MULTILINE)
         for part in parts.strip().split(", ")
     }
-    assert told == new
-    for path in re.findall(r"\((\S+\.pdf)\)", said):
+    assert reported == new
+    for path in re.findall(r"\((\S+\.pdf)\)", printed):
         assert project.path(path).is_file()
     assert project.planned(*arguments) == set()
     return new
@@ -129,9 +129,9 @@ def test_a_study_that_was_removed_is_left_as_it_is(project):
     project.path("config/second.yaml").write_text(SECOND)
     project.edit("config/config.yaml", "[tiny]", "[second]")
     before = stamps(project)
-    said = project.snakemake()
+    printed = project.snakemake()
     assert {name: stamps(project)[name] for name in before} == before
-    assert "tiny" not in said.split("Select jobs")[-1]
+    assert "tiny" not in printed.split("Select jobs")[-1]
 
 
 def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
@@ -142,8 +142,8 @@ def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
     project.path("old").mkdir()
     for name in ("forced.nc", "forced.json"):
         shutil.copy2(project.path("results/tiny", name), project.path("old", name))
-    said = project.snakemake("results/tiny/forced.nc", code=1)
-    assert "some requested files are missing" in said
-    assert "tiny: not made: forced (" in said
-    assert "results/tiny/forced.nc" in said
-    assert "Traceback" not in said
+    printed = project.snakemake("results/tiny/forced.nc", code=1)
+    assert "some requested files are missing" in printed
+    assert "tiny: not made: forced (" in printed
+    assert "results/tiny/forced.nc" in printed
+    assert "Traceback" not in printed

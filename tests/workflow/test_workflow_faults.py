@@ -1,4 +1,4 @@
-"""Runs that are interrupted or killed: rerun, they give the undisturbed dataset and do nothing twice."""
+"""Interrupted and killed runs: a rerun gives the undisturbed dataset and repeats no finished job."""
 
 import os
 import random
@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from sharded_study import SHARDS, STUDY, said_until
+from sharded_study import SHARDS, STUDY, read_until
 
 OFTEN = {"VIBROPIPE_SHARD_SECONDS": "0.01"}
 TARGET = "results/tiny/response.nc"
@@ -20,45 +20,45 @@ MOMENTS = 20
 
 @pytest.fixture(scope="module")
 def undisturbed(fresh, tmp_path_factory):
-    """A project with its sweep solved in shards, and the seconds that took."""
+    """A project with its sweep solved in shards, and the time this took in seconds."""
     project = fresh.copied(tmp_path_factory.mktemp("undisturbed") / "project")
     project.path("config/tiny.yaml").write_text(STUDY)
     project.snakemake(TARGET)  # its kernels are compiled, for all projects
     shutil.rmtree(project.path("results"))
     begin = time.perf_counter()
-    said = project.snakemake("--notemp", TARGET, **OFTEN)
-    assert len(jobs(said, "Finished")) == SHARDS + 1
+    printed = project.snakemake("--notemp", TARGET, **OFTEN)
+    assert len(jobs(printed, "Finished")) == SHARDS + 1
     return project, time.perf_counter() - begin
 
 
 @pytest.fixture
 def unsolved(undisturbed, tmp_path):
-    """A project with compiled kernels and nothing else done."""
+    """A project with compiled kernels and no results."""
     return undisturbed[0].copied(tmp_path / "project", ".snakemake", "tiny", "logs")
 
 
-def jobs(said: str, which: str) -> set[str]:
-    """Return the jobs that snakemake says it started or finished."""
-    names = dict(re.findall(r"^Job (\d+): tiny: (.+)$", said, re.MULTILINE))
+def jobs(printed: str, which: str) -> set[str]:
+    """Return the jobs that snakemake reports as started or finished."""
+    names = dict(re.findall(r"^Job (\d+): tiny: (.+)$", printed, re.MULTILINE))
     if which == "Started":
         return set(names.values())
-    done = re.findall(r"^Finished jobid: (\d+) ", said, re.MULTILINE)
+    done = re.findall(r"^Finished jobid: (\d+) ", printed, re.MULTILINE)
     return {names[job] for job in done if job in names}
 
 
 def processes_of(process: subprocess.Popen) -> list[int]:
-    """Return the processes that a snakemake started, jobs before their shells; none of anybody else."""
-    found = []
+    """Return the processes in the session of a snakemake, jobs before their shells."""
+    processes = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit() and int(entry.name) != process.pid:
             with suppress(ProcessLookupError):
                 if os.getsid(int(entry.name)) == process.pid:
-                    found.append(int(entry.name))
-    return sorted(found, reverse=True)
+                    processes.append(int(entry.name))
+    return sorted(processes, reverse=True)
 
 
 def kill(process: subprocess.Popen, target: str, chosen: random.Random) -> None:
-    """SIGKILL a job, snakemake, or both with everything they started."""
+    """Send SIGKILL to a job, to snakemake, or to all processes of the run."""
     own = processes_of(process)
     victims = {
         "job": [chosen.choice(own)] if own else [],
@@ -70,14 +70,14 @@ def kill(process: subprocess.Popen, target: str, chosen: random.Random) -> None:
             os.kill(victim, signal.SIGKILL)
 
 
-def go_on(project) -> str:
-    """Give the command again, and do what it asks for; return what the run says that did the work."""
+def resume(project) -> str:
+    """Repeat the command, unlock the folder if required, and return the output of the run that did the work."""
     process = project.start("--notemp", TARGET, **OFTEN)
-    said, _ = process.communicate()
+    printed, _ = process.communicate()
     if process.returncode == 0:
-        return said
-    assert "--unlock" in said
-    assert "Traceback" not in said
+        return printed
+    assert "--unlock" in printed
+    assert "Traceback" not in printed
     project.snakemake("--unlock", **OFTEN)
     return project.snakemake("--notemp", TARGET, **OFTEN)
 
@@ -90,7 +90,7 @@ def wait_for_orphans(process: subprocess.Popen) -> None:
 
 
 def check_whole(project, undisturbed) -> None:
-    """See that the dataset is the undisturbed one, bit for bit, and that nothing else was left."""
+    """Check that the dataset equals the undisturbed one bit for bit, and that no leftovers exist."""
     assert project.path(TARGET).read_bytes() == undisturbed.path(TARGET).read_bytes()
     left = [path.name for path in project.path("results").rglob("*") if path.is_file()]
     assert not [name for name in left if name.endswith(".part")]
@@ -99,20 +99,20 @@ def check_whole(project, undisturbed) -> None:
 
 
 def disturbed(project, undisturbed, target: str, moment: float, seed: int) -> None:
-    """Kill at a moment, give the command again, and compare."""
+    """Kill processes at some moment, repeat the command, and compare the results."""
     process = project.start("--notemp", TARGET, **OFTEN)
     time.sleep(moment)
     kill(process, target, random.Random(seed))
-    said, _ = process.communicate()
-    again = go_on(project)
-    assert not jobs(said, "Finished") & jobs(again, "Started")
+    printed, _ = process.communicate()
+    resumed = resume(project)
+    assert not jobs(printed, "Finished") & jobs(resumed, "Started")
     wait_for_orphans(process)
     check_whole(project, undisturbed)
 
 
 def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)
-    said_until("solving response", process)
+    read_until("solving response", process)
     os.killpg(process.pid, signal.SIGINT)
     last = process.stdout.read()
     assert process.wait() == 130
@@ -120,47 +120,46 @@ def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undis
         "interrupted; completed files are kept; run the same command to resume"
     ]
     assert not list(unsolved.path("results").rglob(".*.part"))
-    again = unsolved.snakemake("--notemp", TARGET, **OFTEN)
-    assert "unlock" not in again
+    resumed = unsolved.snakemake("--notemp", TARGET, **OFTEN)
+    assert "unlock" not in resumed
     check_whole(unsolved, undisturbed[0])
 
 
 def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
     shutil.rmtree(unsolved.path("results"))
     unsolved.path("results").write_text("a file where a folder should be")
-    said = unsolved.snakemake(TARGET, code=2)
-    assert "results: must be a folder, got the file results" in said
-    assert "Traceback" not in said
+    printed = unsolved.snakemake(TARGET, code=2)
+    assert "results: must be a folder, got the file results" in printed
+    assert "Traceback" not in printed
 
-    # no folder can be made there, whoever asks
+    # not even root can create a folder there
     nowhere = "studies: [tiny]\nresults: /proc/results\n"
     unsolved.path("config/config.yaml").write_text(nowhere)
-    said = unsolved.snakemake("/proc/results/tiny/response.nc", code=1)
-    assert "/proc/results: cannot be written (No such file or directory): change" in said
-    assert "Traceback" not in said
-    assert not jobs(said, "Started")
+    printed = unsolved.snakemake("/proc/results/tiny/response.nc", code=1)
+    assert "/proc/results: cannot be written (No such file or directory): change" in printed
+    assert "Traceback" not in printed
+    assert not jobs(printed, "Started")
 
 
-def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_gone_on_from(unsolved, undisturbed):
+def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_resumed(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)
-    said = said_until("Finished jobid", process)
-    os.killpg(
-        process.pid, signal.SIGSTOP
-    )  # its shards are short: it would be done before the second is refused
+    printed = read_until("Finished jobid", process)
+    # its shards are short: it would be done before the second run is refused
+    os.killpg(process.pid, signal.SIGSTOP)
     second = unsolved.snakemake("--notemp", TARGET, code=1, **OFTEN)
     assert "cannot be locked" in second
     assert "--unlock" in second
     assert "Traceback" not in second
     kill(process, "everything", random.Random(0))
-    said += process.stdout.read()
+    printed += process.stdout.read()
     process.wait()
-    # writers on another machine, of this cut and of another one: whether they still run cannot be asked
+    # leftovers of another machine, of this cut and of another one: whether their writers still run is unknown
     for name in (".0002.nc.node-7.12.part", ".0009.nc.node-7.12.part"):
         unsolved.path("results/tiny/shards/response", name).write_bytes(b"half")
-    again = go_on(unsolved)
-    finished = jobs(said, "Finished")
+    resumed = resume(unsolved)
+    finished = jobs(printed, "Finished")
     assert finished
-    assert not finished & jobs(again, "Started")
+    assert not finished & jobs(resumed, "Started")
     check_whole(unsolved, undisturbed[0])
 
 

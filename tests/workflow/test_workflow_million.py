@@ -1,4 +1,4 @@
-"""A study of a million points goes from YAML to PDF, whatever its rows are like."""
+"""A study of a million points goes from YAML to PDF, with unresolved rows among its points."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
-# One of its rows ended shard, job and study before.
+# One of its rows once ended its shard, its job and the study.
 STUDY = """\
 title: A million points
 exciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}
@@ -44,7 +44,7 @@ def test_a_million_points_from_yaml_to_pdf(fresh: Any, tmp_path: Path) -> None:
     np.testing.assert_array_equal(orbit, m > 0)
     np.testing.assert_array_equal(orbit, status == Status.OK)
     assert orbit.mean() > 0.85
-    # Motions that still grow after 1,000 periods.
+    # motions that still grow after 1,000 periods
     unresolved = int((regime == Regime.UNRESOLVED).sum())
     assert unresolved < 100
     assert json.loads((folder / "regimes.json").read_text())["unresolved"] == unresolved

@@ -1,4 +1,4 @@
-"""Only what changed is computed again."""
+"""A rerun computes only what has changed."""
 
 import os
 import time

@@ -1,4 +1,4 @@
-"""What the workflow makes, and what it says before and instead."""
+"""The results of the workflow, its messages before a run, and its messages in place of a run."""
 
 import json
 import re
@@ -29,13 +29,13 @@ def test_a_single_output_is_made_by_its_name(fresh):
     assert fresh.planned("results/tiny/forced.nc") == {"solving forced"}
 
 
-def test_a_dry_run_tells_the_cost_of_each_study(fresh):
-    said = fresh.snakemake("--dry-run")
-    assert re.search(r"^response +sweep +3 f x 4 nu +exact, nu down ", said, re.MULTILINE)
-    assert re.search(r"^3 scenes, 14 rows, roughly < 1 s of work", said, re.MULTILINE)
+def test_a_dry_run_prints_the_cost_of_each_study(fresh):
+    printed = fresh.snakemake("--dry-run")
+    assert re.search(r"^response +sweep +3 f x 4 nu +exact, nu down ", printed, re.MULTILINE)
+    assert re.search(r"^3 scenes, 14 rows, roughly < 1 s of work", printed, re.MULTILINE)
 
 
-def test_shards_solved_apart_make_the_same_dataset(project):
+def test_shards_make_the_same_dataset(project):
     whole = read(project.path("results/tiny/response.nc"))
     often = {"VIBROPIPE_SHARD_SECONDS": "1e-6"}
     jobs = {f"solving response, shard {shard}/3" for shard in (1, 2, 3)}
@@ -62,21 +62,21 @@ def test_a_bad_study_stops_before_any_job(fresh, tmp_path):
     text = fresh.path("config/tiny.yaml").read_text()
     (tmp_path / "tiny.yaml").write_text(text.replace("tau_end: 20", "tau_ende: 20"))
     (tmp_path / "config.yaml").write_text("studies: [tiny]\n")
-    said = fresh.snakemake("--configfile", str(tmp_path / "config.yaml"), code=2)
+    printed = fresh.snakemake("--configfile", str(tmp_path / "config.yaml"), code=2)
     with pytest.raises(StudyError) as error:
         load_study(tmp_path / "tiny.yaml")
-    assert said.splitlines()[1:] == f"vibropipe: {error.value}".splitlines()
+    assert printed.splitlines()[1:] == f"vibropipe: {error.value}".splitlines()
     assert not fresh.path("results").exists()
 
 
-def test_a_study_that_is_not_there_is_told_by_its_file(fresh):
-    said = fresh.snakemake("results/mine/report.pdf", code=2)
-    assert "config/mine.yaml" in said
-    assert "Traceback" not in said
+def test_a_missing_study_is_named_by_its_file(fresh):
+    printed = fresh.snakemake("results/mine/report.pdf", code=2)
+    assert "config/mine.yaml" in printed
+    assert "Traceback" not in printed
 
 
-def test_options_on_the_command_line_are_taken_or_refused(fresh):
-    said = fresh.snakemake("--dry-run", "--config", "results=elsewhere")
-    assert "tiny: solving forced" in said
-    said = fresh.snakemake("--dry-run", "--config", "result=elsewhere", code=2)
-    assert "vibropipe: --config result: must be studies or results" in said
+def test_options_on_the_command_line_are_used_or_rejected(fresh):
+    printed = fresh.snakemake("--dry-run", "--config", "results=elsewhere")
+    assert "tiny: solving forced" in printed
+    printed = fresh.snakemake("--dry-run", "--config", "result=elsewhere", code=2)
+    assert "vibropipe: --config result: must be studies or results" in printed

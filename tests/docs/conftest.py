@@ -1,4 +1,4 @@
-"""The results that snippets of the documents query: a coarse regime map, and the study of the tutorial."""
+"""Results that the snippets of the documents query: a coarse regime map, and the study of the tutorial."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents of the project: their code blocks, links, headings and what stands in backticks."""
+"""The documents of the project: their code blocks, links, headings and texts in backticks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OUTPUT = re.compile(r"\n\n```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 class Block(NamedTuple):
-    """A code block; `output` is the text block right behind it, or None."""
+    """A code block; `output` is the text block that follows it, or None."""
 
     page: str
     line: int
@@ -66,7 +66,7 @@ class Page:
 
     @property
     def quoted(self) -> list[str]:
-        """What stands in backticks in the prose, line breaks as blanks."""
+        """Texts in backticks in the prose, with spaces for line breaks."""
         return [" ".join(text.split()) for text in re.findall(r"`([^`]+)`", self.prose)]
 
 

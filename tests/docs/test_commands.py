@@ -24,7 +24,7 @@ STUDIES = {path.stem for path in (ROOT / "config").glob("*.yaml")}
 
 
 def vibropipe(arguments: list[str], whole: bool) -> None:
-    """The command line's own parser takes it; in a sentence, arguments may be left out."""
+    """Check arguments by the parser of the command line; within a sentence, required ones may be missing."""
     group = get_command(app)
     name, *rest = arguments
     if name.startswith("--"):
@@ -90,7 +90,7 @@ CHECKS: dict[str, Callable[[list[str], bool], None]] = {
     ".": lambda arguments, whole: None,
 } | dict.fromkeys(("ruff", "mypy", "lint-imports", "snakefmt", "uv"), tool)
 INLINE = ("vibropipe", "snakemake", "pytest", "python")
-# What takes long or is run by other tests.
+# Commands that take long or are run by other tests.
 NOT_RUN = ("new", "run", "bench")
 
 
@@ -109,7 +109,7 @@ def test_commands_of_a_block(block: Block) -> None:
 
 
 def quick_commands() -> list[str]:
-    """The commands of the package in the order of the documents, each once."""
+    """Return the commands of the package in the order of the documents, each once."""
     lines = [line for block in all_blocks("bash") for line in block.text.splitlines()]
     quick = [
         line for line in lines if line.startswith("vibropipe ") and line.split()[1] not in NOT_RUN
@@ -118,7 +118,7 @@ def quick_commands() -> list[str]:
 
 
 def test_quick_commands_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One after another in one folder, since a join needs the shards that were solved before it."""
+    """In order, in one folder, since a join needs the shards solved before it."""
     monkeypatch.chdir(folder)
     assert len(quick_commands()) >= 8
     for line in quick_commands():

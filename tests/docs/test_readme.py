@@ -1,4 +1,4 @@
-"""The README is short, its queries answer what their comments say, its two commands are those of the checks."""
+"""The README is short, its queries return what their comments state, its two commands are those of the checks."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ def test_it_is_short() -> None:
     assert len(README.text.splitlines()) <= 150
 
 
-def test_the_queries_answer_what_their_comments_say(
+def test_the_queries_return_what_their_comments_state(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
     names: dict = {}
     exec(README.blocks("python")[0].text, names)
     rows = names["rows"].compute()
-    known = [
-        np.nanmax(rows.impact_velocity_max.values[place])
-        for place in np.ndindex(rows.regime.shape)
-        if rows.period_multiple.values[place] == 1
-        and (rows.impacts_per_orbit.values[place] == 1).all()
-        and rows.stable.values[place] == 1
+    velocities = [
+        np.nanmax(rows.impact_velocity_max.values[index])
+        for index in np.ndindex(rows.regime.shape)
+        if rows.period_multiple.values[index] == 1
+        and (rows.impacts_per_orbit.values[index] == 1).all()
+        and rows.stable.values[index] == 1
     ]
-    assert names["hardest"].max().item() == max(known)
+    assert names["hardest"].max().item() == max(velocities)
     doubled = names["doubled"]
     twice = rows.period_multiple == 2
     assert twice.any()

@@ -1,4 +1,4 @@
-"""What the tests compare with: closed forms, patient marches, and how sharp a comparison can be."""
+"""References for tests: closed forms, motions of the oracle with their sensitivity to rounding, long marches."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from textbook import Parameters, digits
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 ULP = 2.0**-52
-SMALL = 1e-30  # relative nudge that shows how far roundings of the input move a motion
+SMALL = 1e-30  # relative perturbation that shows how far rounding of the input moves a motion
 # the exact method, and Newmark's with coarse and fine steps
 METHODS: list[dict[str, Any]] = [
     {},
@@ -66,7 +66,7 @@ def backbone_velocity(delta_over_l: float, tau_bar: float) -> float:
 
 
 class Judged(NamedTuple):
-    """A motion of the twin with what one ulp in every input does to it (inf: other events)."""
+    """A motion of the oracle, and its changes by one ulp in every input (inf: other events)."""
 
     motion: Motion
     wobble_end: tuple[float, float]
@@ -78,8 +78,8 @@ class Judged(NamedTuple):
 def judge(
     p: Parameters, tau_end: float, x0: float = 0.0, v0: float = 0.0, tau_start: float = 0.0
 ) -> Judged:
-    """March the twin, and march it again with every input nudged a little differently."""
-    # off resonance by SMALL, the closed form loses 60 digits
+    """Return a motion of the oracle with its changes by a perturbation of every input."""
+    # at a distance of SMALL from resonance the closed form loses 60 digits
     context = digits(p, 110 if p.nu == 1 and p.h == 0 else 50)
     base = Oracle(p, context).run(tau_end, x0, v0, tau_start)
     small = context.mpf(SMALL)
@@ -104,14 +104,14 @@ def judge(
 
 
 def same_events(one: Motion, two: Motion) -> bool:
-    """Whether both strike and rest in the same order on the same supports."""
+    """Return whether two motions have the same sequence of impacts and of rests."""
     impacts = ([i.support for i in motion.impacts] for motion in (one, two))
     rests = ([r.support for r in motion.rests] for motion in (one, two))
     return all(first == second for first, second in (impacts, rests))
 
 
 def ulps(difference: Any) -> float:
-    """From the effect of a nudge by SMALL to that of one ulp."""
+    """Return the change by one ulp from the change by a perturbation of SMALL."""
     return float(abs(difference) / mpmath.mpf(SMALL)) * ULP
 
 
@@ -125,29 +125,29 @@ def impacts_of(ds: Any) -> list[tuple[float, int, float, float]]:
 
 
 def rests_of(ds: Any) -> list[tuple[float, float, int]]:
-    """Rests of a dataset as (start, end, support), those released at once left out."""
+    """Rests of a dataset as (start, end, support), without those of no duration."""
     columns = ("rest_start", "rest_end", "rest_support")
     rests = zip(*(ds[name].values.tolist() for name in columns), strict=True)
     return [rest for rest in rests if rest[1] > rest[0]]
 
 
 def cut_off(p: Parameters, motion: Motion, least: float = 1e-6) -> float:
-    """A speed with no impact near it: `least` of the fastest impact, or of what the force gives."""
+    """Return a speed that no impact is close to, about `least` of the largest speed of impacts or by the force."""
     speeds = [abs(float(impact.before)) for impact in motion.impacts]
-    room = max(abs(p.upper), abs(p.lower))
-    speed = least * max([*speeds, math.sqrt((abs(p.f) + room) * room)])
+    distance = max(abs(p.upper), abs(p.lower))
+    speed = least * max([*speeds, math.sqrt((abs(p.f) + distance) * distance)])
     while any(abs(s / speed - 1) < 1e-3 for s in speeds):
         speed *= 1.01
     return speed
 
 
 def disagreements(p: Parameters, ds: Any, judged: Judged, tau_end: float) -> list[str]:
-    """Where a dataset of `vp.simulate` leaves the twin's motion, in words; empty when nowhere.
+    """Return the differences between a dataset of `vp.simulate` and the oracle's motion, as texts.
 
-    Allowed: 1e-12 of the size of the quantity, plus 100 times what one ulp of the input does. A
-    velocity is known no better than the displacements it comes from: 100 ulps of these.
+    Bound: 1e-12 of the size of the quantity plus 100 times its change by one ulp of the input; for velocities, also
+    100 ulps of the displacements that they are computed from.
     """
-    motion, found = judged.motion, []
+    motion, differences = judged.motion, []
     starts = [motion.state(start) for start, _ in motion.pieces]
     sizes = [max(abs(float(state[k])) for state in starts) for k in (0, 1)]
     sizes[1] = max([sizes[1], *(abs(float(i.before)) for i in motion.impacts)])
@@ -155,61 +155,61 @@ def disagreements(p: Parameters, ds: Any, judged: Judged, tau_end: float) -> lis
     sizes[1] = max(sizes[1], abs(float(motion.velocity_end)))
 
     def compare(what: str, got: float, want: Any, size: float, wobble: float) -> None:
-        allowed = 1e-12 * size + 100 * wobble
+        bound = 1e-12 * size + 100 * wobble
         miss = abs(float(got - want)) if math.isfinite(got) else math.inf
-        if not miss <= allowed:
+        if not miss <= bound:
             text = mpmath.nstr(want, 18)
-            found.append(f"{what}: {got!r}, twin {text}, off by {miss:.2e} > {allowed:.2e}")
+            differences.append(f"{what}: {got!r}, oracle {text}, off by {miss:.2e} > {bound:.2e}")
 
     least = cut_off(p, motion)
     rounding = sizes[0] * ULP
-    seen = [i for i in impacts_of(ds) if abs(i[2]) > least]
-    known = [(k, i) for k, i in enumerate(motion.impacts) if abs(i.before) > least]
-    if [i[1] for i in seen] != [i.support for _, i in known]:
-        found.append(f"impacts: {len(seen)} above {least:.1e}, twin {len(known)}")
-    for (tau, _, before, _), (k, impact) in zip(seen, known, strict=False):
+    computed = [i for i in impacts_of(ds) if abs(i[2]) > least]
+    expected = [(k, i) for k, i in enumerate(motion.impacts) if abs(i.before) > least]
+    if [i[1] for i in computed] != [i.support for _, i in expected]:
+        differences.append(f"impacts: {len(computed)} above {least:.1e}, oracle {len(expected)}")
+    for (tau, _, before, _), (k, impact) in zip(computed, expected, strict=False):
         compare(f"impact {k} tau", tau, impact.tau, tau_end, judged.wobble_tau[k])
         wobble = judged.wobble_velocity[k] + rounding
         compare(f"impact {k} velocity", before, impact.before, sizes[1], wobble)
-    still = rests_of(ds)
-    if [r[2] for r in still] != [r.support for r in motion.rests]:
-        found.append(f"rests: {still}, twin {[tuple(map(float, r)) for r in motion.rests]}")
-    for k, (got, rest) in enumerate(zip(still, motion.rests, strict=False)):
+    rests = rests_of(ds)
+    if [r[2] for r in rests] != [r.support for r in motion.rests]:
+        differences.append(f"rests: {rests}, oracle {[tuple(map(float, r)) for r in motion.rests]}")
+    for k, (got, rest) in enumerate(zip(rests, motion.rests, strict=False)):
         start, end = judged.wobble_rest[k]
         compare(f"rest {k} start", got[0], rest.start, tau_end, start)
         if rest.end <= tau_end:
             compare(f"rest {k} end", got[1], rest.end, tau_end, end)
         elif not got[1] >= tau_end:
-            found.append(f"rest {k} ends at {got[1]}, twin {float(rest.end)}")
+            differences.append(f"rest {k} ends at {got[1]}, oracle {float(rest.end)}")
     x, v = float(ds.displacement_end), float(ds.velocity_end)
     compare("displacement_end", x, motion.displacement_end, sizes[0], judged.wobble_end[0])
     compare("velocity_end", v, motion.velocity_end, sizes[1], judged.wobble_end[1] + rounding)
-    return found
+    return differences
 
 
-# -- patient marches ---------------------------------------------------------------------------
+# -- long marches ---------------------------------------------------------------------------
 
 
 class Orbit(NamedTuple):
-    """What a patient march ends on; period_multiple is 0 when nothing repeats."""
+    """The end of a long march; period_multiple is 0 if nothing repeats."""
 
     period_multiple: int
-    struck: tuple[float, float]  # impacts per orbit (per period when nothing repeats)
+    struck: tuple[float, float]  # impacts per orbit (per period if nothing repeats)
     strobe: tuple[float, float]
 
 
 def brute_force_orbit(
     p: Parameters, x0: float = 0.0, v0: float = 0.0, patience: int = 3000, most: int = 64
 ) -> Orbit:
-    """March `patience` periods in doubles, then see what repeats over 2 * `most` more.
+    """March `patience` periods in doubles, then find the period over 2 * `most` more.
 
     Every period starts at phase zero again, so that tau stays small and exact.
     """
-    twin, period = Oracle(p, mpmath.fp), 2 * math.pi / p.nu
+    oracle, period = Oracle(p, mpmath.fp), 2 * math.pi / p.nu
     x, v = x0, v0
     strobes, counts = [], []
     for n in range(patience + 2 * most):
-        motion = twin.run(period, x, v)
+        motion = oracle.run(period, x, v)
         x, v = motion.displacement_end, motion.velocity_end
         x = min(max(x, p.lower), p.upper)
         if n >= patience:

@@ -1,8 +1,8 @@
-"""The slow, obvious judge: textbook solutions, one event after the other, in any precision.
+"""The oracle: a second, slow and simple implementation of the model, event by event, in any precision.
 
-Nothing here is fast and nothing is shared with the package. Between events the motion is the
-textbook solution of x'' + h x' + x = f sin(nu tau), evaluated afresh for every instant. The first
-contact is approached from the left by steps too short to reach a support, because |x''| has bounds:
+It shares nothing with the package. Between events the motion is the textbook solution of
+x'' + h x' + x = f sin(nu tau), evaluated directly at every instant. The first contact is
+approached from the left by steps too short to reach a support, because |x''| has bounds:
 the transient y has y''^2 + y'''^2 never growing (y'' is itself a free damped vibration), and inside
 the supports |x| <= X, so d|v|/dtau <= -h |v| + X + |f|, so |v| never exceeds
 max(|v now|, (X + |f|)/h), so |x''| never exceeds X + |f| + max(h |v now|, X + |f|).
@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import mpmath
 from textbook import Flight, Parameters, digits
 
-MOST_EVENTS = 20_000
-GRAZING_DEPTH = 1e-14  # of the size of the room between the supports
+MAX_EVENTS = 20_000  # of one motion
+GRAZING_DEPTH = 1e-14  # of the larger distance of a support from the equilibrium
 
 
 class Impact(NamedTuple):
@@ -43,7 +43,7 @@ class Grazing(NamedTuple):
 
 @dataclass
 class Motion:
-    """A whole motion: its events, its end state, and its pieces for looking anywhere inside."""
+    """A complete motion: its events, its end state, and its pieces, which give the state at any time."""
 
     impacts: list[Impact] = field(default_factory=list)
     rests: list[Rest] = field(default_factory=list)
@@ -53,7 +53,7 @@ class Motion:
     velocity_end: Any = None
 
     def state(self, tau: Any) -> tuple[Any, Any]:
-        """Displacement and velocity at tau, after whatever happens at tau."""
+        """Displacement and velocity at tau, after an event at tau."""
         piece = self.pieces[0][1]
         for start, later in self.pieces:
             if start > tau:
@@ -69,12 +69,11 @@ def side_of(support: int) -> int:
 
 
 class Oracle:
-    """One exciter marched event by event. `run` is the only thing to call.
+    """One exciter, marched event by event; callers use `run` only.
 
-    `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts; h by as much
-    of the fastest rate, for it stands for what the roundings of each step take from the motion: from
-    one support to the same again a motion without force is the same at every scale, and all lengths
-    nudged alike tell nothing.
+    `nudge` changes nu, f, h, support 1, support 2, R1 and R2 by these relative amounts. The change of h is relative
+    to the fastest rate and represents the rounding of each step: without force, from one support back to it, a motion
+    is the same at every scale, so that equal changes of all lengths would have no effect.
     """
 
     def __init__(self, p: Parameters, context: Any = None, nudge: Sequence[Any] = (0,) * 7) -> None:
@@ -85,8 +84,8 @@ class Oracle:
         )
         self.h = c.mpf(p.h) + c.mpf(nudge[2]) * max(1, p.nu, p.h)
         self.bound, self.restitution = {1: upper, 2: lower}, {1: R1, 2: R2}
-        self.room, self.most_force = max(abs(upper), abs(lower)), abs(self.f)
-        # A chatter is followed down to flights this high (in rooms), then summed up.
+        self.half_distance, self.max_force = max(abs(upper), abs(lower)), abs(self.f)
+        # A chatter is followed down to flights of this height (in half distances), then summed up.
         is_double = c is mpmath.fp
         self.last_height = c.mpf("1e-13" if is_double else "1e-25")
         self.shortest = c.mpf(1e-15) if is_double else c.mpf(10) ** (8 - c.dps)
@@ -98,12 +97,12 @@ class Oracle:
         tau, x, v = c.mpf(tau_start), c.mpf(x0), c.mpf(v0)
         on = 1 if x == self.bound[1] else 2 if x == self.bound[2] else 0
         released = False
-        for _ in range(MOST_EVENTS):
+        for _ in range(MAX_EVENTS):
             if on and side_of(on) * v > 0:
                 v = self.reset(on, tau, v)
-            still_from = self.still_from(on, tau, v) if on and not released else None
-            if still_from is not None:
-                tau, x, v = self.lie(on, still_from)
+            rest_start = self.rest_start(on, tau, v) if on and not released else None
+            if rest_start is not None:
+                tau, x, v = self.lie(on, rest_start)
                 if tau > self.tau_end:
                     break
                 released = True
@@ -114,7 +113,7 @@ class Oracle:
             tau, on, x, v = contact
             released = False
         else:
-            raise RuntimeError(f"more than {MOST_EVENTS} events")
+            raise RuntimeError(f"more than {MAX_EVENTS} events")
         self.motion.displacement_end, self.motion.velocity_end = self.motion.state(self.tau_end)
         return self.motion
 
@@ -127,8 +126,8 @@ class Oracle:
         """Force that presses the resting mass into the support (negative: pulls it off)."""
         return side_of(on) * (self.f * self.c.sin(self.nu * tau) - self.bound[on])
 
-    def still_from(self, on: int, tau: Any, v: Any) -> Any:
-        """The instant from which the mass lies still on its support, None if it flies on."""
+    def rest_start(self, on: int, tau: Any, v: Any) -> Any:
+        """Time from which the mass rests on its support, None if it flies on."""
         pressing_force, side, R = self.pressing_force(on, tau), side_of(on), self.restitution[on]
         if v == 0:
             if pressing_force == 0:  # balanced: what comes next decides
@@ -137,11 +136,11 @@ class Oracle:
             return tau if pressing_force > 0 else None
         if pressing_force <= 0 or R == 1:
             return None
-        # The series of hops under a steady push a: flights of 2 w/a, each R times the one before.
+        # Series of hops under a constant force a: flights of 2 w/a, each R times as long as the previous one.
         left = 2 * abs(v) / (pressing_force * (1 - R))
-        small = v**2 / (2 * pressing_force) <= self.last_height * self.room
+        small = v**2 / (2 * pressing_force) <= self.last_height * self.half_distance
         steady = (
-            left * (self.most_force * self.nu + self.h * pressing_force) <= pressing_force / 1000
+            left * (self.max_force * self.nu + self.h * pressing_force) <= pressing_force / 1000
         )
         return tau + left if small and steady else None
 
@@ -154,12 +153,12 @@ class Oracle:
         return end, x, v
 
     def release(self, on: int, start: Any) -> Any:
-        """First instant at or after start at which the push falls below zero."""
+        """First time at or after start at which the pressing force falls below zero."""
         c, side = self.c, side_of(on)
-        if self.nu == 0 or abs(self.bound[on]) >= self.most_force:
+        if self.nu == 0 or abs(self.bound[on]) >= self.max_force:
             return c.inf  # the force can never overcome the spring (a tie keeps it)
         # side f sin(phase) falls through side * bound once in a period
-        falls_at = c.pi - c.asin(side * self.bound[on] / self.most_force)
+        falls_at = c.pi - c.asin(side * self.bound[on] / self.max_force)
         if side * self.f < 0:
             falls_at -= c.pi
         turns = c.ceil((self.nu * start - falls_at) / (2 * c.pi))
@@ -171,10 +170,10 @@ class Oracle:
         self.motion.pieces.append((tau, flight))
         if on:
             tau += self.first_step(on, tau, v, released)
-        before = None  # the nearest support, the speed towards it and tau, one step ago
+        before = None  # nearest support, speed towards it and tau of the previous step
         while tau <= self.tau_end:
             x, v, most = flight.look(tau)
-            steps = [self.safe_step(k, x, v, min(most, self.most_inside(v))) for k in (1, 2)]
+            steps = [self.safe_step(k, x, v, min(most, self.max_acceleration(v))) for k in (1, 2)]
             near, step = (1, steps[0]) if steps[0] < steps[1] else (2, steps[1])
             closing = side_of(near) * v
             if before is not None and before[0] == near and before[1] > 0 >= closing:
@@ -183,22 +182,25 @@ class Oracle:
             if step > self.shortest * max(1, abs(tau)):
                 tau += step
                 continue
-            turn = self.grazes(near, tau, v)
-            if turn is None:
+            turning_time = self.grazes(near, tau, v)
+            if turning_time is None:
                 return tau, near, self.bound[near], v
-            tau, before = turn + self.first_step(near, turn, self.c.mpf(0), False), None
+            tau, before = (
+                turning_time + self.first_step(near, turning_time, self.c.mpf(0), False),
+                None,
+            )
         return None
 
-    def most_inside(self, v: Any) -> Any:
-        """What |x''| never exceeds between the supports."""
-        pull = self.room + self.most_force
+    def max_acceleration(self, v: Any) -> Any:
+        """Bound of |x''| between the supports."""
+        pull = self.half_distance + self.max_force
         return pull + max(self.h * abs(v), pull)
 
     def gap(self, support: int, x: Any) -> Any:
         return side_of(support) * (self.bound[support] - x)
 
     def safe_step(self, support: int, x: Any, v: Any, most: Any) -> Any:
-        """Positive root of gap - closing s - most s^2/2: the support is not reached sooner."""
+        """Positive root of gap - closing s - most s^2/2; the support is not reached earlier."""
         gap, closing = self.gap(support, x), side_of(support) * v
         if gap <= 0:
             return self.c.mpf(0)
@@ -206,40 +208,40 @@ class Oracle:
         return 2 * gap / (closing + root) if closing > 0 else (root - closing) / most
 
     def first_step(self, on: int, tau: Any, v: Any, released: bool) -> Any:
-        """A step off the support after which its gap is certainly open and the other not reached.
+        """A step after which the gap of this support is certainly open and the other support not reached.
 
-        The lowest derivative of the gap that is not zero, divided by a bound on the next one.
+        It is the first non-zero derivative of the gap, divided by a bound of the next one.
         """
-        a_most = self.most_inside(v)
-        v_most = abs(v) + 2 * (self.room + self.most_force)  # over the next unit of time
-        j_most = self.h * a_most + v_most + self.most_force * self.nu
+        a_most = self.max_acceleration(v)
+        v_most = abs(v) + 2 * (self.half_distance + self.max_force)  # over the next unit of time
+        j_most = self.h * a_most + v_most + self.max_force * self.nu
         if v != 0:
             step = abs(v) / a_most
         elif not released and self.pressing_force(on, tau) != 0:
             step = abs(self.pressing_force(on, tau)) / j_most
         else:
             slope = abs(self.f * self.nu * self.c.cos(self.nu * tau))
-            next_most = self.h * j_most + a_most + self.most_force * self.nu**2
+            next_most = self.h * j_most + a_most + self.max_force * self.nu**2
             step = slope / next_most if slope else self.c.sqrt(self.shortest)
         away = -side_of(on) * abs(v)
         return min(1, step, self.safe_step(3 - on, self.bound[on], away, a_most) / 2)
 
     def grazes(self, near: int, tau: Any, v: Any) -> Any:
-        """Turning time if the mass turns back by itself within the grazing depth, else None."""
+        """Time of the turning point if the mass turns back within the grazing depth, else None."""
         away = self.h * v * side_of(near) - self.pressing_force(near, tau)
-        if away <= 0 or v**2 / (2 * away) > GRAZING_DEPTH * self.room:
+        if away <= 0 or v**2 / (2 * away) > GRAZING_DEPTH * self.half_distance:
             return None
-        turn = tau + abs(v) / away
-        self.motion.grazings.append(Grazing(turn, near))
-        return turn
+        turning_time = tau + abs(v) / away
+        self.motion.grazings.append(Grazing(turning_time, near))
+        return turning_time
 
     def passed(self, flight: Flight, near: int, left: Any, right: Any) -> None:
-        """Name a touch without penetration: turned back just short of the support."""
+        """Record a grazing if the motion turned back just short of the support."""
         for _ in range(60):
             middle = (left + right) / 2
             if side_of(near) * flight(middle)[1] > 0:
                 left = middle
             else:
                 right = middle
-        if self.gap(near, flight(left)[0]) <= GRAZING_DEPTH * self.room:
+        if self.gap(near, flight(left)[0]) <= GRAZING_DEPTH * self.half_distance:
             self.motion.grazings.append(Grazing(left, near))

@@ -1,4 +1,4 @@
-"""Rows of parameters drawn from the whole space, corners favoured, and solved side by side."""
+"""Random rows of parameters from the whole space, corners favoured, and their steady states."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ HARMONICS = 3
 def draw_rows(seed: int, rows: int) -> np.ndarray:
     """Parameters (rows, 7) in the order of `Parameters`.
 
-    A forcing period at the lowest nu takes 100 times the steps of one at nu = 1: those are a few.
+    Few rows have the lowest nu, where a forcing period takes 100 times the steps of one at nu = 1.
     """
     rng = np.random.default_rng(seed)
 
     def choice(values: list[Any], weights: list[float]) -> np.ndarray:
-        """Of each row one of `values`: a number, or numbers (rows,)."""
+        """One of `values` for each row; each is a number or an array (rows,)."""
         columns = np.stack([np.broadcast_to(value, rows) for value in values])
         return columns[rng.choice(len(values), rows, p=weights), np.arange(rows)]
 
@@ -55,7 +55,7 @@ def draw_rows(seed: int, rows: int) -> np.ndarray:
 
 
 def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0)) -> xr.Dataset:
-    """The steady states of such rows with all outputs, over `row`, their parameters as coordinates."""
+    """Return the steady states of rows with all outputs over `row`, with the parameters as coordinates."""
     ((_stop, (solved,)),) = solve_rows(
         row_blocks(len(parameters)),
         lambda first, stop: [parameters[first:stop]],
@@ -67,5 +67,5 @@ def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0))
         OUTPUTS,
     )
     variables = label_rows(solved, parameters)
-    given = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
-    return xr.Dataset(variables, coordinates(variables, HARMONICS)).assign_coords(given)
+    coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
+    return xr.Dataset(variables, coordinates(variables, HARMONICS)).assign_coords(coords)

@@ -1,4 +1,4 @@
-"""What holds for every row of a steady-state dataset over `row`, whatever its parameters: one place for all of it."""
+"""Invariants of every row of a steady-state dataset over `row`, whatever its parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_RESIDUAL = 1e-9
 
 
 def broken_rows(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """Rows (their indices) that break an invariant, by what they break; empty where all hold.
+    """Return the indices of the rows that violate an invariant, by its name; empty if all hold.
 
     rows: all outputs over `row`, with the parameters as coordinates (`random_rows.solve_drawn`).
     """
@@ -23,7 +23,7 @@ def broken_rows(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """Regime, status, multiple and residual tell of the same motion."""
+    """Regime, status, multiple and residual are consistent."""
     regime, status, m, residual = (
         rows[name].values for name in ("regime", "status", "period_multiple", "residual")
     )
@@ -39,8 +39,8 @@ def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
         Regime.WITH_REST: rested,
     }
     contradicted = np.zeros(m.size, bool)
-    for code, so in expected.items():
-        contradicted |= (regime == code) & ~so
+    for code, is_so in expected.items():
+        contradicted |= (regime == code) & ~is_so
     solved = orbit | (status == Status.MAX_PERIODS)
     window = rows["window_periods"].values
     return {
@@ -64,7 +64,7 @@ def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def impact_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """The impacts that are listed are those of the orbit, in order and in its length."""
+    """The listed impacts are those of the orbit, in order and within its length."""
     m, size = rows["period_multiple"].values, rows["row_size"].values
     of = np.repeat(np.arange(m.size), size)
     period, phase = rows["impact_period"].values, rows["impact_phase"].values
@@ -100,7 +100,7 @@ def impact_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """Harmonics, multipliers and energies are finite and within their bounds; of an unsolved row they are none."""
+    """Harmonics, multipliers and energies are finite and within their bounds; those of an unsolved row are NaN."""
     orbit = rows["period_multiple"].values > 0
     solved = orbit | (rows["status"].values == Status.MAX_PERIODS)
     upper, lower, near = supports_of(rows)
@@ -140,7 +140,7 @@ def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
             "multipliers are finite": orbit & ~np.isfinite(radius).all(axis=1),
             "multipliers are in order": orbit & (radius[:, 0] < radius[:, 1] * (1 - 1e-12)),
             "no volume grows": orbit & (radius.prod(axis=1) > 1 + 1e-6),
-            "stable is what its multipliers say": rows["stable"].values
+            "stable agrees with the multipliers": rows["stable"].values
             != (np.nan_to_num(radius.max(axis=1), nan=np.inf) < 1),
             "energies are finite": orbit & ~np.isfinite(energy).all(axis=1),
             "energy of a row without an orbit is none": ~orbit & ~np.isnan(energy).all(axis=1),
@@ -150,11 +150,11 @@ def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def motion_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """The samples of an orbit begin at its section and stay between the supports."""
+    """The samples of an orbit start at its section and stay between the supports."""
     orbit = rows["period_multiple"].values > 0
     upper, lower, near = supports_of(rows)
     x, v = rows["displacement"].values, rows["velocity"].values
-    # A graze as deep as this is no impact (`march.roots.MAX_GRAZING_DEPTH`, of all lengths the gap is made of).
+    # Depth up to which a contact is a grazing (`march.roots.MAX_GRAZING_DEPTH`, of the lengths in the gap).
     rounding = 2.0**-46 * near
     sampled = np.isfinite(x).all(axis=1) & np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):
@@ -174,6 +174,6 @@ def motion_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def supports_of(rows: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places of support 1 and 2, and the larger of the lengths that they are made of."""
+    """Positions of supports 1 and 2, and the larger one of l and |delta|."""
     half, delta = rows["l"].values, rows["delta"].values
     return half + delta, delta - half, np.maximum(half, np.abs(delta))

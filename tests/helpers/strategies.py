@@ -1,6 +1,6 @@
-"""Exciters and motions drawn from the whole space of parameters, and those that once failed.
+"""Strategies for exciters and motions from the whole space of parameters, and motions that once failed.
 
-Corners are favoured; horizons are short in crossings of the room, so that each example is cheap.
+Corners are favoured. Motions last few crossings between the supports, so that each example is cheap.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def exciters(draw: Callable[..., Any]) -> Any:
     delta = draw(offsets) * length
 
     def restitution(bound: float) -> float:
-        # A mass that is pressed into a support strikes it 1/(1 - R) times: R = 1 has its own test.
+        # A mass that is pressed on a support strikes it 1/(1 - R) times; R = 1 has its own test.
         R = draw(st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0, 1), log(-12, 0)))
         return min(R, 0.999) if bound <= abs(f) else R
 
@@ -70,14 +70,14 @@ def cases(draw: Callable[..., Any]) -> Case:
     within = st.floats(0, 1).map(lambda share: lower + share * (upper - lower))
     x0 = draw(st.one_of(st.sampled_from([lower, upper]), within))
     v0 = draw(st.one_of(st.just(0.0), signed(log(-12, 3))))
-    # as long as ten crossings of the room at the speed that the forces can give, or two periods
+    # up to ten crossings at the speed that the forces can give, or two periods
     pull = abs(exciter.f) + max(abs(lower), abs(upper))
     crossing = min(math.sqrt(4 * exciter.l / pull), 2 * exciter.l / max(abs(v0), 1e-300))
     tau_end = draw(st.floats(0.01, 10)) * min(crossing, 4 * math.pi / exciter.nu, 10.0)
     steps = st.integers(8, 200).map(lambda n: {"method": "newmark", "steps_per_period": n})
     method = draw(st.one_of(st.just({}), steps))
     x0 = min(max(x0, lower), upper)
-    # nearer to a support than a double can square is on it
+    # a start whose squared distance from a support underflows lies on it
     on = [bound for bound in (lower, upper) if abs(x0 - bound) < 1e-150]
     return Case(exciter, tau_end, on[0] if on else x0, v0, method)
 
@@ -86,12 +86,12 @@ def coarse(steps: int) -> dict[str, Any]:
     return {"method": "newmark", "steps_per_period": steps}
 
 
-# What once failed, by any of the checks.
+# Motions that once failed a check.
 PINNED = [
     # the search for an impact did not get off the support after a release
     Case(vp.Exciter(l=0.5, f=1.0, h=1.0, R1=0, R2=0), 5.773502691896257, -0.5, 0.0, {}),
     Case(vp.Exciter(l=1e-6, nu=1e3, f=1.0, R1=0, R2=0), 0.0039999980000015, -1e-6, 0.0, {}),
-    # a start so slow that its hops are a chatter at once: what the impacts take was not logged
+    # a start so slow that its hops are a chatter at once: the energy of its impacts was not logged
     Case(
         vp.Exciter(l=0.01, delta=0.0316227766016838, R1=0, R2=0),
         1.0,
@@ -99,10 +99,10 @@ PINNED = [
         1e-7,
         {},
     ),
-    # a start above the support by less than an ulp of the room
+    # a start above the support by less than an ulp of l
     Case(vp.Exciter(l=0.5, f=-1.0, delta=0.5, R1=0, R2=0), 1.0, 6.60937402473889e-214, 0.0, {}),
     Case(vp.Exciter(l=0.5, f=-1.0, delta=0.5, R1=0.5, R2=0.5), 1.0, 1e-17, 0.0, {}),
-    # so near a support that the search for the impact stood still within the rounding of the gap
+    # a start so close to a support that the search for the impact stalled within the rounding of the gap
     Case(
         vp.Exciter(l=0.5, nu=2.0, delta=0.75, R1=0, R2=0),
         1.2649110640673518,
@@ -110,13 +110,13 @@ PINNED = [
         -1e-05,
         {},
     ),
-    # laid to rest in full flight, where the push of the support stood still for an instant
+    # put to rest in flight, where the gap acceleration was constant for an instant
     Case(vp.Exciter(l=0.5, f=-1.0, delta=-1.0, R1=0, R2=0), 0.8944271909999159, -0.5, -1.0, {}),
-    # taken for a graze where the force that is to come is large, not what acts
+    # classified as a grazing where the later force is large, not the one that acts
     Case(
         vp.Exciter(l=0.5, f=1000.0, delta=1.0, R1=0, R2=0.999), 0.04468785621687518, 0.5, -1e-7, {}
     ),
-    # struck at the very instant at which the push touches zero: nothing acts, but the rate's rate does
+    # an impact at the instant at which the gap acceleration touches zero: only its second derivative acts
     Case(vp.Exciter(l=0.5, nu=1.0, f=-1.0, delta=-0.5, R1=0.5, R2=0), 2.0, 0.0, 1.0, {}),
     # a creep of 1e5 times 1/h, each rounded
     Case(
@@ -126,7 +126,7 @@ PINNED = [
         0.0,
         {},
     ),
-    # through the support within one coarse step, and millions of hops within one
+    # beyond the support within one coarse step, and millions of hops within one
     Case(vp.Exciter(l=0.5, nu=0.1, delta=0.5, R1=0, R2=0), 2.8284271247461903, 1.0, 0.0, coarse(8)),
     Case(vp.Exciter(l=0.1, f=1.0, R2=0), 0.6030226891555273, 0.1, -1e-8, coarse(8)),
     # a table of the force over a period of 6e8 steps

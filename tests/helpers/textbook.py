@@ -32,20 +32,20 @@ class Parameters(NamedTuple):
 
 
 def digits(p: Parameters, wanted: int = 50) -> Any:
-    """A context of `wanted` digits, and as many more as near-resonant amplitudes eat."""
+    """Return a context of `wanted` digits, and as many more as large near-resonant amplitudes cancel."""
     context = mpmath.MPContext()
     context.dps = 800
     nu, h = context.mpf(p.nu), context.mpf(p.h)
     denominator = (1 - nu**2) ** 2 + (h * nu) ** 2
-    eaten = 0 if denominator == 0 else max(0, -int(context.log10(denominator)))
-    context.dps = wanted + eaten
+    cancelled = 0 if denominator == 0 else max(0, -int(context.log10(denominator)))
+    context.dps = wanted + cancelled
     return context
 
 
 class Flight:
-    """x'' + h x' + x = f sin(nu tau) from (tau0, x0, v0): particular part plus transient.
+    """Solution of x'' + h x' + x = f sin(nu tau) from (tau0, x0, v0): particular solution plus transient.
 
-    What does not change with tau is found once.
+    Constants are computed once.
     """
 
     def __init__(self, c: Any, nu: Any, f: Any, h: Any, start: tuple[Any, Any, Any]) -> None:
@@ -95,7 +95,7 @@ class Flight:
         return x, v
 
     def look(self, tau: Any) -> tuple[Any, Any, Any]:
-        """Displacement, velocity, and what |x''| never exceeds from here on."""
+        """Displacement, velocity, and a bound of |x''| from tau on."""
         xp, vp = self.particular(tau)
         y, w = self.transient(tau - self.tau0)
         second = -self.h * w - y

@@ -146,7 +146,8 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     assert run(path) == 0
     printed = capsys.readouterr().out
     assert (
-        "differences are possible on this system: kernel hash was 0123456789abcdef, here " in printed
+        "differences are possible on this system: kernel hash was 0123456789abcdef, here "
+        in printed
     )
     assert "machine was z80, here " in printed
     assert "numba was 0.1, here " in printed

@@ -1,4 +1,4 @@
-"""Amounts agree with their nouns, wherever one is told."""
+"""Amounts agree with their nouns in every text."""
 
 from __future__ import annotations
 

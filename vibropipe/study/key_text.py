@@ -75,21 +75,21 @@ def model_at(
     loc: tuple[str | int, ...], root: type[BaseModel] | None = None
 ) -> type[BaseModel] | None:
     """Return the model that the `loc` of a pydantic error points at, None if it points at none."""
-    here: type[BaseModel] | None = root or study_model()
+    model: type[BaseModel] | None = root or study_model()
     tagged = tags()
     by_name = False  # whether the next step is a key of a mapping whose values share one model
     for step in loc:
         if by_name:
             by_name = False
         elif step in tagged:
-            here = tagged[str(step)]
+            model = tagged[str(step)]
         else:
-            field = here.model_fields.get(str(step)) if here else None
-            here = _nested(field.annotation) if field else None
+            field = model.model_fields.get(str(step)) if model else None
+            model = _nested(field.annotation) if field else None
             by_name = (
-                here is not None and field is not None and get_origin(field.annotation) is dict
+                model is not None and field is not None and get_origin(field.annotation) is dict
             )
-    return here
+    return model
 
 
 def field_at(loc: tuple[str | int, ...], root: type[BaseModel] | None = None) -> FieldInfo | None:

@@ -203,10 +203,10 @@ def parse_study(
     """
     tree, spelled = spell_out(_mapping(tree, source, Study))
     problems_so_far = [*(problems or []), *spelled]
-    study, found = _validated(study_model(), tree)
-    broken = frozenset(problem.path for problem in (*problems_so_far, *found) if problem.covers)
+    study, invalid = _validated(study_model(), tree)
+    broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
     sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
-    problems_so_far = [*problems_so_far, *found]
+    problems_so_far = [*problems_so_far, *invalid]
     if sound is not None:
         problems_so_far += check_study(sound, broken | dropped)
     if problems_so_far or study is None:
@@ -227,7 +227,7 @@ def spell_out(tree: Any, path: KeyPath = ()) -> tuple[Any, list[Problem]]:
     if len(path) > MAX_DEPTH:
         return None, [too_deep(path)]
     if isinstance(tree, list):
-        pairs = [spell_out(entry, (*path, place)) for place, entry in enumerate(tree)]
+        pairs = [spell_out(entry, (*path, index)) for index, entry in enumerate(tree)]
         return [entry for entry, _ in pairs], [problem for _, more in pairs for problem in more]
     if not isinstance(tree, dict):
         return tree, []

@@ -26,8 +26,8 @@ def plain_path(loc: KeyPath) -> KeyPath:
     """Return the path of a pydantic error as in the file of the study, without tags of unions."""
     path: list[str | int] = []
     tagged = tags()
-    for place, step in enumerate(loc):
-        inside_list = place > 0 and loc[place - 1] == "<list>"
+    for index, step in enumerate(loc):
+        inside_list = index > 0 and loc[index - 1] == "<list>"
         if step not in tagged and step != "[key]" and not inside_list:
             path.append(step)
     return tuple(path)

@@ -1,4 +1,4 @@
-"""A valid study to change, and what is said of a bad one."""
+"""A valid study to change, and the messages of an invalid one."""
 
 import re
 
@@ -39,7 +39,7 @@ def study_of(text, folder, name="mine"):
 
 
 def faults(text, folder, name="mine"):
-    """Return the messages of a bad study, each without the file it begins with."""
+    """Return the messages of an invalid study without the file that they start with."""
     with pytest.raises(StudyError) as caught:
         study_of(text, folder, name)
     lines = str(caught.value).splitlines()

@@ -1,4 +1,4 @@
-"""What a study may say, and what comes of it."""
+"""Valid studies, and the values read from them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Scenes of kind accuracy: what they take, what they refuse, how a motion gets its exciter."""
+"""Scenes of kind accuracy: valid and invalid keys, and the exciter of each motion."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_data_depend_on_motions_and_settings(study):
         ("", ("own:", "Own:"), "a name of a-z"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told_where_they_stand(study, more, change, said):
+def test_mistakes_are_reported_with_their_path(study, more, change, said):
     text = TEXT.replace(*change) if change else TEXT
     with pytest.raises(StudyError) as caught:
         study(more, text)

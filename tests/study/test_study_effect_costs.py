@@ -1,4 +1,4 @@
-"""Scenes of kind effects: what they take and refuse, what their motions call for, what is shipped."""
+"""Scenes of kind effects: valid and invalid keys, the effects of their motions, and the study in `config/`."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_motions_call_for_their_own_effects(study):
         (("kind: effects", "kind: effect"), "did you mean 'effects'?"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told_where_they_stand(study, change, said):
+def test_mistakes_are_reported_with_their_path(study, change, said):
     text = TEXT.replace(*change, 1)
     assert text != TEXT
     with pytest.raises(StudyError) as caught:

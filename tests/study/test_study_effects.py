@@ -1,4 +1,4 @@
-"""`effects` of a scene: stated, refused, or derived from what the scene says."""
+"""`effects` of a scene: stated, rejected, or derived from the parameters."""
 
 import pytest
 from study_texts import scene_faults, study_of

@@ -1,4 +1,4 @@
-"""Bad input of every sort is taken or refused in readable lines, never anything else."""
+"""Any input is accepted or rejected with readable lines."""
 
 import copy
 

@@ -1,4 +1,4 @@
-"""Files that nobody should write, given to the command line: taken, or refused in readable lines with code 2."""
+"""Any file is accepted by the command line, or rejected with readable lines and exit code 2."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from study_texts import A_FAULT, BASE
 from vibropipe import cli
 
 NESTED = "[" * 400 + "1" + "]" * 400
-# What stands in place of a value, of a key, or as a line of its own.
+# Replacements of a value and of a key, and inserted lines.
 VALUES = [
     "!!python/object/apply:os.system ['touch hacked']", "!!binary aGk=", "!own 1", "&a 1", "*a", "*absent",
     "&loop [*loop]", "{<<: *a}", NESTED, "{a: {b: {c: {d: {e: {f: {g: {h: {i: {j: {k: {l: {m: 1}}}}}}}}}}}}}",
@@ -39,27 +39,27 @@ LINES = [
 
 @st.composite
 def texts(draw):
-    """A valid study with a few of its lines given another key, another value, or a neighbour."""
+    """A valid study with another key, another value or an inserted line in a few places."""
     lines = BASE.splitlines()
     for _ in range(draw(st.integers(1, 3))):
-        place = draw(st.integers(0, len(lines) - 1))
-        line = lines[place]
+        index = draw(st.integers(0, len(lines) - 1))
+        line = lines[index]
         indent = line[: len(line) - len(line.lstrip())]
         key, _, value = line.strip().partition(":")
         action = draw(st.sampled_from(["value", "key", "line", "twice", "delete", "inside"]))
         if action == "value":
-            lines[place] = f"{indent}{key}: {draw(st.sampled_from(VALUES))}"
+            lines[index] = f"{indent}{key}: {draw(st.sampled_from(VALUES))}"
         elif action == "key":
-            lines[place] = f"{indent}{draw(st.sampled_from(KEYS))}:{value}"
+            lines[index] = f"{indent}{draw(st.sampled_from(KEYS))}:{value}"
         elif action == "line":
-            lines.insert(place, draw(st.sampled_from(LINES)))
+            lines.insert(index, draw(st.sampled_from(LINES)))
         elif action == "twice":
-            lines.insert(place, line)
+            lines.insert(index, line)
         elif action == "inside":
-            more = f"{draw(st.sampled_from(KEYS))}: {draw(st.sampled_from(VALUES))}"
-            lines.insert(place + 1, f"{indent}  {more}")
+            inserted = f"{draw(st.sampled_from(KEYS))}: {draw(st.sampled_from(VALUES))}"
+            lines.insert(index + 1, f"{indent}  {inserted}")
         else:
-            del lines[place]
+            del lines[index]
         if not lines:
             break
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""Scenes of hard cases: what they take, what they refuse, and that a few of them can be solved alone."""
+"""Scenes of hard cases: valid and invalid keys, and a choice of cases."""
 
 from __future__ import annotations
 

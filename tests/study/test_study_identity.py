@@ -1,4 +1,4 @@
-"""What a scene's data depend on, and what they do not."""
+"""The fingerprint of a scene covers the keys that its data depend on, and no others."""
 
 import json
 

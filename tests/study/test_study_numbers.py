@@ -1,4 +1,4 @@
-"""Numbers with a comma or in quotes, and tabs: each is told for what it is, with the remedy."""
+"""Numbers with a comma or in quotes, and tabs: messages of their own, with the remedy."""
 
 import pytest
 from study_texts import BASE, faults, scene_faults, study_of

@@ -1,4 +1,4 @@
-"""YAML that is not taken as it stands; names and titles that are more than text."""
+"""YAML that is rejected, and names and titles that are not plain text."""
 
 import pytest
 from study_texts import BASE, faults, study_of

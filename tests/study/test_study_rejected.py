@@ -1,4 +1,4 @@
-"""Each fault of a study has its message; all of them are told at once."""
+"""Each fault of a study has its message; all faults are reported at once."""
 
 import re
 
@@ -286,7 +286,7 @@ def test_what_is_drawn_under_a_sweep_must_be_a_backbone_over_amplitude(tmp_path)
     assert "must be a backbone scene over amplitude (free), got 'forced'" in line
 
 
-def test_all_faults_are_told_at_once(tmp_path):
+def test_all_faults_are_reported_at_once(tmp_path):
     text = """\
 descripton: x
 exciter: {R₁: 1.5, q: 1}
@@ -306,11 +306,11 @@ scenes:
     ]
 
 
-def test_a_fault_is_not_told_again_by_what_follows_from_it(tmp_path):
-    # R1 = 2 is wrong once, not once more in each scene that takes it.
+def test_a_fault_is_not_reported_again_by_its_consequences(tmp_path):
+    # R1 = 2 is reported once, not again in each scene that uses it.
     (line,) = faults(BASE.replace("R1: 0.7", "R1: 2"), tmp_path)
     assert line == "exciter.R1: must be a number from 0 to 1, got 2"
-    # Without a readable l nothing is said of starts between the supports.
+    # Without a valid l, starts between the supports are not checked.
     (line,) = faults(BASE.replace("l: 0.5", "l: half"), tmp_path)
     assert line == "exciter.l: must be a finite number > 0, got 'half'"
 
@@ -365,7 +365,7 @@ def test_unknown_scene_names_the_nearest(tmp_path):
 @example("delta", 1e300)
 @example("R1", -0.0)
 def test_a_study_takes_exactly_what_the_exciter_takes(name, value):
-    """The rules of parameters are those of `Exciter`, and the schema says no less than they do."""
+    """A study accepts the values of a parameter that `Exciter` accepts, and no others."""
     tree = {"title": "T", "scenes": {"s": {"kind": "sweep", "exciter": {"l": 1.0}, "over": {}}}}
     scene = tree["scenes"]["s"]
     scene["over"] = {"h" if name != "h" else "f": [0.0]}

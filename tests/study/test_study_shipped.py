@@ -1,4 +1,4 @@
-"""The configuration, the schema, the table of keys and the studies that are shipped."""
+"""The configuration, the schema, the table of keys and the studies in `config/`."""
 
 import math
 import subprocess
@@ -54,7 +54,7 @@ def test_a_study_without_a_file_is_named_with_the_nearest_that_has_one(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["paper.yaml", "config/paper.yaml", "Paper"])
-def test_a_file_in_place_of_a_study_is_told_its_name(tmp_path, name):
+def test_a_file_in_place_of_a_study_is_named(tmp_path, name):
     (tmp_path / "config.yaml").write_text(f"studies: [{name}]\n")
     with pytest.raises(StudyError, match=r"studies\[0\]: .*did you mean 'paper'\?\)$"):
         load_config(tmp_path / "config.yaml")

@@ -1,4 +1,4 @@
-"""What `vibropipe bench` says: ratios by what was put in, peers that are missing, the textbook loop's motion."""
+"""`vibropipe bench`: ratios of known times, missing reference packages, and the motion of the textbook loop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import pytest
 
 import vibropipe as vp
 from vibropipe import cli
-from vibropipe.bench.cases import in_lanes, one_motion, rows_near, swept, textbook_run
+from vibropipe.bench.cases import (
+    lanes_run,
+    motion_item,
+    random_parameters,
+    sweep_item,
+    textbook_run,
+)
 from vibropipe.bench.formatting import as_json, as_text
 from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target, measure
 from vibropipe.bench.textbook import textbook
@@ -17,18 +23,18 @@ from vibropipe.lab import peers
 
 
 class Work:
-    """Work that takes so many seconds of a clock that only it turns."""
+    """Work that takes the given seconds of a clock of its own, call by call."""
 
     now = 0.0
 
     def __init__(self, *seconds: float) -> None:
         self.seconds, self.calls = seconds, 0
 
-    def __call__(self, often: int) -> None:
-        Work.now += often * self.seconds[self.calls % len(self.seconds)]
+    def __call__(self, n_calls: int) -> None:
+        Work.now += n_calls * self.seconds[self.calls % len(self.seconds)]
         self.calls += 1
 
-    def contestant(self, name: str, units: float = 1.0, error: float = math.nan) -> Candidate:
+    def candidate(self, name: str, units: float = 1.0, error: float = math.nan) -> Candidate:
         return Candidate(name, lambda: PreparedRun(self, units, error), lambda: Work.now)
 
 
@@ -39,8 +45,8 @@ def item():
         "of a kind",
         "piece",
         [
-            Work(0.01).contestant("ours", 10.0, 1e-15),
-            Work(0.05).contestant("slow", 5.0),
+            Work(0.01).candidate("ours", 10.0, 1e-15),
+            Work(0.05).candidate("slow", 5.0),
             Candidate("absent", lambda: "not installed"),
         ],
         [Target("ours", "slow", 10), Target("ours", "slow", 11), Target("ours", "absent", 2)],
@@ -57,70 +63,72 @@ def test_times_are_per_unit_and_ratios_of_medians(item):
 
 def test_the_first_call_is_not_among_the_times():
     slow_at_first = Work(9.0, 0.01, 0.01)
-    one = Item("work", "", "piece", [slow_at_first.contestant("ours")], [])
+    one = Item("work", "", "piece", [slow_at_first.candidate("ours")], [])
     measure([one], 2)
     assert max(one.find("ours").times) == pytest.approx(1e7)
 
 
-def test_the_table_hides_nothing(item):
+def test_the_table_shows_all_candidates_and_targets(item):
     measure([item], 3)
-    said = as_text([item])
-    assert "absent" in said
-    assert "not installed" in said
-    assert "1 ms to 1 ms" in said
-    assert "1e-15" in said
-    assert "ours against slow: 10 times cheaper (10 to 10), asked 10: reached" in said
-    assert "asked 11: not reached" in said
-    assert "ours against absent: not measured, asked 2" in said
+    text = as_text([item])
+    assert "absent" in text
+    assert "not installed" in text
+    assert "1 ms to 1 ms" in text
+    assert "1e-15" in text
+    assert "ours against slow: 10 times faster (quartiles 10 to 10), target 10: met" in text
+    assert "target 11: not met" in text
+    assert "ours against absent: not measured, target 2" in text
 
 
-def test_json_holds_every_round(item):
+def test_json_contains_every_round(item):
     measure([item], 3)
-    told = json.loads(as_json([item]))["items"][0]
-    assert len(told["contestants"][1]["rounds"]) == 3
-    assert told["contestants"][2]["why_not"] == "not installed"
-    assert told["contestants"][2]["nanoseconds"] is None
-    assert [target["reached"] for target in told["targets"]] == [True, False, False]
+    result = json.loads(as_json([item]))["items"][0]
+    assert len(result["contestants"][1]["rounds"]) == 3
+    assert result["contestants"][2]["why_not"] == "not installed"
+    assert result["contestants"][2]["nanoseconds"] is None
+    assert [target["reached"] for target in result["targets"]] == [True, False, False]
 
 
 def test_the_command_prints_the_table_or_json(item, monkeypatch, capsys):
-    asked = []
-    monkeypatch.setattr("vibropipe.bench.cases.items", lambda whole: asked.append(whole) or [item])
+    whole_options = []
+    monkeypatch.setattr(
+        "vibropipe.bench.cases.items", lambda whole: whole_options.append(whole) or [item]
+    )
     for arguments in (["bench"], ["bench", "--whole", "--rounds", "2", "--json"]):
-        with pytest.raises(SystemExit) as stopped:
+        with pytest.raises(SystemExit) as exit_info:
             cli.main(arguments)
-        assert not stopped.value.code
-    said = capsys.readouterr().out
-    table, told = said[: said.index("{")], json.loads(said[said.index("{") :])
-    assert "ours against slow: 10 times cheaper (10 to 10), asked 10: reached" in table
-    assert len(told["items"][0]["contestants"][0]["rounds"]) == 2
-    assert asked == [False, True]
+        assert not exit_info.value.code
+    output = capsys.readouterr().out
+    table, result = output[: output.index("{")], json.loads(output[output.index("{") :])
+    assert "ours against slow: 10 times faster (quartiles 10 to 10), target 10: met" in table
+    assert len(result["items"][0]["contestants"][0]["rounds"]) == 2
+    assert whole_options == [False, True]
 
 
-def test_a_peer_that_is_not_there_is_told(monkeypatch):
+def test_a_missing_package_is_reported(monkeypatch):
     monkeypatch.setattr(peers, "is_installed", lambda package: False)
-    for found in (one_motion(), swept(whole=False)):
-        for target in found.targets:
-            assert found.find(target.peer).build() == "not installed"
+    for item in (motion_item(), sweep_item(whole=False)):
+        for target in item.targets:
+            assert item.find(target.peer).build() == "not installed"
 
 
 def test_the_textbook_loop_is_newmark_of_first_order_at_impacts():
-    """Its end comes nearer to the exact motion's as the step shrinks."""
+    """Its end converges to that of the exact motion as the step shrinks."""
     e = vp.Exciter(l=1.0, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
     exact = vp.simulate(e, 4 * e.period, samples_per_period=0)
     errors = []
     for steps in (1000, 16000):
-        x, v, struck = textbook((e.nu, e.f, e.h, e.l, e.R1), steps, 4)
-        assert struck == exact.sizes["impact"]
+        x, v, n_impacts = textbook((e.nu, e.f, e.h, e.l, e.R1), steps, 4)
+        assert n_impacts == exact.sizes["impact"]
         errors.append(abs(x - float(exact.displacement_end)) + abs(v - float(exact.velocity_end)))
     assert errors[1] < errors[0] / 4
     assert errors[1] < 1e-3
 
 
 def test_rows_of_the_lanes_strike_twice_a_period():
-    listed = [vp.Exciter(**dict(zip(("nu", "f", "h", "l", "delta", "R1", "R2"), row, strict=True)))
-              for row in rows_near()[:3].tolist()]  # fmt: skip
-    for e in listed:
-        found = vp.simulate(e, 20 * e.period, samples_per_period=0)
-        assert found.sizes["impact"] == pytest.approx(40, abs=2)
-    assert in_lanes().units == 128 * textbook_run().units
+    exciters = [vp.Exciter(**dict(zip(("nu", "f", "h", "l", "delta", "R1", "R2"), row, strict=True)))
+              for row in random_parameters()[:3].tolist()]  # fmt: skip
+    for e in exciters:
+        motion = vp.simulate(e, 20 * e.period, samples_per_period=0)
+        assert motion.sizes["impact"] == pytest.approx(40, abs=2)
+    assert lanes_run().units == 128 * textbook_run().units

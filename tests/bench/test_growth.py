@@ -1,4 +1,4 @@
-"""The measurement of growth: what it solves is the study, and what it tells is of this run."""
+"""Growth measurement: its sweeps are valid studies, and its results are finite and drawn."""
 
 import math
 import subprocess
@@ -13,7 +13,7 @@ from vibropipe.figures.style import house_style
 
 
 @pytest.mark.parametrize("points", [1, 7, 1000, 10_000, 1_000_000])
-def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
+def test_points_lie_in_the_middles_of_equal_cells(points):
     over = growth.sweep_of(points).over_arrays()
     assert math.prod(values.size for values in over.values()) == points
     for name, (low, high) in growth.SPAN.items():
@@ -23,17 +23,19 @@ def test_the_grid_has_so_many_points_in_the_middles_of_its_cells(points):
         assert over[name][-1] == pytest.approx(high - step / 2)
 
 
-@pytest.mark.parametrize("words", [["many"], ["1e3", "-1"], ["inf"], ["1e99"], ["nan"]])
-def test_what_is_no_number_of_points_is_named(words):
+@pytest.mark.parametrize("arguments", [["many"], ["1e3", "-1"], ["inf"], ["1e99"], ["nan"]])
+def test_invalid_numbers_of_points_are_named(arguments):
     assert growth.parse_points(["1e3", "20"]) == [1000, 20]
     assert growth.parse_points([]) == growth.POINTS
-    with pytest.raises(SystemExit, match=rf"points: must be numbers from 1 to .*, got {words[0]}"):
-        growth.parse_points(words)
+    with pytest.raises(
+        SystemExit, match=rf"must be numbers from 1 to 1e\+08, got .*{arguments[-1]}"
+    ):
+        growth.parse_points(arguments)
 
 
 def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
     lines = []
-    measured = growth.measure_growth(tmp_path, [60], threads=[1], say=lines.append)
+    measured = growth.measure_growth(tmp_path, [60], threads=[1], on_progress=lines.append)
     assert measured.time_per_point.shape == (1, 1)
     assert measured.sizes == {"points": 1, "threads": 1}
     assert all((variable > 0).all() for variable in measured.values())
@@ -44,8 +46,8 @@ def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
     assert [ax.get_xlabel() for ax in figure.axes] == ["number of points $N$"] * 2
 
 
-def test_what_joins_and_queries_is_measured_without_the_compiler():
-    """A process that solves holds numba and the kernels; the others of a workflow do not, nor do they here."""
+def test_joining_and_querying_are_measured_without_the_compiler():
+    """Only processes that solve load numba, in a workflow as in this measurement."""
     code = "import sys; from vibropipe.bench.growth import join_shards, query; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -63,6 +65,6 @@ def test_memory_does_not_grow_with_the_number_of_points(tmp_path):
     assert (measured.solving_memory < 500).all()
     few, many = measured.isel(points=0), measured.isel(points=1)
     assert many.solving_memory < 1.1 * few.solving_memory
-    # ten times the points: the data grow by 120 MB
+    # the data of ten times the points are 120 MB larger
     assert many.joining_memory - few.joining_memory < 70
     assert many.query_memory - few.query_memory < 70

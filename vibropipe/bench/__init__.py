@@ -1,1 +1,1 @@
-"""How fast this is, measured side by side with peers in one run: `vibropipe bench`."""
+"""Benchmark against reference packages, all timed in the same rounds: `vibropipe bench`."""

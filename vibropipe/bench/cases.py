@@ -1,4 +1,4 @@
-"""What is measured, against whom, and the ratios that are asked."""
+"""Benchmark items: what is timed, the reference of each, and the target ratios."""
 
 from __future__ import annotations
 
@@ -24,63 +24,71 @@ from vibropipe.words.measurements import Outcome
 
 FORCED = Exciter(h=0.1, nu=1.0, f=1.0, l=1.0, R1=0.8, R2=0.8)
 SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)
-# Forcing periods of a motion, and of the slow peer, which takes milliseconds an impact; those that the 40-digit
-# twin judges.
-PERIODS, FEW_PERIODS, JUDGED_PERIODS = 1000, 10, 10
+# Forcing periods that are timed; fewer for the slow reference, which takes milliseconds for each impact; and those
+# over which the error against 40 digits is measured.
+PERIODS, FEW_PERIODS, ERROR_PERIODS = 1000, 10, 10
 STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
-# Values of either parameter of the whole sweep; every so manieth is solved if not the whole is asked.
+# Values of each parameter of the whole sweep; without `whole`, only every fourth of them is solved.
 SWEEP_POINTS, EVERY = 400, 4
 PEER_PERIODS, PEER_MOTIONS = 100, 100
 
 
 def items(*, whole: bool = False) -> list[Item]:
-    """Everything that `vibropipe bench` measures; whole: the sweep over all its points."""
-    return [one_motion(), newmark(), swept(whole=whole)]
+    """Return all benchmark items.
+
+    Parameters
+    ----------
+    whole : bool
+        Solve the sweep at all of its points instead of every fourth value of each parameter.
+    """
+    return [motion_item(), newmark_item(), sweep_item(whole=whole)]
 
 
-def one_motion() -> Item:
-    """A long motion that strikes both supports, its impacts recorded."""
-    judge = MotionReference(BenchmarkMotion(FORCED, 0.0, 0.0, JUDGED_PERIODS))
+def motion_item() -> Item:
+    """Return the item of one long motion that strikes both supports and records its impacts."""
+    reference = MotionReference(BenchmarkMotion(FORCED, 0.0, 0.0, ERROR_PERIODS))
 
-    def entry(name: str, method: str, tolerance: float, periods: int = PERIODS) -> Candidate:
-        return Candidate(name, partial(ready, method, tolerance, periods, judge))
+    def candidate(name: str, method: str, tolerance: float, periods: int = PERIODS) -> Candidate:
+        return Candidate(name, partial(prepare_method, method, tolerance, periods, reference))
 
     return Item(
         "one motion, exact",
         "h = 0.1, nu = 1, f = 1, l = 1, R = 0.8 from rest, impacts recorded; error against 40 digits",
         "impact",
         [
-            entry("exact", "exact", math.nan),
-            entry("heyoka, 1e-15", "heyoka", 1e-15),
-            entry("DOP853, 1e-12", "DOP853", 1e-12, FEW_PERIODS),
+            candidate("exact", "exact", math.nan),
+            candidate("heyoka, 1e-15", "heyoka", 1e-15),
+            candidate("DOP853, 1e-12", "DOP853", 1e-12, FEW_PERIODS),
         ],
         [Target("exact", "heyoka, 1e-15", 20), Target("exact", "DOP853, 1e-12", 10_000)],
     )
 
 
-def ready(method: str, tolerance: float, periods: int, judge: MotionReference) -> PreparedRun | str:
-    """A method on the forced motion, with its error over the first periods; or why it does not enter."""
-    judged = build_method(method, tolerance, judge.motion)
-    entered = build_method(method, tolerance, BenchmarkMotion(FORCED, 0.0, 0.0, periods))
-    if isinstance(judged, Outcome) or isinstance(entered, Outcome):
+def prepare_method(
+    method: str, tolerance: float, periods: int, reference: MotionReference
+) -> PreparedRun | str:
+    """Return a method on the forced motion with its error over the first periods, or the reason why it cannot run."""
+    short_run = build_method(method, tolerance, reference.motion)
+    candidate = build_method(method, tolerance, BenchmarkMotion(FORCED, 0.0, 0.0, periods))
+    if isinstance(short_run, Outcome) or isinstance(candidate, Outcome):
         return "not installed"
-    outcome, errors = judge.errors(judged.show())
-    shown = entered.show()
-    worst = max(outcome, shown.outcome)
+    outcome, errors = reference.errors(short_run.show())
+    result = candidate.show()
+    worst = max(outcome, result.outcome)
     if worst != Outcome.OK:
         return Outcome(worst).name.lower().replace("_", " ")
-    return PreparedRun(entered.repeat, shown.impact_tau.size, max(errors))
+    return PreparedRun(candidate.repeat, result.impact_tau.size, max(errors))
 
 
-def newmark() -> Item:
-    """Newmark's method on many rows: in lanes, one by one, and as a textbook has it, on one thread."""
+def newmark_item() -> Item:
+    """Return the item of Newmark's method on one thread: rows in lanes, row by row, and as a textbook loop."""
     return Item(
         "newmark in lanes",
         f"h, nu, f, l, R within 5 % of the above in {ROWS} rows, {STEPS} steps per period, two impacts in each",
         "step and row",
         [
-            # the threads of numba work elsewhere: their time counts
-            Candidate("in lanes", in_lanes, time.process_time),
+            # kernels run on threads of numba, whose time must count
+            Candidate("in lanes", lanes_run, time.process_time),
             Candidate("one by one", scalar_run),
             Candidate("textbook loop", textbook_run),
         ],
@@ -89,57 +97,57 @@ def newmark() -> Item:
 
 
 def has_avx512() -> bool:
-    """Whether eight numbers fit a vector register of the processor that is compiled for, and not four or two."""
+    """Return whether a vector register of the target processor holds eight floats, not four or two."""
     features = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
-    if features is None:  # not told by NUMBA_CPU_FEATURES: those of this one
+    if features is None:  # NUMBA_CPU_FEATURES is unset: the features of this processor apply
         features = llvm.get_host_cpu_features().flatten()
     return "+avx512f" in features.split(",")
 
 
-def rows_near() -> np.ndarray:
-    """Parameters (ROWS, 7) of exciters near the forced one, supports in the middle."""
-    near = 1.0 + np.random.default_rng(0).uniform(-0.05, 0.05, (ROWS, 7))
-    return near * np.array(FORCED.parameters())
+def random_parameters() -> np.ndarray:
+    """Return the parameters (ROWS, 7) of exciters within 5 % of the forced one, equilibrium in the middle."""
+    factors = 1.0 + np.random.default_rng(0).uniform(-0.05, 0.05, (ROWS, 7))
+    return factors * np.array(FORCED.parameters())
 
 
-def in_lanes() -> PreparedRun:
-    """All rows in lanes, impacts recorded, on one thread."""
-    parameters, starts = rows_near(), np.zeros((ROWS, 2))
+def lanes_run() -> PreparedRun:
+    """Return the run of all rows in lanes on one thread, impacts recorded."""
+    parameters, starts = random_parameters(), np.zeros((ROWS, 2))
     turns = np.full(ROWS, float(ROW_PERIODS))
     march = partial(march_rows, parameters, starts, turns, STEPS, 10**6)
-    return PreparedRun(threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
+    return PreparedRun(limit_threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
 
 
 def scalar_run() -> PreparedRun:
-    """One row by the scalar path that gives the same motion."""
-    entered = build("newmark", STEPS, BenchmarkMotion(FORCED, 0.0, 0.0, ROW_PERIODS))
-    entered.show()
-    return PreparedRun(entered.repeat, ROW_PERIODS * STEPS)
+    """Return the run of one row by the scalar kernel, which computes the same motion."""
+    candidate = build("newmark", STEPS, BenchmarkMotion(FORCED, 0.0, 0.0, ROW_PERIODS))
+    candidate.show()
+    return PreparedRun(candidate.repeat, ROW_PERIODS * STEPS)
 
 
 def textbook_run() -> PreparedRun:
-    """One row by the textbook loop."""
+    """Return the run of one row by the textbook loop."""
     p = FORCED.parameters()
     march = partial(textbook, (p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
     return PreparedRun(repeated(march), ROW_PERIODS * STEPS)
 
 
-def swept(*, whole: bool) -> Item:
-    """Steady states over nu and f, on two threads, against a peer that waits for one of them to settle."""
+def sweep_item(*, whole: bool) -> Item:
+    """Return the item of a sweep over nu and f on two threads; its reference marches one transient."""
     every = 1 if whole else EVERY
     nu = np.linspace(0.3, 3.0, SWEEP_POINTS)[every // 2 :: every]
     f = np.linspace(0.05, 2.0, SWEEP_POINTS)[every // 2 :: every]
 
-    def steady() -> PreparedRun:
+    def sweep_run() -> PreparedRun:
         over = {"nu": nu, "f": f}
         solve = partial(sweep, SWEPT, over, harmonics=3, outputs=("harmonics",))
-        return PreparedRun(threads(2)(repeated(solve)), nu.size * f.size)
+        return PreparedRun(limit_threads(2)(repeated(solve)), nu.size * f.size)
 
     def heyoka_run() -> PreparedRun | str:
-        entered = build_method("heyoka", 1e-15, BenchmarkMotion(SWEPT, 0.0, 0.0, PEER_PERIODS))
-        if isinstance(entered, Outcome):
+        candidate = build_method("heyoka", 1e-15, BenchmarkMotion(SWEPT, 0.0, 0.0, PEER_PERIODS))
+        if isinstance(candidate, Outcome):
             return "not installed"
-        return PreparedRun(lambda n_calls: entered.repeat(n_calls * PEER_MOTIONS), PEER_MOTIONS)
+        return PreparedRun(lambda n_calls: candidate.repeat(n_calls * PEER_MOTIONS), PEER_MOTIONS)
 
     return Item(
         "sweep",
@@ -148,7 +156,7 @@ def swept(*, whole: bool) -> Item:
         f"heyoka: {PEER_PERIODS} periods of one motion, nu = 1, f = 1",
         "point",
         [
-            Candidate("steady states", steady, time.perf_counter),
+            Candidate("steady states", sweep_run, time.perf_counter),
             Candidate("heyoka, 1e-15", heyoka_run, time.perf_counter),
         ],
         [Target("steady states", "heyoka, 1e-15", 40)],
@@ -156,8 +164,8 @@ def swept(*, whole: bool) -> Item:
 
 
 @contextmanager
-def threads(count: int) -> Iterator[None]:
-    """So many threads for the kernels, as far as there are, and then as many as before."""
+def limit_threads(count: int) -> Iterator[None]:
+    """Use at most `count` threads in kernels, and restore the previous number afterwards."""
     before = numba.get_num_threads()
     numba.set_num_threads(min(count, int(numba.config.NUMBA_NUM_THREADS)))  # type: ignore[attr-defined]
     try:

@@ -1,4 +1,4 @@
-"""What was measured, as tables for a terminal or as JSON."""
+"""Benchmark results as text tables or as JSON."""
 
 from __future__ import annotations
 
@@ -15,82 +15,82 @@ UNITS = (("ms", 1e6), ("us", 1e3), ("ns", 1.0))
 
 
 def as_text(items: Sequence[Item]) -> str:
-    """A table of times for each item, and under it every ratio that is asked, reached or not."""
+    """Return a table of times for each item, followed by its ratios and whether they meet their targets."""
     return "\n\n".join(item_text(item) for item in items)
 
 
 def item_text(item: Item) -> str:
-    """The table of one item."""
+    """Return the table and the ratios of one item."""
     head = ("", f"time per {item.unit}", "quartiles", "error", "first call")
-    lines = aligned([head, *(line(one) for one in item.contestants)])
+    lines = aligned([head, *(table_row(candidate) for candidate in item.candidates)])
     targets = [target_text(item, target) for target in item.targets]
     return "\n".join([f"{item.name}: {item.what}", *lines, *targets])
 
 
-def line(one: Candidate) -> tuple[str, ...]:
-    """One contestant as a line of the table."""
-    if one.why_not is not None:
-        return one.name, one.why_not, "", "", ""
-    median, low, high = one.quartiles()
-    error = "" if math.isnan(one.error) else f"{one.error:.0e}"
+def table_row(candidate: Candidate) -> tuple[str, ...]:
+    """Return the cells of one candidate."""
+    if candidate.why_not is not None:
+        return candidate.name, candidate.why_not, "", "", ""
+    median, low, high = candidate.quartiles()
+    error = "" if math.isnan(candidate.error) else f"{candidate.error:.0e}"
     spread = f"{time_text(low)} to {time_text(high)}"
-    return one.name, time_text(median), spread, error, f"{one.first_seconds:.1f} s"
+    return candidate.name, time_text(median), spread, error, f"{candidate.first_seconds:.1f} s"
 
 
 def target_text(item: Item, target: Target) -> str:
-    """A ratio, what was asked and whether it is reached."""
+    """Return a ratio, its target and whether the target is met, as one sentence."""
     ratio, low, high = item.ratios(target)
-    target_ratio = f"asked {target.times:,g}"
+    target_ratio = f"target {target.times:,g}"
     if math.isnan(ratio):
         return f"{target.ours} against {target.peer}: not measured, {target_ratio}"
-    outcome = "reached" if ratio >= target.times else "not reached"
+    outcome = "met" if ratio >= target.times else "not met"
     return (
-        f"{target.ours} against {target.peer}: {times_text(ratio)} times cheaper"
-        f" ({times_text(low)} to {times_text(high)}), {target_ratio}: {outcome}"
+        f"{target.ours} against {target.peer}: {times_text(ratio)} times faster"
+        f" (quartiles {times_text(low)} to {times_text(high)}), {target_ratio}: {outcome}"
     )
 
 
 def times_text(ratio: float) -> str:
-    """A ratio with three digits at least."""
+    """Return a ratio with at least three digits."""
     return f"{ratio:,.0f}" if ratio >= 100 else f"{ratio:.3g}"
 
 
 def time_text(nanoseconds: float) -> str:
-    """A time with a unit that suits it."""
+    """Return a time in the largest unit in which it is at least 1."""
     unit, size = next((u for u in UNITS if nanoseconds >= 0.9995 * u[1]), UNITS[-1])
     return f"{nanoseconds / size:.3g} {unit}"
 
 
 def as_json(items: Sequence[Item]) -> str:
-    """The same with all numbers, times in nanoseconds; null where there is none."""
+    """Return all numbers as JSON, times in ns; null stands for a missing number."""
     return json.dumps(
         {"cores": os.cpu_count(), "items": [item_as_dict(item) for item in items]}, indent=1
     )
 
 
 def item_as_dict(item: Item) -> dict[str, Any]:
-    """One item as JSON can hold it."""
+    """Return one item as a dict for JSON."""
     return {
         "name": item.name,
         "what": item.what,
         "unit": item.unit,
         "contestants": [
             {
-                "name": one.name,
-                "why_not": one.why_not,
-                "nanoseconds": numbers(one.quartiles())[0],
-                "quartiles": numbers(one.quartiles())[1:],
-                "rounds": one.times,
-                "error": numbers([one.error])[0],
-                "first_call_seconds": numbers([one.first_seconds])[0],
+                "name": candidate.name,
+                "why_not": candidate.why_not,
+                "nanoseconds": numbers_or_none(candidate.quartiles())[0],
+                "quartiles": numbers_or_none(candidate.quartiles())[1:],
+                "rounds": candidate.times,
+                "error": numbers_or_none([candidate.error])[0],
+                "first_call_seconds": numbers_or_none([candidate.first_seconds])[0],
             }
-            for one in item.contestants
+            for candidate in item.candidates
         ],
         "targets": [
             {
                 **target._asdict(),
-                "ratio": numbers(item.ratios(target))[0],
-                "ratio_quartiles": numbers(item.ratios(target))[1:],
+                "ratio": numbers_or_none(item.ratios(target))[0],
+                "ratio_quartiles": numbers_or_none(item.ratios(target))[1:],
                 "reached": bool(item.ratios(target)[0] >= target.times),
             }
             for target in item.targets
@@ -98,6 +98,6 @@ def item_as_dict(item: Item) -> dict[str, Any]:
     }
 
 
-def numbers(values: Sequence[float]) -> list[float | None]:
-    """Numbers, and None where there is none."""
+def numbers_or_none(values: Sequence[float]) -> list[float | None]:
+    """Return the numbers, None in place of nan."""
     return [None if math.isnan(value) else value for value in values]

@@ -1,8 +1,8 @@
-"""How time and memory grow with the number of points of a study: `python -m vibropipe.bench.growth`.
+"""Growth of time and memory with the number of points of a study: `python -m vibropipe.bench.growth`.
 
-The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved, joined and queried at 1e3 to
-1e6 points, as a workflow does it: cut as its plan says; each shard, the join and the query in a process of its
-own, whose largest memory is read in the end. Writes `results/growth/growth.nc`, `.svg`, `.pdf` and `.png`.
+The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved, joined and queried at 1e3 to 1e6
+points, split into shards as in a workflow. Each shard, the join and the query run in a process of their own, whose peak
+memory is recorded. Results: `results/growth/growth.nc`, `.svg`, `.pdf` and `.png`.
 """
 
 from __future__ import annotations
@@ -32,14 +32,17 @@ THREADS = (1, 2)
 PARAMETERS = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
 SPAN = {"nu": (0.3, 3.0), "f": (0.05, 2.0)}
 SCENE = "map"
-# A shard is solved so often that it comes to so many rows, this often at most.
+# A short shard is solved repeatedly, up to this number of rows in all and this number of rounds.
 ROWS_SOLVED, ROUNDS = 300_000, 20
 MB = 1e6
 
 
 class Usage(NamedTuple):
-    """What a process needed: seconds by the clock and of all its threads, its largest memory in bytes, and the
-    seconds by the clock of doing it again with the results stored."""
+    """Resources that a call used.
+
+    `seconds` is wall time, `work` the CPU time of all threads (s), `memory` the peak memory of the process (bytes) and
+    `storing` the wall time of solving and writing the results (s).
+    """
 
     seconds: float
     work: float
@@ -48,14 +51,16 @@ class Usage(NamedTuple):
 
 
 def sweep_of(points: int) -> SweepScene:
-    """The sweep over so many points, in the middles of equal cells: every number of points then samples the
-    same mixture of motions."""
+    """Return the scene of a sweep with this number of points.
+
+    Points lie in the middles of equal cells, so that every number of points samples the same mixture of motions.
+    """
     from vibropipe.study import parse_study
 
-    fewer = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
+    rows = next(n for n in range(math.isqrt(points), 0, -1) if points % n == 0)
     over = {
         name: (low + (np.arange(count) + 0.5) / count * (high - low)).tolist()
-        for (name, (low, high)), count in zip(SPAN.items(), (fewer, points // fewer), strict=True)
+        for (name, (low, high)), count in zip(SPAN.items(), (rows, points // rows), strict=True)
     }
     scenes = {SCENE: {"kind": "sweep", "over": over}}
     study = {"title": f"{points} points", "exciter": PARAMETERS, "scenes": scenes}
@@ -67,27 +72,27 @@ def measure_growth(
     folder: Path,
     points: Sequence[int] = POINTS,
     threads: Sequence[int] = THREADS,
-    say: Callable[[str], None] | None = None,
+    on_progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Solve, join and query studies of so many points.
+    """Solve, join and query sweeps of increasing size.
 
     Parameters
     ----------
     folder : Path
-        Where the files of a study stand until it is measured.
+        Directory for temporary files.
     points : sequence of int
-        Numbers of points of the studies.
+        Numbers of points.
     threads : sequence of int
-        Numbers of threads that solve each.
-    say : callable, optional
-        Told a line of text after each study.
+        Numbers of threads that solve each sweep.
+    on_progress : callable, optional
+        Called with a line of text after each sweep.
 
     Returns
     -------
     xarray.Dataset
         `time_per_point`, `work_per_point` and `storing_per_point` (ms) over (points, threads); `solving_memory`,
-        `joining_memory`, `query_memory` (MB), `joining_rate` and `copying_rate` (MB/s) over points. Times leave out
-        the start of a process and the loading of its kernels.
+        `joining_memory`, `query_memory` (MB), `joining_rate` and `copying_rate` (MB/s) over points. Times exclude
+        starting processes and loading kernels.
     """
     import xarray as xr
 
@@ -113,8 +118,10 @@ def measure_growth(
         }
         for name, value in values.items():
             table.setdefault(name, []).append(value)
-        if say is not None:
-            say(f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in values.items()))
+        if on_progress is not None:
+            on_progress(
+                f"{count} points: " + ", ".join(f"{k} {np.round(v, 3)}" for k, v in values.items())
+            )
         shutil.rmtree(directory)
     dims = ("points", "threads")
     return describe(
@@ -126,7 +133,7 @@ def measure_growth(
 
 
 def _solve_all(directory: Path, points: int, threads: Sequence[int]) -> list[list[Usage]]:
-    """What each shard took, for each number of threads; all in turn, under the same conditions."""
+    """Return the usage of each shard for each number of threads, alternating so that conditions are equal."""
     from vibropipe.jobs.plan import plan_scene
 
     usages: list[list[Usage]] = [[] for _ in threads]
@@ -138,7 +145,7 @@ def _solve_all(directory: Path, points: int, threads: Sequence[int]) -> list[lis
 
 
 def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: int) -> Usage:
-    """Solve one shard of some, and again into its file; a short one some times, of which the shortest counts.
+    """Solve one shard, then solve and store it; short shards repeatedly, of which the fastest round counts.
 
     A study of one shard is stored on its grid by the job that solves it.
     """
@@ -151,7 +158,7 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
     numba.set_num_threads(threads)
     scene, path = sweep_of(points), directory / "shards" / f"{shard:04d}.nc"
     start, stop = row_range(scene, shard, shards)
-    # kernels and libraries are loaded before the clock starts
+    # load kernels and libraries before the clock starts
     store(sweep_of(4), path, {}, (1, 1))
     rounds = range(max(1, min(ROUNDS, ROWS_SOLVED // (stop - start))))
 
@@ -169,19 +176,19 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
 
 
 def join_shards(directory: Path, points: int) -> tuple[Usage, int]:
-    """Join all shards; also returns the bytes of the file."""
-    import netCDF4  # noqa: F401 (loaded before the clock starts)
+    """Join all shards; return the usage and the size of the file in bytes."""
+    import netCDF4  # noqa: F401 (load it before the clock starts)
 
     from vibropipe.scenes.sweep.plan import sweep_grid
     from vibropipe.store import join
 
     target, grid = directory / "joined" / f"{SCENE}.nc", sweep_grid(sweep_of(points))
-    took = _timed(lambda: join(sorted((directory / "shards").iterdir()), target, grid))
-    return took, target.stat().st_size
+    usage = _timed(lambda: join(sorted((directory / "shards").iterdir()), target, grid))
+    return usage, target.stat().st_size
 
 
 def copy_file(directory: Path) -> Usage:
-    """Copy the joined file, to the disk: what writing so many bytes takes at least."""
+    """Copy the joined file to the disk: a lower bound of the time to write it."""
 
     def copy() -> None:
         joined = directory / "joined" / f"{SCENE}.nc"
@@ -194,10 +201,10 @@ def copy_file(directory: Path) -> Usage:
 
 
 def query(directory: Path) -> Usage:
-    """Ask the joined file for a slice, a largest value and where period doubling begins."""
+    """Query the joined file: a slice, a maximum, and the lowest f with a period-2 orbit."""
     from vibropipe.store import open_study
 
-    def ask() -> None:
+    def run_queries() -> None:
         with open_study(directory / "joined") as tree:
             rows = tree[SCENE]
             amplitude = rows["displacement_amplitude"].sel(f=1.0, method="nearest")
@@ -207,18 +214,18 @@ def query(directory: Path) -> Usage:
             rows["impact_velocity_max"].max("support").where(wanted).max().compute()
             rows["f"].where(rows["period_multiple"] == 2).min("f").compute()
 
-    return _timed(ask)
+    return _timed(run_queries)
 
 
 def _timed(call: Callable[[], object]) -> Usage:
-    """Call a function; what this process needed for it."""
-    begin, worked = time.perf_counter(), time.process_time()
+    """Call a function and return its usage."""
+    start, start_work = time.perf_counter(), time.process_time()
     call()
-    return Usage(time.perf_counter() - begin, time.process_time() - worked, peak_memory())
+    return Usage(time.perf_counter() - start, time.process_time() - start_work, peak_memory())
 
 
 def peak_memory() -> float:
-    """The largest memory this process has held, in bytes."""
+    """Return the peak memory of this process in bytes."""
     try:
         text = Path("/proc/self/status").read_text(encoding="ascii")
     except OSError:
@@ -226,24 +233,24 @@ def peak_memory() -> float:
 
         unit = 1 if sys.platform == "darwin" else 1024
         return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
-    # unlike getrusage it knows nothing of the process this one was forked from
+    # getrusage would include the peak of the parent process before the fork
     return 1024.0 * next(int(line.split()[1]) for line in text.splitlines() if "VmHWM" in line)
 
 
 def run_in_subprocess(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function in a process of its own."""
+    """Call a function in a process of its own and return its result."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         return pool.apply(function, arguments)
 
 
 def main(points: Sequence[int], output: Path) -> None:
-    """Measure, print the numbers as they come, and draw them."""
+    """Measure, print each result, and draw the figure."""
     from vibropipe.figures.growth import draw_growth
     from vibropipe.figures.style import house_style, save, save_as
     from vibropipe.store import write
 
     with tempfile.TemporaryDirectory() as scratch:
-        measured = measure_growth(Path(scratch), points, say=print)
+        measured = measure_growth(Path(scratch), points, on_progress=print)
     write(measured, output / "growth.nc")
     with house_style():
         figure = draw_growth(measured)
@@ -251,15 +258,15 @@ def main(points: Sequence[int], output: Path) -> None:
         save_as(figure, output / "growth.png")
 
 
-def parse_points(words: Sequence[str]) -> Sequence[int]:
-    """The numbers of points asked for on the command line, such as 1e4; SystemExit where one is none."""
+def parse_points(arguments: Sequence[str]) -> Sequence[int]:
+    """Return the numbers of points given on the command line, such as 1e4; raise SystemExit if one is invalid."""
     try:
-        points = [int(float(word)) for word in words]
+        points = [int(float(word)) for word in arguments]
     except (ValueError, OverflowError):
         points = [0]
     if not all(1 <= count <= MAX_POINTS for count in points):
-        must = f"must be numbers from 1 to {MAX_POINTS:.0e}"
-        raise SystemExit(f"points: {must}, got {' '.join(words)}")
+        text = " ".join(arguments)
+        raise SystemExit(f"points: must be numbers from 1 to {MAX_POINTS:.0e}, got {text}")
     return points or POINTS
 
 

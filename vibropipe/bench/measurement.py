@@ -1,4 +1,4 @@
-"""Measuring side by side: all contestants in turn in every round, so that a drift of the machine hits all alike."""
+"""Benchmark items: every candidate is timed in every round, so that drift of the machine affects all alike."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ from vibropipe.lab.timing import Repeat, Timer, quartiles, time_in_rounds
 
 
 class PreparedRun(NamedTuple):
-    """A contestant that can be timed: `repeat` does its work so many times, `units` of it each; `error` is
-    that against the twin, nan where none is asked."""
+    """A candidate that is ready to be timed.
+
+    `repeat` runs its work n times, each of `units` units; `error` is its deviation from the 40-digit reference,
+    nan where none is measured.
+    """
 
     repeat: Repeat
     units: float
@@ -22,7 +25,11 @@ class PreparedRun(NamedTuple):
 
 @dataclass
 class Candidate:
-    """A method of an item. `build` makes it ready, or says in a text why it can not enter; `clock` tells seconds."""
+    """A method of an item.
+
+    `build` prepares the run or returns the reason why the method cannot run; `clock` returns seconds; `times` are
+    ns per unit, one for each round.
+    """
 
     name: str
     build: Callable[[], PreparedRun | str]
@@ -34,16 +41,16 @@ class Candidate:
 
     @property
     def error(self) -> float:
-        """Error against the twin; nan where none is asked."""
+        """Error against the 40-digit reference; nan where none is measured."""
         return math.nan if self.ready is None else self.ready.error
 
     def quartiles(self) -> list[float]:
-        """Median and quartiles, in nanoseconds per unit; nan if it did not enter."""
+        """Return the median and the quartiles of the time per unit, in ns; nan if the method did not run."""
         return quartiles(self.times)
 
 
 class Target(NamedTuple):
-    """How many times cheaper `ours` is to be than `peer`."""
+    """Smallest accepted ratio `times` of the time of `peer` to the time of `ours`."""
 
     ours: str
     peer: str
@@ -52,37 +59,48 @@ class Target(NamedTuple):
 
 @dataclass
 class Item:
-    """What is measured: contestants doing the same work, per `unit`, and the ratios asked of them."""
+    """Candidates that do the same work, timed per `unit`, and the target ratios between them."""
 
     name: str
     what: str
     unit: str
-    contestants: list[Candidate]
+    candidates: list[Candidate]
     targets: list[Target]
 
     def find(self, name: str) -> Candidate:
-        """The contestant of that name."""
-        return next(one for one in self.contestants if one.name == name)
+        """Return the candidate of this name."""
+        return next(candidate for candidate in self.candidates if candidate.name == name)
 
     def ratios(self, target: Target) -> list[float]:
-        """How many times cheaper: by medians, and the quartiles over rounds; nan without the peer."""
+        """Return the ratio of the medians of a target, and the quartiles of the ratio over the rounds.
+
+        All are nan if the reference was not measured.
+        """
         ours, peer = self.find(target.ours), self.find(target.peer)
         _, low, high = quartiles([b / a for a, b in zip(ours.times, peer.times, strict=False)])
         return [peer.quartiles()[0] / ours.quartiles()[0], low, high]
 
 
 def measure(items: Sequence[Item], rounds: int) -> None:
-    """Take so many times of every contestant that enters; the first call of each, which compiles or loads what
-    it needs, is timed apart."""
+    """Time every candidate of the items that can run.
+
+    Parameters
+    ----------
+    items : sequence of Item
+        Receives the times (`Candidate.times`, ns per unit), or the reasons why a candidate cannot run.
+    rounds : int
+        Timings of each candidate. Its first call, which compiles and loads what it needs, is measured separately
+        (`first_seconds`).
+    """
     timers = []
-    for one in (one for item in items for one in item.contestants):
+    for candidate in (candidate for item in items for candidate in item.candidates):
         begin = time.perf_counter()
-        ready = one.build()
+        ready = candidate.build()
         if isinstance(ready, str):
-            one.why_not = ready
+            candidate.why_not = ready
             continue
         ready.repeat(1)
-        one.ready, one.first_seconds = ready, time.perf_counter() - begin
-        timers.append(Timer(ready.repeat, ready.units, one.clock, math.inf, is_warm=True))
-        one.times = timers[-1].times
+        candidate.ready, candidate.first_seconds = ready, time.perf_counter() - begin
+        timers.append(Timer(ready.repeat, ready.units, candidate.clock, math.inf, is_warm=True))
+        candidate.times = timers[-1].times
     time_in_rounds(timers, rounds)

@@ -1,7 +1,7 @@
-"""Newmark's method with the impact taken at the end of the step: the common crude way, kept to be compared.
+"""Newmark's method with impacts applied at the end of the step, a common simple scheme kept as a reference.
 
-A step that ends beyond a support is set back onto it, and its velocity is reset there and then. Nothing
-is located and nothing rests, so the error falls with the first power of the step only.
+A step that ends beyond a support is set back onto it, and its velocity is reset there. No event is located and no
+sticking is detected, so the error is of first order in the step.
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ from vibropipe.physics.contact import support_position
 
 @jit
 def crude(p, grid, periods, x, v, log, samples):
-    """(x, v) after whole forcing periods from phase 0, on a grid of `newmark_grid`.
+    """March whole forcing periods from phase 0 with impacts at the ends of steps.
 
-    Impacts are logged at the ends of steps; samples (n,) takes the displacement at n equal fractions of the
-    last period.
+    p : Parameters; grid : StepGrid of `newmark_grid`; periods : int; x, v : state at tau = 0; log : receives each
+    impact at the end of its step; samples : (n,) receives the displacement at n equal fractions of the last period.
+    Returns (x, v) at the end.
     """
     upper, lower = support_position(p, 1), support_position(p, 2)
     for period in range(periods):
-        done = 0 if period == periods - 1 else samples.size
+        n_sampled = 0 if period == periods - 1 else samples.size
         for step in range(grid.steps):
-            p_x, p_v = force_at_step(grid, step)
-            x1 = grid.a11 * x + grid.a12 * v + p_x
-            v1 = grid.a21 * x + grid.a22 * v + p_v
-            while done < samples.size and done * grid.steps < (step + 1) * samples.size:
-                theta = done * grid.steps / samples.size - step
-                samples[done] = x + theta * grid.dt * (v + 0.5 * theta * (v1 - v))
-                done += 1
+            force_x, force_v = force_at_step(grid, step)
+            x1 = grid.a11 * x + grid.a12 * v + force_x
+            v1 = grid.a21 * x + grid.a22 * v + force_v
+            while n_sampled < samples.size and n_sampled * grid.steps < (step + 1) * samples.size:
+                theta = n_sampled * grid.steps / samples.size - step
+                samples[n_sampled] = x + theta * grid.dt * (v + 0.5 * theta * (v1 - v))
+                n_sampled += 1
             support = 1 if x1 >= upper else 2 if x1 <= lower else 0
             if support > 0:
                 x1 = upper if support == 1 else lower
@@ -46,7 +47,7 @@ def crude(p, grid, periods, x, v, log, samples):
 
 @jit
 def crude_repeatedly(p, grid, periods, x, v, log, samples, n_calls):
-    """The same motion so many times over, to be timed."""
+    """March the same motion `n_calls` times, for timing; arguments as of `crude`. Returns the last x."""
     last = x
     for _ in range(n_calls):
         clear_log(log)

@@ -1,4 +1,4 @@
-"""Bytes that results take on disk: of a row of a sweep, and of a forcing period of a motion."""
+"""Stored bytes of a sweep row and of a forcing period of a motion."""
 
 from __future__ import annotations
 
@@ -13,17 +13,31 @@ from vibropipe.solve.motion import simulate
 from vibropipe.solve.sweep import sweep
 from vibropipe.store.encoding import encode
 
-# Rows of the sweep that is encoded; what a shorter one needs too (parameters, grids) is left out.
+# Rows of the larger of two encoded sweeps: their difference excludes what does not grow with rows (parameters, grids).
 MANY_ROWS = 64
-# Rows lie about the exciter's f (or its nu, without force) by this share, so that no two are the same.
+# Relative half width of the interval of f (of nu, without force) that the rows sample, so that no two are equal.
 WIDTH = 0.01
 
 
 @cache
-def bytes_of(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -> float:
-    """Return the bytes, encoded for the disk before compression, of a row about a motion's exciter with some
-    outputs, or of a forcing period of the motion."""
-    solve, few, many = (rows, 1, MANY_ROWS) if row else (periods, 0, motion.periods)
+def stored_bytes(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -> float:
+    """Return the bytes of a row or of a forcing period, encoded for the disk before compression.
+
+    Parameters
+    ----------
+    motion : BenchmarkMotion
+        Motion, or centre of the swept exciters.
+    row : bool
+        Whether a row of a sweep is measured, not a forcing period of the motion.
+    outputs : tuple of str
+        Outputs that are stored.
+
+    Returns
+    -------
+    float
+        Bytes per row or per forcing period.
+    """
+    solve, few, many = (sweep_rows, 1, MANY_ROWS) if row else (march_periods, 0, motion.periods)
     sizes = [
         sum(np.asarray(stored.values).nbytes for stored in encode(solve(motion, outputs, count))[0])
         for count in (few, many)
@@ -31,17 +45,17 @@ def bytes_of(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -> fl
     return (sizes[1] - sizes[0]) / (many - few)
 
 
-def rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
-    """Return so many rows of a sweep about a motion's exciter."""
+def sweep_rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
+    """Return a sweep of `count` rows about the exciter of a motion."""
     name = "f" if motion.exciter.f else "nu"
-    middle = getattr(motion.exciter, name)
-    over = {name: middle * (1 + WIDTH * np.linspace(-1, 1, count))}
+    centre = getattr(motion.exciter, name)
+    over = {name: centre * (1 + WIDTH * np.linspace(-1, 1, count))}
     return sweep(motion.exciter, over, x0=motion.x0, v0=motion.v0, outputs=outputs)
 
 
-def periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
-    """Return the first so many forcing periods of a motion."""
+def march_periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
+    """Return the first `count` forcing periods of a motion."""
     samples = SAMPLES if "motion" in outputs else 0
     end = count * motion.exciter.period
-    found = simulate(motion.exciter, end, motion.x0, motion.v0, samples_per_period=samples)
-    return found if "impacts" in outputs else found.drop_dims(["impact", "grazing"])
+    dataset = simulate(motion.exciter, end, motion.x0, motion.v0, samples_per_period=samples)
+    return dataset if "impacts" in outputs else dataset.drop_dims(["impact", "grazing"])

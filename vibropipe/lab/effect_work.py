@@ -1,4 +1,4 @@
-"""What is timed of effects and outputs: a motion or a row, by the kernel of its own effects and by that of all."""
+"""Timed work of effects and outputs: a motion or a row, with its own kernel and with the kernel of all effects."""
 
 from __future__ import annotations
 
@@ -29,16 +29,17 @@ from vibropipe.solve.run import closed_form_solver, run_motion
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.solve.sweep_grid import ROWS_PER_CALL
 
+# Harmonics of a row, and samples per forcing period of a motion, where a case includes them.
 HARMONICS = 3
 SAMPLES = 256
 
 
 class TimingCase(NamedTuple):
-    """What is timed: a motion marched over its periods, or, with `row`, the steady state that settles from
-    its start; outputs: of a motion any of motion, impacts, of a row any of harmonics, impacts, stability, energy.
+    """What is timed: a motion over its periods or, with `row`, the steady state that it settles to.
 
-    against: the trial whose time is the 1 of its target, "" for the kernel of all effects on the same motion;
-    at_most: the target, nan for none.
+    `outputs` of a motion: any of motion, impacts; of a row: any of harmonics, impacts, stability, energy. `against`
+    names the case whose time is the reference of the target ratio, "" for the all-effects kernel on the same motion.
+    `at_most` is the target, nan for none.
     """
 
     motion: BenchmarkMotion
@@ -49,15 +50,18 @@ class TimingCase(NamedTuple):
 
     @property
     def effects(self) -> Effects:
-        """The effects that the motion calls for, as a scene of it would derive them."""
+        """Effects of the motion, derived as for a scene."""
         exciter, x0, v0, _periods = self.motion
         span = math.inf if self.row else self.motion.tau_end
         return effects_of(exciter.parameters()._asdict(), x0, v0, span)
 
 
 class TimedWork(NamedTuple):
-    """What a timer repeats: so many units (rows, or forcing periods of a motion) of so many forcing periods
-    each, with so many impacts and rests in a forcing period."""
+    """What a timer repeats.
+
+    One call of `repeat` does `units` units (rows, or forcing periods of a motion) of `periods` forcing periods each;
+    `impacts` and `rests` are mean numbers per forcing period.
+    """
 
     repeat: Repeat
     units: int
@@ -77,7 +81,11 @@ def solve_row_repeatedly(
     out: RowResults,
     n_calls: int,
 ) -> None:
-    """Solve a row (1, 7) so many times, marched whatever it is."""
+    """Solve a row `n_calls` times by time marching, without a closed form, for timing.
+
+    e : Effects; row : (1, 7) parameters; x, v : start; log : Log of an orbit; c : (DEGREE + 1,) scratch; out : results
+    of one row.
+    """
     p = row_parameters(row, 0)
     for _ in range(n_calls):
         out.impacts[0, :] = 0.0
@@ -97,38 +105,47 @@ def sample_repeatedly(
     samples: np.ndarray,
     n_calls: int,
 ) -> None:
-    """March the motion of a row (1, 7) so many times with samples, from tau = 0."""
+    """March the motion of a row `n_calls` times from tau = 0 and sample it, for timing.
+
+    e : Effects; row : (1, 7) parameters; x, v : start; periods : forcing periods; log : Log with capacity for all
+    contacts; c : (DEGREE + 1,) scratch; samples : (1, 2, n) receives displacement and velocity.
+    """
     p = row_parameters(row, 0)
     for _ in range(n_calls):
         sample_row(e, p, x, v, periods, log, c, samples, 0)
 
 
 def row_calls(
-    trial: TimingCase, motion: BenchmarkMotion, effects: Effects
+    case: TimingCase, motion: BenchmarkMotion, effects: Effects
 ) -> tuple[Repeat, Repeat, RowResults]:
-    """What solves the row of a motion so many times, marched whatever it is and as a sweep solves it, and where
-    its results go."""
+    """Return the call that marches the row of a motion, the one that solves it as a sweep does, and their results."""
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
-    out = new_rows(ROWS_PER_CALL, HARMONICS, trial.outputs, new_impact_buffer(ROWS_PER_CALL))
-    work = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
+    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, new_impact_buffer(ROWS_PER_CALL))
+    scratch = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
 
     def solve(n_calls: int) -> None:
         for first in range(0, n_calls, ROWS_PER_CALL):
-            part = slice(min(n_calls - first, ROWS_PER_CALL))
-            out.impacts[part] = 0.0
-            out.rests[part] = 0.0
-            solve_piece(effects, row[part], starts[part], 1, MAX_PERIODS, MAX_PERIODS, out)
+            piece = slice(min(n_calls - first, ROWS_PER_CALL))
+            out.impacts[piece] = 0.0
+            out.rests[piece] = 0.0
+            solve_piece(effects, row[piece], starts[piece], 1, MAX_PERIODS, MAX_PERIODS, out)
 
-    return partial(solve_row_repeatedly, ALL_EFFECTS, row, motion.x0, motion.v0, *work), solve, out
+    return (
+        partial(solve_row_repeatedly, ALL_EFFECTS, row, motion.x0, motion.v0, *scratch),
+        solve,
+        out,
+    )
 
 
 def row_work(
-    trial: TimingCase, motion: BenchmarkMotion, effects: Effects, closed: bool
+    case: TimingCase, motion: BenchmarkMotion, effects: Effects, closed: bool
 ) -> TimedWork:
-    """The steady state of a motion: a row of as many periods as its march takes to settle, as a sweep solves it
-    or marched whatever it is."""
-    march, solve, out = row_calls(trial, motion, effects)
+    """Return the work of a steady state: one row of as many periods as its transient takes.
+
+    `closed`: as a sweep solves it, in closed form where there is one; else by time marching.
+    """
+    march, solve, out = row_calls(case, motion, effects)
     march(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))
     impacts, rests = out.impacts[0].sum() / m, out.rests[0].sum() / m
@@ -136,16 +153,16 @@ def row_work(
 
 
 def motion_work(
-    trial: TimingCase, motion: BenchmarkMotion, effects: Effects, closed: bool
+    case: TimingCase, motion: BenchmarkMotion, effects: Effects, closed: bool
 ) -> TimedWork:
-    """A motion over its periods, with samples where they are asked for."""
-    (exciter, x0, v0, periods), sampled = motion, "motion" in trial.outputs
-    task = motion.task(SAMPLES * sampled)
-    if closed and closed_form_solver(exciter, task):
-        solve = partial(run_motion, exciter, task)
-        struck = solve().contacts["impact_tau"]
-        return TimedWork(repeated(solve), periods, 1, struck.size / periods, 0.0)
-    # Of the effects a grid knows the force alone: two kernels of it are enough.
+    """Return the work of a motion over its periods, sampled if its outputs include the motion."""
+    (exciter, x0, v0, periods), sampled = motion, "motion" in case.outputs
+    request = motion.request(SAMPLES * sampled)
+    if closed and closed_form_solver(exciter, request):
+        solve = partial(run_motion, exciter, request)
+        impact_tau = solve().contacts["impact_tau"]
+        return TimedWork(repeated(solve), periods, 1, impact_tau.size / periods, 0.0)
+    # A grid depends on one effect, the forcing: two kernels build all grids.
     grid = exact_grid(ALL_EFFECTS._replace(forcing=effects.forcing), exciter.parameters())
     march = March(motion, grid, effects)
     march.repeat(1)
@@ -153,29 +170,32 @@ def motion_work(
     repeat: Repeat = march.repeat
     if sampled:
         row, samples = np.array([exciter.parameters()]), np.empty((1, 2, SAMPLES * periods))
-        room = march.log, march.scratch, samples
-        repeat = partial(sample_repeatedly, effects, row, x0, v0, periods, *room)
+        arrays = march.log, march.scratch, samples
+        repeat = partial(sample_repeatedly, effects, row, x0, v0, periods, *arrays)
     return TimedWork(repeat, periods, 1, impacts, rests)
 
 
-def kernel_calls(trial: TimingCase) -> list[Callable[[], object]]:
-    """Calls of each kernel that a trial needs, with next to no work."""
-    if trial.row:
-        march, solve, _out = row_calls(trial, trial.motion, trial.effects)
+def kernel_calls(case: TimingCase) -> list[Callable[[], object]]:
+    """Return calls that compile each kernel of a case with a minimum of work."""
+    if case.row:
+        march, solve, _out = row_calls(case, case.motion, case.effects)
         return [partial(march, 1), partial(solve, 1)]
 
     def call(effects: Effects, closed: bool) -> None:
-        motion_work(trial, trial.motion, effects, closed).repeat(1)
+        motion_work(case, case.motion, effects, closed).repeat(1)
 
-    return [partial(call, trial.effects, True), partial(call, ALL_EFFECTS, False)]
+    return [partial(call, case.effects, True), partial(call, ALL_EFFECTS, False)]
 
 
-def works_by_kernel(trial: TimingCase, full: BenchmarkMotion) -> dict[str, TimedWork]:
-    """The work of a trial by the kernel of its motion's own effects (a closed form where there is one); on the same
-    motion, by the kernel of all effects; the same by that kernel on the motion that has all effects."""
-    build = row_work if trial.row else motion_work
+def works_by_kernel(case: TimingCase, full: BenchmarkMotion) -> dict[str, TimedWork]:
+    """Return the work of a case for each kernel.
+
+    "own": the kernel of its effects, or a closed form where there is one; "all": the all-effects kernel on the same
+    motion; "full": the all-effects kernel on the motion that contains all effects.
+    """
+    build = row_work if case.row else motion_work
     return {
-        "own": build(trial, trial.motion, trial.effects, True),
-        "all": build(trial, trial.motion, ALL_EFFECTS, False),
-        "full": build(trial, full, ALL_EFFECTS, False),
+        "own": build(case, case.motion, case.effects, True),
+        "all": build(case, case.motion, ALL_EFFECTS, False),
+        "full": build(case, full, ALL_EFFECTS, False),
     }

@@ -1,7 +1,7 @@
-"""Many motions by Newmark's method in lockstep: whole steps side by side, contacts one motion at a time.
+"""Newmark's method on many motions in lockstep: plain steps side by side, contacts one motion at a time.
 
-A motion leaves the block for what is not plain flight (contact, chatter, rest, its end) and goes through the
-very functions of `march.loop`, so it is the same motion to the last bit.
+A motion leaves its block for everything but plain flight (contact, chatter, sticking, its end) and is then advanced by
+the functions of `march.loop`, so it is bitwise equal to a motion marched alone.
 """
 
 from __future__ import annotations
@@ -38,13 +38,17 @@ from vibropipe.words.status import Status
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
 NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
 SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
-# Numbers kept of a motion: its State, and at EVENTS the contacts and releases it has made.
+# Length of a saved motion: its State, and at index EVENTS the number of its contacts and releases.
 STATE, EVENTS = 9, 8
 
 
 class LaneInput(NamedTuple):
-    """Motions from (x, v) at tau = 0, one per row: parameters (rows, 7), starts (rows, 2), ends (rows, 3) as
-    (period, step, theta); sin and cos at every step of the period (`load.sincos_tables`), and an array of no size."""
+    """Motions from (x, v) at tau = 0, one per row.
+
+    parameters : (rows, 7); starts : (rows, 2); ends : (rows, 3) as (period, step, theta); steps : per forcing period;
+    max_events : limit of contacts and releases; sines, cosines : at every step of the period (`load.sincos_tables`);
+    basis : empty.
+    """
 
     parameters: np.ndarray
     starts: np.ndarray
@@ -57,7 +61,7 @@ class LaneInput(NamedTuple):
 
 
 class LaneResult(NamedTuple):
-    """What the motions leave: (x, v) at the end (rows, 2), State (rows, STATE) as numbers, Status (rows,)."""
+    """Results by row: end : (rows, 2) as (x, v); state : (rows, STATE) of a State; status : (rows,) of Status."""
 
     end: np.ndarray
     state: np.ndarray
@@ -73,18 +77,18 @@ class LaneWork(NamedTuple):
 
 
 @jit
-def row_grid(tasks, p):
-    """Newmark's grid of a row, on the tables that all rows share."""
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, tasks.steps)
+def row_grid(inputs, p):
+    """Return Newmark's grid of a row, with the tables that all rows share."""
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, inputs.steps)
     return StepGrid(
-        None, tasks.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
-        tasks.sines, tasks.cosines, tasks.basis,
+        None, inputs.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
+        inputs.sines, inputs.cosines, inputs.basis,
     )  # fmt: skip
 
 
 @jit
 def row_log(logs, row):
-    """The log of a row, of logs (rows, room)."""
+    """Return the log of a row from the logs of all rows (rows, capacity)."""
     return Log(
         logs.position[row], logs.velocity[row], logs.impulse[row], logs.support[row],
         logs.rest_start[row], logs.rest_end[row], logs.rest_support[row],
@@ -93,24 +97,35 @@ def row_log(logs, row):
 
 
 @jit
-def save_state(state, kept) -> None:
-    """Write a state down as numbers."""
-    kept[0], kept[1], kept[2], kept[3] = state.period, state.step, state.theta, state.home
-    kept[4], kept[5], kept[6], kept[7] = state.y, state.w, state.mode, state.rest_start
+def save_state(state, saved) -> None:
+    """Write a State into a row of numbers."""
+    saved[0], saved[1], saved[2], saved[3] = state.period, state.step, state.theta, state.home
+    saved[4], saved[5], saved[6], saved[7] = state.y, state.w, state.mode, state.rest_start
 
 
 @jit
-def load_state(kept):
-    """The state that was written down."""
+def load_state(saved):
+    """Return the State that `save_state` wrote."""
     return State(
-        int(kept[0]), int(kept[1]), kept[2], int(kept[3]), kept[4], kept[5], int(kept[6]), kept[7]
+        int(saved[0]),
+        int(saved[1]),
+        saved[2],
+        int(saved[3]),
+        saved[4],
+        saved[5],
+        int(saved[6]),
+        saved[7],
     )
 
 
 @jit
 def march_until_step(e, p, grid, state, at_step, end, log, c, max_events):
-    """(state, events, Status, whether it goes on) of a motion outside the block, on to flight at the start of
-    step `at_step` or a later one, or to its end: the loop of `march`, paused at whole steps."""
+    """March a motion outside its block until it is in flight at the start of a step, or ends.
+
+    This is the loop of `march`, paused at whole steps. at_step : the earliest step at which it pauses; max_events :
+    limit of contacts and releases. Returns (state, events, status, is_going): the state, contacts and releases made,
+    Status, and whether the motion continues.
+    """
     pause = Instant(at_step // grid.steps, at_step % grid.steps, 0.0)
     if is_before(end, pause):
         pause = Instant(end.period, end.step, 0.0)
@@ -145,72 +160,70 @@ def march_until_step(e, p, grid, state, at_step, end, log, c, max_events):
 
 
 @jit
-def advance_lane(e, tasks, left, logs, scratch, row, i, now) -> bool:
-    """Bring the motion of a row, in place i of a block, through the stride that begins at step `now`; whether it
-    goes on after that."""
-    p = row_parameters(tasks.parameters, row)
-    grid, log = row_grid(tasks, p), row_log(logs, row)
-    kept, last, block = left.state[row], tasks.ends[row], scratch.block
-    end = Instant(int(last[0]), int(last[1]), last[2])
-    state = load_state(kept)
+def advance_lane(e, inputs, results, logs, scratch, row, i, now) -> bool:
+    """Advance the motion in lane i through the stride that begins at step `now`; return whether it continues."""
+    p = row_parameters(inputs.parameters, row)
+    grid, log = row_grid(inputs, p), row_log(logs, row)
+    saved, row_end, block = results.state[row], inputs.ends[row], scratch.block
+    end = Instant(int(row_end[0]), int(row_end[1]), row_end[2])
+    state = load_state(saved)
     if state.period * grid.steps + state.step < now:
-        # It has flown in the block since it was written down.
+        # it has flown in the block since it was saved
         y, w, steps = block[Y + i], block[W + i], grid.steps
         state = State(now // steps, now % steps, 0.0, state.home, y, w, FLIGHT, 0.0)
     after = now + STRIDE
-    events_left = tasks.max_events - int(kept[EVENTS])
+    events_left = inputs.max_events - int(saved[EVENTS])
     state, events, status, goes_on = march_until_step(
         e, p, grid, state, after, end, log, scratch.c, events_left
     )
-    save_state(state, kept)
-    kept[EVENTS] += events
-    left.status[row] = status
+    save_state(state, saved)
+    saved[EVENTS] += events
+    results.status[row] = status
     at_step = state.period * grid.steps + state.step
     if not goes_on:
         park_lane(math.inf, block, i)
-        left.end[row, 0], left.end[row, 1] = state_xv(p, state)
+        results.end[row, 0], results.end[row, 1] = state_xv(p, state)
     elif at_step > after:
         park_lane(at_step, block, i)
     else:
-        until = last[0] * grid.steps + last[1]
-        load_lane(e, p, grid, state.home, state.y, state.w, until, block, i)
+        end_step = row_end[0] * grid.steps + row_end[1]
+        load_lane(e, p, grid, state.home, state.y, state.w, end_step, block, i)
     return goes_on
 
 
 @jit
-def init_block(e, tasks, left, scratch, first) -> int:
-    """Line up the motions of WIDTH rows from `first`; returns how many there are."""
-    rows = min(WIDTH, tasks.parameters.shape[0] - first)
+def init_block(e, inputs, results, scratch, first) -> int:
+    """Load the motions of WIDTH rows from `first` into the block; return their number."""
+    rows = min(WIDTH, inputs.parameters.shape[0] - first)
     scratch.block[:] = 0.0
     for i in range(WIDTH):
         park_lane(math.inf, scratch.block, i)
     for i in range(rows):
         row = first + i
-        p = row_parameters(tasks.parameters, row)
-        grid = row_grid(tasks, p)
+        p = row_parameters(inputs.parameters, row)
+        grid = row_grid(inputs, p)
         save_state(
-            initial_state(e, p, grid, 0.0, tasks.starts[row, 0], tasks.starts[row, 1]),
-            left.state[row],
+            initial_state(e, p, grid, 0.0, inputs.starts[row, 0], inputs.starts[row, 1]),
+            results.state[row],
         )
-        left.state[row, EVENTS] = 0.0
+        results.state[row, EVENTS] = 0.0
         set_map(grid, scratch.block, i)
         scratch.block[UNTIL + i] = 0.0
     return rows
 
 
 @jit
-def march_block(e, tasks, left, logs, scratch, first) -> None:
+def march_block(e, inputs, results, logs, scratch, first) -> None:
     """March the motions of WIDTH rows from `first` to their ends.
 
-    A row whose log has no room for another contact ends with LOG_FULL, one that makes more than max_events
-    contacts and releases with MAX_IMPACTS.
+    A row whose log is full ends with LOG_FULL, one with more than max_events contacts and releases with MAX_IMPACTS.
     """
-    going = init_block(e, tasks, left, scratch, first)
+    going = init_block(e, inputs, results, scratch, first)
     now = 0
     while going > 0:
-        load_sincos(tasks.sines, tasks.cosines, tasks.steps, now, scratch.sin_cos)
+        load_sincos(inputs.sines, inputs.cosines, inputs.steps, now, scratch.sin_cos)
         if advance_block(scratch.block, scratch.sin_cos, now + STRIDE) > 0:
             for i in range(WIDTH):
                 if scratch.block[PENDING + i] != 0.0:
-                    going -= not advance_lane(e, tasks, left, logs, scratch, first + i, i, now)
+                    going -= not advance_lane(e, inputs, results, logs, scratch, first + i, i, now)
         now += STRIDE

@@ -1,7 +1,7 @@
-"""General integrators on the same motions, as a user would write them: solve_ivp of scipy, and heyoka.
+"""Reference packages on the same motions, as a user would apply them: solve_ivp of scipy, and heyoka.
 
-They know nothing of this problem: impacts are events at which the integration stops or is changed. A
-peer that goes on for ever is stopped, one that falls through a support is found out.
+They are general integrators: an impact is an event at which the integration stops or the velocity is reset. A run whose
+work exceeds a limit is stopped, and penetration of a support is detected.
 """
 
 from __future__ import annotations
@@ -23,66 +23,66 @@ from vibropipe.lab.work_precision_methods import (
 )
 from vibropipe.words.measurements import SCIPY, Outcome
 
-# Work in a forcing period after which a peer is stopped: evaluations of the equation, or steps of heyoka. Counted
-# and not timed, so that the same peers are stopped on every machine.
+# Largest work per forcing period: evaluations of the equation, or steps of heyoka. It is counted, not timed, so that
+# the same runs are stopped on every machine.
 MAX_WORK = 10_000
-# A new start after an impact costs a peer about as much as so many evaluations.
+# Work of a restart after an impact, in evaluations of the equation.
 RESTART = 100
-# A mass so far beyond a support, in half distances of the supports, has fallen through it.
-DEPTH = 1e-3
+# Largest penetration of a support, relative to l; beyond it an impact was missed.
+MAX_PENETRATION = 1e-3
 
 
 class WorkError(Exception):
-    """All the work that a peer may do is done."""
+    """The work that a run may do is used up."""
 
 
 @cache
 def is_installed(method: str) -> bool:
-    """Whether the package of a peer is there."""
+    """Return whether the package of a method is installed."""
     return importlib.util.find_spec("scipy" if method in SCIPY else method) is not None
 
 
-def last_period(motion: BenchmarkMotion) -> np.ndarray:
-    """Times of the samples (SAMPLES,) and the end."""
+def sample_times(motion: BenchmarkMotion) -> np.ndarray:
+    """Return the times of the samples (SAMPLES,) in the last period, followed by the end."""
     period = motion.exciter.period
     return (motion.periods - 1 + np.arange(SAMPLES + 1) / SAMPLES) * period
 
 
 class Recorder:
-    """Collects impacts, and tells when a peer has done all the work it may (unless not `bounded`)."""
+    """Record of the impacts of a run and, if `bounded`, of the work it may still do."""
 
     def __init__(self, motion: BenchmarkMotion, *, bounded: bool = True) -> None:
         self.restitution = {1: motion.exciter.R1, 2: motion.exciter.R2}
         self.bound = {1: motion.exciter.upper, 2: motion.exciter.lower}
         self.l, self.impacts = motion.exciter.l, list[tuple[float, int, float]]()
-        self.left = MAX_WORK * motion.periods if bounded else math.inf
+        self.work_left = MAX_WORK * motion.periods if bounded else math.inf
 
-    def may_go_on(self, work: int = 1) -> bool:
-        """Whether there is work left after so much of it."""
-        self.left -= work
-        return self.left > 0
+    def spend(self, work: int = 1) -> bool:
+        """Count work; return whether any is left."""
+        self.work_left -= work
+        return self.work_left > 0
 
-    def strike(self, tau: float, support: int, velocity: float) -> float:
-        """Note an impact; its velocity after."""
+    def record_impact(self, tau: float, support: int, velocity: float) -> float:
+        """Record an impact and return the velocity after it."""
         self.impacts.append((tau, support, velocity))
-        self.left -= RESTART
+        self.work_left -= RESTART
         return -self.restitution[support] * velocity
 
-    def shown(self, samples: Any, end: Any, work: tuple[float, float, float]) -> MethodResult:
-        """What was found, with a fall through a support told."""
+    def result(self, samples: Any, end: Any, work: tuple[float, float, float]) -> MethodResult:
+        """Return the result of a run; its outcome reports nan and penetration of a support."""
         tau, support, velocity = np.array(self.impacts or np.empty((0, 3))).T
         x = np.append(samples, end[0])
         if not np.isfinite([*x, end[1]]).all():
             return failed(Outcome.DID_NOT_END)
         depth = max(x.max() - self.bound[1], self.bound[2] - x.min())
-        outcome = Outcome.FELL_THROUGH if depth > DEPTH * self.l else Outcome.OK
+        outcome = Outcome.FELL_THROUGH if depth > MAX_PENETRATION * self.l else Outcome.OK
         return MethodResult(
             outcome, (float(end[0]), float(end[1])), tau, support, velocity, samples, work
         )
 
 
 def scipy_peer(motion: BenchmarkMotion, method: str, tolerance: float) -> Candidate:
-    """solve_ivp with terminal events at both supports, started again after each impact."""
+    """Return solve_ivp with a terminal event at each support, restarted after each impact."""
 
     def show() -> MethodResult:
         try:
@@ -96,14 +96,17 @@ def scipy_peer(motion: BenchmarkMotion, method: str, tolerance: float) -> Candid
 def solve_by_scipy(
     motion: BenchmarkMotion, method: str, tolerance: float, *, timed: bool = False
 ) -> MethodResult:
-    """One motion; `timed` leaves out what is looked at only, and the bound on work."""
+    """Solve one motion by solve_ivp.
+
+    `timed` leaves out samples and the limit of work, which a user would not have either.
+    """
     from scipy.integrate import solve_ivp
 
-    e, recorder = motion.exciter, Recorder(motion, bounded=not timed)
-    nu, f, h, upper, lower = e.nu, e.f, e.h, e.upper, e.lower
+    exciter, recorder = motion.exciter, Recorder(motion, bounded=not timed)
+    nu, f, h, upper, lower = exciter.nu, exciter.f, exciter.h, exciter.upper, exciter.lower
 
     def equation(tau: float, state: Any) -> Any:
-        if not recorder.may_go_on():
+        if not recorder.spend():
             raise WorkError
         return state[1], f * math.sin(nu * tau) - h * state[1] - state[0]
 
@@ -115,31 +118,31 @@ def solve_by_scipy(
 
     for gap in (gap_1, gap_2):
         gap.terminal, gap.direction = True, -1  # type: ignore[attr-defined]
-    tau, state, times = 0.0, np.array([motion.x0, motion.v0]), last_period(motion)
+    tau, state, times = 0.0, np.array([motion.x0, motion.v0]), sample_times(motion)
     samples, steps, evaluations = np.full(0 if timed else SAMPLES, np.nan), 0, 0
     while tau < times[-1]:
-        found = solve_ivp(
+        solution = solve_ivp(
             equation, (tau, times[-1]), state, method, events=(gap_1, gap_2),
             dense_output=not timed, rtol=tolerance, atol=tolerance,
         )  # fmt: skip
-        evaluations += found.nfev
-        steps += len(found.t) - 1
-        among = (times[:-1] >= tau) & (times[:-1] <= found.t[-1])
-        if not timed and len(found.t) > 1 and among.any():
-            samples[among] = found.sol(times[:-1][among])[0]
-        tau, state = found.t[-1], found.y[:, -1]
-        if found.status == -1:
+        evaluations += solution.nfev
+        steps += len(solution.t) - 1
+        is_in_piece = (times[:-1] >= tau) & (times[:-1] <= solution.t[-1])
+        if not timed and len(solution.t) > 1 and is_in_piece.any():
+            samples[is_in_piece] = solution.sol(times[:-1][is_in_piece])[0]
+        tau, state = solution.t[-1], solution.y[:, -1]
+        if solution.status == -1:
             return failed(Outcome.DID_NOT_END)
-        if found.status == 1:
-            support = 1 if found.t_events[0].size else 2
-            velocity = recorder.strike(tau, support, state[1])
+        if solution.status == 1:
+            support = 1 if solution.t_events[0].size else 2
+            velocity = recorder.record_impact(tau, support, state[1])
             state = np.array([recorder.bound[support], velocity])
-    return recorder.shown(samples, state, (float(steps), float(evaluations), math.nan))
+    return recorder.result(samples, state, (float(steps), float(evaluations), math.nan))
 
 
 @cache
 def heyoka_equation() -> tuple[Any, Any, Any]:
-    """The variables and eq. (5) in symbols, parameters nu, f, h, support 1, support 2."""
+    """Return x, v and the right side of eq. (5) with parameters nu, f, h and the positions of both supports."""
     import heyoka
 
     x, v = heyoka.make_vars("x", "v")
@@ -148,60 +151,60 @@ def heyoka_equation() -> tuple[Any, Any, Any]:
 
 
 def heyoka_peer(motion: BenchmarkMotion, tolerance: float) -> Candidate:
-    """heyoka's Taylor integrator with an event at each support that resets the velocity."""
+    """Return heyoka's Taylor integrator with an event at each support that resets the velocity."""
     import heyoka
 
-    e, recorder = motion.exciter, Recorder(motion)
+    exciter, recorder = motion.exciter, Recorder(motion)
     x, v, acceleration = heyoka_equation()
 
-    def strike(support: int) -> Any:
+    def reset_at(support: int) -> Any:
         def callback(integrator: Any, _sign: int) -> bool:
             before = float(integrator.state[1])
-            integrator.state[1] = recorder.strike(float(integrator.time), support, before)
+            integrator.state[1] = recorder.record_impact(float(integrator.time), support, before)
             integrator.state[0] = recorder.bound[support]
-            return recorder.may_go_on(0)
+            return recorder.spend(0)
 
         return callback
 
-    falling = heyoka.event_direction.negative
+    closing = heyoka.event_direction.negative
     gaps = (heyoka.par[3] - x, x - heyoka.par[4])
     integrator = heyoka.taylor_adaptive(
         [(x, v), (v, acceleration)],
         [motion.x0, motion.v0],
         tol=tolerance,
-        pars=[e.nu, e.f, e.h, e.upper, e.lower],
+        pars=[exciter.nu, exciter.f, exciter.h, exciter.upper, exciter.lower],
         t_events=[
-            heyoka.t_event(gap, callback=strike(i + 1), direction=falling)
+            heyoka.t_event(gap, callback=reset_at(i + 1), direction=closing)
             for i, gap in enumerate(gaps)
         ],
     )
-    times = last_period(motion)
+    times = sample_times(motion)
 
-    def begin(*, bounded: bool = True) -> None:
+    def reset(*, bounded: bool = True) -> None:
         nonlocal recorder
         recorder = Recorder(motion, bounded=bounded)
         integrator.time, integrator.state[:] = 0.0, (motion.x0, motion.v0)
         integrator.reset_cooldowns()
 
-    def ahead(_integrator: Any) -> bool:
-        return recorder.may_go_on()
+    def continue_run(_integrator: Any) -> bool:
+        return recorder.spend()
 
     def show() -> MethodResult:
-        begin()
-        ended, steps = heyoka.taylor_outcome.time_limit, 0
+        reset()
+        finished, steps = heyoka.taylor_outcome.time_limit, 0
         if times[0] > 0:
-            before = integrator.propagate_until(times[0], callback=ahead)
-            if before[0] != ended:
+            first_part = integrator.propagate_until(times[0], callback=continue_run)
+            if first_part[0] != finished:
                 return failed(Outcome.DID_NOT_END)
-            steps = before[3]
-        after = integrator.propagate_grid(times, callback=ahead)
-        if after[0] != ended:
+            steps = first_part[3]
+        last_part = integrator.propagate_grid(times, callback=continue_run)
+        if last_part[0] != finished:
             return failed(Outcome.DID_NOT_END)
-        states, work = after[-1], (float(steps + after[3]), math.nan, math.nan)
-        return recorder.shown(states[:-1, 0], states[-1], work)
+        states, work = last_part[-1], (float(steps + last_part[3]), math.nan, math.nan)
+        return recorder.result(states[:-1, 0], states[-1], work)
 
-    def once() -> None:
-        begin(bounded=False)
+    def solve_for_timing() -> None:
+        reset(bounded=False)
         integrator.propagate_until(times[-1])
 
-    return Candidate(show, repeated(once))
+    return Candidate(show, repeated(solve_for_timing))

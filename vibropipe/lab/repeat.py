@@ -1,4 +1,4 @@
-"""A march done many times in one call, so that a motion of a microsecond can be timed."""
+"""Repeated marches of one motion in a single call, so that motions of a microsecond can be timed."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from vibropipe.orbits.return_map import clear_log
 
 @jit
 def march_repeatedly(e, p, grid, x, v, end, log, c, max_events, n_calls):
-    """March from (x, v) at tau = 0 to the end so many times; returns the last status.
+    """March from (x, v) at tau = 0 to `end` `n_calls` times, for timing.
 
-    The log must have room for all contacts of the motion.
+    e : Effects; p : Parameters; grid : StepGrid; end : Instant; log : must have capacity for all contacts; c : scratch
+    of `march`; max_events : limit of contacts and releases. Returns the largest Status of the calls.
     """
     worst = 0
     for _ in range(n_calls):

@@ -1,4 +1,4 @@
-"""Many motions by Newmark's method, marched in lockstep on the vector units: the face `simulate_rows`."""
+"""Many motions by Newmark's method, marched in lockstep on the vector units: `simulate_rows`."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from vibropipe.words.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
-# Room for contacts of a row at first, that for each forcing period, and by how much it grows for rows that it is
-# too small for.
+# Capacity of the log of a row: a constant part, a part for each forcing period, and the factor by which it grows for
+# rows that exceed it.
 FIRST_CAPACITY, CAPACITY_PER_PERIOD, CAPACITY_GROWTH = 64, 6, 4
-# Contacts that the logs of one call have room for, all rows together.
+# Capacity of all logs of one call in contacts, which bounds its memory to about 80 MB.
 MAX_CAPACITY = 2_000_000
-# Columns of a log, and where it counts their entries.
+# Columns of a log by the index of their count.
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),
     RESTS: ("rest_start", "rest_end", "rest_support"),
@@ -47,19 +47,19 @@ def simulate_rows(
     steps_per_period: int,
     max_impacts: int = 1_000_000,
 ) -> xr.Dataset:
-    """Solve the motions of eqs. (5), (6) of many exciters from (x0, v0) at tau = 0 to tau_end, by Newmark's method.
+    """Solve eqs. (5), (6) for many exciters from (x0, v0) at tau = 0 to tau_end by Newmark's method.
 
     Parameters
     ----------
     exciters : sequence of Exciter
         One per row.
     tau_end, x0, v0 : float or array_like
-        A number for all rows, or one per row; x0 left out as for `simulate`.
+        A number for all rows, or one per row; x0 defaults as in `simulate`.
     steps_per_period : int
         Steps per forcing period.
     max_impacts : int
-        Contacts that a row may have; one with more has status `max_impacts`, an end of nan and the contacts up to
-        there.
+        Limit of contacts of a row. A row that exceeds it has status `max_impacts`, an end of nan, and the contacts up
+        to the limit.
 
     Returns
     -------
@@ -72,13 +72,13 @@ def simulate_rows(
     Raises
     ------
     ParameterError
-        For a value outside what is allowed, or another number of them than exciters.
+        If a value is out of range, or a sequence has another length than exciters.
 
     Notes
     -----
-    Each row is the motion of `simulate(..., method="newmark")` to the last bit, several times cheaper: rows are
-    marched WIDTH at a time in lockstep, blocks of them on all threads. Rows that last about as many forcing
-    periods share a block.
+    Each row is bitwise equal to the motion of `simulate(..., method="newmark")` and several times faster: WIDTH rows
+    are marched in lockstep, and all threads share the blocks. Rows with similar numbers of forcing periods form a
+    block.
     """
     import xarray as xr
 
@@ -122,13 +122,32 @@ def march_rows(
     max_impacts: int,
     effects: Effects = ALL_EFFECTS,
 ) -> dict[str, np.ndarray]:
-    """The motions of parameters (rows, 7) from starts (rows, 2) over turns (rows,) forcing periods of so many
-    Newmark steps, by the names of `simulate_rows`; rows whose logs were too small are marched again with
-    larger ones."""
+    """March rows by Newmark's method; rows whose logs overflow are repeated with larger logs.
+
+    Parameters
+    ----------
+    parameters : (rows, 7) ndarray of float
+        nu, f, h, l, delta, R1, R2 of each row.
+    starts : (rows, 2) ndarray of float
+        Displacement and velocity at tau = 0.
+    turns : (rows,) ndarray of float
+        Ends, in forcing periods.
+    steps : int
+        Steps per forcing period.
+    max_impacts : int
+        Limit of contacts of a row.
+    effects : Effects
+        Effects of the kernel.
+
+    Returns
+    -------
+    dict of str to ndarray
+        The variables of `simulate_rows`.
+    """
     ends = np.array([grid_time(turn, steps) for turn in turns], float)
     sines, cosines = sincos_tables(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
-    done: list[dict[str, np.ndarray]] = []
+    finished: list[dict[str, np.ndarray]] = []
     waiting = np.argsort(turns, kind="stable")
     capacity = int(FIRST_CAPACITY + CAPACITY_PER_PERIOD * min(turns.max(), max_impacts))
     while waiting.size:
@@ -136,21 +155,21 @@ def march_rows(
         per_call = max(1, MAX_CAPACITY // capacity // WIDTH) * WIDTH
         for first in range(0, waiting.size, per_call):
             rows_of_call = waiting[first : first + per_call]
-            left, logs = _empty_results(len(rows_of_call), capacity)
+            results, logs = _empty_results(len(rows_of_call), capacity)
             _drive(
                 effects,
                 LaneInput(
                     parameters[rows_of_call], starts[rows_of_call], ends[rows_of_call], *shared
                 ),
-                left,
+                results,
                 logs,
             )
-            is_full = left.status == Status.LOG_FULL
+            is_full = results.status == Status.LOG_FULL
             unfinished.append(rows_of_call[is_full])
-            done.append(_compact(rows_of_call, left, logs, ~is_full))
+            finished.append(_compact(rows_of_call, results, logs, ~is_full))
         waiting, capacity = np.concatenate(unfinished), capacity * CAPACITY_GROWTH
-    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
-    return _in_order(whole, 2 * math.pi / parameters[:, 0])
+    columns = {name: np.concatenate([part[name] for part in finished]) for name in finished[0]}
+    return _in_order(columns, 2 * math.pi / parameters[:, 0])
 
 
 def _empty_results(rows: int, capacity: int) -> tuple[LaneResult, Log]:
@@ -165,59 +184,67 @@ def _empty_results(rows: int, capacity: int) -> tuple[LaneResult, Log]:
 
 
 @jit_parallel
-def _drive(e: Effects, tasks: LaneInput, left: LaneResult, logs: Log) -> None:
-    """March all rows of `tasks`, a block on a thread."""
-    rows = tasks.parameters.shape[0]
+def _drive(e: Effects, inputs: LaneInput, results: LaneResult, logs: Log) -> None:
+    """March all rows, each block on one thread."""
+    rows = inputs.parameters.shape[0]
     for index in prange((rows + WIDTH - 1) // WIDTH):
         scratch = LaneWork(np.empty(SIZE), np.empty(2 * STRIDE), np.empty(3))
-        march_block(e, tasks, left, logs, scratch, index * WIDTH)
+        march_block(e, inputs, results, logs, scratch, index * WIDTH)
 
 
 def _compact(
-    rows: np.ndarray, left: LaneResult, logs: Log, keep: np.ndarray
+    rows: np.ndarray, results: LaneResult, logs: Log, keep: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """State, status, counts and flat logs of the rows to keep, as columns; "row" and "row_of_<count>" number them."""
+    """Return state, status, counts and flattened logs of the rows to keep.
+
+    "row" and "row_of_<count>" hold the row of each entry.
+    """
     counts = logs.counts[keep]
-    columns = {name: getattr(left, name)[keep] for name in LaneResult._fields}
+    columns = {name: getattr(results, name)[keep] for name in LaneResult._fields}
     columns |= {"row": rows[keep], "counts": counts}
-    for counted, names in COLUMNS.items():
-        columns[f"row_of_{counted}"] = np.repeat(columns["row"], counts[:, counted])
+    for count_index, names in COLUMNS.items():
+        columns[f"row_of_{count_index}"] = np.repeat(columns["row"], counts[:, count_index])
         for name in names:
             column = getattr(logs, name)[keep]
-            columns[name] = column[np.arange(column.shape[1]) < counts[:, counted, None]]
+            columns[name] = column[np.arange(column.shape[1]) < counts[:, count_index, None]]
     return columns
 
 
-def _in_order(whole: dict[str, np.ndarray], period: np.ndarray) -> dict[str, np.ndarray]:
-    """All motions in the order of rows, by the names of a dataset, rests that go on at the end among them."""
-    permutation = np.argsort(whole["row"])
+def _in_order(columns: dict[str, np.ndarray], period: np.ndarray) -> dict[str, np.ndarray]:
+    """Return all motions in the order of rows, by the names of the dataset, with rests that continue at the end."""
+    permutation = np.argsort(columns["row"])
     state, counts, status, end = (
-        whole[n][permutation] for n in ("state", "counts", "status", "end")
+        columns[name][permutation] for name in ("state", "counts", "status", "end")
     )
-    short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
+    has_short_flights = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
     end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
-    status[short] = Status.SHORT_FLIGHTS
-    resting = np.flatnonzero(state[:, 6] == REST)
-    going_on = (state[resting, 7], np.full(resting.size, math.inf), state[resting, 3], resting)
-    for name, values in zip((*COLUMNS[RESTS], f"row_of_{RESTS}"), going_on, strict=True):
-        whole[name] = np.append(whole[name], values.astype(whole[name].dtype))
-    for counted, names in COLUMNS.items():
-        by_row = np.argsort(whole[f"row_of_{counted}"], kind="stable")
-        whole |= {name: whole[name][by_row] for name in (*names, f"row_of_{counted}")}
-    # Tails of chatters stand in the log beside the impacts.
-    struck, of_rest = whole["support"] > 0, whole[f"row_of_{RESTS}"]
-    of_impact, before = whole[f"row_of_{IMPACTS}"][struck], whole["velocity"][struck]
+    status[has_short_flights] = Status.SHORT_FLIGHTS
+    resting_rows = np.flatnonzero(state[:, 6] == REST)
+    open_rests = (
+        state[resting_rows, 7],
+        np.full(resting_rows.size, math.inf),
+        state[resting_rows, 3],
+        resting_rows,
+    )
+    for name, values in zip((*COLUMNS[RESTS], f"row_of_{RESTS}"), open_rests, strict=True):
+        columns[name] = np.append(columns[name], values.astype(columns[name].dtype))
+    for count_index, names in COLUMNS.items():
+        by_row = np.argsort(columns[f"row_of_{count_index}"], kind="stable")
+        columns |= {name: columns[name][by_row] for name in (*names, f"row_of_{count_index}")}
+    # The log also holds the tail impulses of chatters, which are not impacts.
+    is_impact, of_rest = columns["support"] > 0, columns[f"row_of_{RESTS}"]
+    of_impact, before = columns[f"row_of_{IMPACTS}"][is_impact], columns["velocity"][is_impact]
     return {
         "displacement_end": end[:, 0],
         "velocity_end": end[:, 1],
         "status": status.astype(np.int8),
         "row_size": np.bincount(of_impact, minlength=period.size),
-        "impact_tau": whole["position"][struck] * period[of_impact],
-        "impact_support": whole["support"][struck],
+        "impact_tau": columns["position"][is_impact] * period[of_impact],
+        "impact_support": columns["support"][is_impact],
         "impact_velocity": before,
-        "impact_velocity_after": before + whole["impulse"][struck],
+        "impact_velocity_after": before + columns["impulse"][is_impact],
         "row_rests": np.bincount(of_rest, minlength=period.size),
-        "rest_start": whole["rest_start"] * period[of_rest],
-        "rest_end": whole["rest_end"] * period[of_rest],
-        "rest_support": whole["rest_support"],
+        "rest_start": columns["rest_start"] * period[of_rest],
+        "rest_end": columns["rest_end"] * period[of_rest],
+        "rest_support": columns["rest_support"],
     }

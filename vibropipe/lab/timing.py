@@ -1,4 +1,4 @@
-"""Times of work on one core: rounds in which all take turns, so that a drift of the machine hits all alike."""
+"""CPU time of work on one core, in rounds that time every item so that drift affects all alike."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-# Seconds that timing one thing may take; a time shorter than this is taken of several runs in one go.
+# Seconds after which no further round of a timer begins: a round of all timers stays short enough to repeat.
 SECONDS = 0.25
+# Shortest timed interval in seconds, far above the resolution of the clock; shorter calls are repeated to fill it.
 MIN_SECONDS = 2e-3
 
 Repeat = Callable[[int], object]
@@ -18,11 +19,10 @@ Repeat = Callable[[int], object]
 
 @dataclass
 class Timer:
-    """Times of one thing, a round at a time, in nanoseconds per unit.
+    """Times of one item in ns per unit, one for each round.
 
-    repeat: does it so many times in one go; units: how many (forcing periods, rows) there are in one run;
-    `clock` tells seconds, of which no round begins once `budget` are spent; is_warm: whether it has been run
-    already, so that its first time counts.
+    repeat : called as `repeat(n_calls)`; units : units (forcing periods, rows) in one call; clock : returns seconds;
+    budget : seconds after which no round begins; is_warm : whether it has run before, so that its first time counts.
     """
 
     repeat: Repeat
@@ -35,7 +35,7 @@ class Timer:
     spent: float = 0.0
 
     def round(self) -> None:
-        """Take one more time, unless all that may be spent has been."""
+        """Take one time, unless the budget is spent."""
         if self.spent > self.budget:
             return
         while True:
@@ -49,16 +49,16 @@ class Timer:
         self.times.append(elapsed / self.n_calls / self.units * 1e9)
 
     def quartiles(self) -> list[float]:
-        """Return median, lower and upper quartile of the times."""
+        """Return the median and the lower and upper quartile of the times."""
         return quartiles(self.times)
 
     def over(self, other: Timer) -> list[float]:
-        """Return these times as shares of another's, round by round."""
+        """Return the ratios of these times to another timer's, round by round."""
         return [a / b for a, b in zip(self.times, other.times, strict=False)]
 
 
 def repeated(call: Callable[[], object]) -> Callable[[int], None]:
-    """Return what makes a call so many times in a row."""
+    """Return a function that makes the call `n_calls` times."""
 
     def repeat(n_calls: int) -> None:
         for _ in range(n_calls):
@@ -68,7 +68,7 @@ def repeated(call: Callable[[], object]) -> Callable[[int], None]:
 
 
 def quartiles(values: Collection[float]) -> list[float]:
-    """Return median, lower and upper quartile; nan where there are no values."""
+    """Return the median and the lower and upper quartile; nan if there are no values."""
     if not values:
         return [math.nan] * 3
     return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
@@ -77,8 +77,17 @@ def quartiles(values: Collection[float]) -> list[float]:
 def time_in_rounds(
     timers: Collection[Timer], rounds: int, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """So many rounds of all timers, after a run of each not warm yet that compiles and warms and is not counted.
-    progress is told the times taken and all of them."""
+    """Time all timers in every round.
+
+    Parameters
+    ----------
+    timers : collection of Timer
+        A timer that is not warm runs once before, uncounted, to compile and load.
+    rounds : int
+        Times taken of each.
+    progress : callable, optional
+        Called as `progress(done, total)` with the number of times taken.
+    """
     for timer in timers:
         if not timer.is_warm:
             timer.repeat(1)
@@ -92,7 +101,7 @@ def time_in_rounds(
 
 
 def expected_timing(seconds: float, rounds: int) -> float:
-    """Seconds that a timer will spend on something that takes so many, about."""
-    # Runs in one go are doubled until they take long enough: half as long again, and as much before.
-    each = max(seconds, 1.5 * MIN_SECONDS)
-    return min(2 * MIN_SECONDS + rounds * each, SECONDS + each)
+    """Estimate the seconds that a timer spends in `rounds` rounds on a call of `seconds`."""
+    # The number of calls is doubled until they fill MIN_SECONDS: 1.5 times that on average, plus the shorter attempts.
+    round_seconds = max(seconds, 1.5 * MIN_SECONDS)
+    return min(2 * MIN_SECONDS + rounds * round_seconds, SECONDS + round_seconds)

@@ -1,7 +1,7 @@
-"""What accuracy costs: every method at every setting on every motion, its error and its time.
+"""Work-precision comparison: error and run time of every method at every setting on every motion.
 
-The judge is the 40-digit twin. Times are those a core works, compilation and tables of the grid left
-out, all methods in turn in each round, so that a drift of the machine hits all alike.
+Errors are measured against the 40-digit reference. Times are CPU times of one core without compilation and tables of
+the grid; all methods are timed in every round, so that drift of the machine affects all alike.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab import peers
-from vibropipe.lab import work_precision_methods as contestant
+from vibropipe.lab import work_precision_methods as own_methods
 from vibropipe.lab.reference_solver import ReferenceSolver, period_of
 from vibropipe.lab.timing import Timer, time_in_rounds
 from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, Candidate, MethodResult
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 HARMONICS = 4
-# Impacts slower than this share of the fastest belong to a chatter, in which methods need not agree.
-SLOW = 0.05
-# Own methods of more steps than this are left out.
+# Impacts slower than this fraction of the largest velocity count as chatter, in which methods need not agree.
+SLOW_IMPACT_RATIO = 0.05
+# Steps of a motion above which a method of this package is not tried: at some ns per step, a run takes 0.1 s.
 MAX_STEPS = 20_000_000
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
 WORK = ("work_steps", "work_evaluations", "work_iterations")
@@ -39,7 +39,7 @@ TIMES = ("time_per_period", "time_per_period_low", "time_per_period_high")
 
 
 class Entry(NamedTuple):
-    """One place of the table: a method at one of its settings."""
+    """A method at one of its settings: index of the setting and its value (steps or tolerance)."""
 
     method: str
     setting: int
@@ -47,57 +47,78 @@ class Entry(NamedTuple):
 
 
 class MotionReference:
-    """The truth of one motion, and the errors of others by it."""
+    """The 40-digit reference of one motion, and the errors of results against it."""
 
     def __init__(self, motion: BenchmarkMotion) -> None:
         self.motion, period = motion, period_of(motion.exciter.nu)
-        begin = period * (motion.periods - 1)
-        times = [begin + period * k / SAMPLES for k in range(SAMPLES + 1)]
-        truth = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
-        states = np.array(truth.states, dtype=float)
+        start = period * (motion.periods - 1)
+        times = [start + period * k / SAMPLES for k in range(SAMPLES + 1)]
+        exact_motion = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
+        states = np.array(exact_motion.states, dtype=float)
         self.samples, self.end = states[:-1, 0], states[-1]
-        impacts = np.array(truth.impacts, dtype=float).reshape(-1, 4)[:, :3]
+        impacts = np.array(exact_motion.impacts, dtype=float).reshape(-1, 4)[:, :3]
         self.speed = max(np.abs(states[:, 1]).max(), np.abs(impacts[:, 2]).max(initial=0.0))
         self.size = np.abs(states[:, 0]).max()
-        fast = np.abs(impacts[:, 2]) > SLOW * self.speed
-        self.tau, self.support, self.velocity = impacts[fast].T
+        is_fast = np.abs(impacts[:, 2]) > SLOW_IMPACT_RATIO * self.speed
+        self.tau, self.support, self.velocity = impacts[is_fast].T
 
-    def errors(self, shown: MethodResult) -> tuple[Outcome, list[float]]:
-        """Errors (ERRORS) of a method, relative to the largest displacement and velocity of the last period
-        and impacts, and to the forcing period; and its outcome, impacts missed among it."""
-        if shown.outcome == Outcome.DID_NOT_END:
-            return shown.outcome, [math.nan] * len(ERRORS)
-        end_error = np.abs(np.array(shown.end) - self.end) / (self.size, self.speed)
-        waves = np.abs(np.fft.rfft(shown.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
-        outcome, late, off = shown.outcome, math.nan, math.nan
+    def errors(self, result: MethodResult) -> tuple[Outcome, list[float]]:
+        """Return the outcome and the errors of a result.
+
+        Parameters
+        ----------
+        result : MethodResult
+            Result of a method on the motion.
+
+        Returns
+        -------
+        outcome : Outcome
+            Outcome of the method; MISSED_IMPACT if it lacks an impact of the reference.
+        errors : list of float
+            ERRORS: of displacement and velocity, relative to their largest magnitudes in the last period and at
+            impacts; of impact times, relative to the forcing period; of harmonics. nan where not comparable.
+        """
+        if result.outcome == Outcome.DID_NOT_END:
+            return result.outcome, [math.nan] * len(ERRORS)
+        end_error = np.abs(np.array(result.end) - self.end) / (self.size, self.speed)
+        harmonic_errors = (
+            np.abs(np.fft.rfft(result.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
+        )
+        outcome, tau_error, velocity_error = result.outcome, math.nan, math.nan
         if self.tau.size:
-            fast = np.abs(shown.impact_velocity) > 0.5 * SLOW * self.speed
-            tau, support = shown.impact_tau[fast], shown.impact_support[fast]
-            partner = match_contacts(self.tau, self.support, tau, support)
-            if any((support == side).sum() < (self.support == side).sum() for side in (1, 2)):
+            is_fast = np.abs(result.impact_velocity) > 0.5 * SLOW_IMPACT_RATIO * self.speed
+            tau, support = result.impact_tau[is_fast], result.impact_support[is_fast]
+            partners = match_contacts(self.tau, self.support, tau, support)
+            if any((support == number).sum() < (self.support == number).sum() for number in (1, 2)):
                 outcome = max(outcome, Outcome.MISSED_IMPACT)
-            if (partner >= 0).all():
-                late = np.abs(tau[partner] - self.tau).max() / self.motion.exciter.period
-                off = (
-                    np.abs(shown.impact_velocity[fast][partner] - self.velocity).max() / self.speed
+            if (partners >= 0).all():
+                tau_error = np.abs(tau[partners] - self.tau).max() / self.motion.exciter.period
+                velocity_error = (
+                    np.abs(result.impact_velocity[is_fast][partners] - self.velocity).max()
+                    / self.speed
                 )
-        return outcome, [float(end_error.max()), late, off, float(waves.max() / self.size)]
+        return outcome, [
+            float(end_error.max()),
+            tau_error,
+            velocity_error,
+            float(harmonic_errors.max() / self.size),
+        ]
 
 
 def entries(
     methods: Sequence[str], steps: Sequence[int], tolerances: Sequence[float]
 ) -> list[Entry]:
-    """All settings of all methods."""
+    """Return all settings of all methods."""
     settings = {"crude": steps, "newmark": steps, "exact": [math.nan]}
     return [
-        Entry(method, place, float(value))
+        Entry(method, setting, float(value))
         for method in methods
-        for place, value in enumerate(settings.get(method, tolerances))
+        for setting, value in enumerate(settings.get(method, tolerances))
     ]
 
 
 def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidate | Outcome:
-    """A method at a setting on a motion, or why it does not enter."""
+    """Return a method with its setting on a motion, or the outcome that tells why it cannot run."""
     if method in OWN_METHODS and value * motion.periods > MAX_STEPS:
         return Outcome.NOT_TRIED
     if method not in OWN_METHODS and not peers.is_installed(method):
@@ -106,12 +127,12 @@ def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidat
 
 
 def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
-    """A method that is there, at a setting on a motion."""
+    """Return an installed method with its setting on a motion."""
     if method == "exact":
-        return contestant.exact(motion)
+        return own_methods.exact(motion)
     if method in OWN_METHODS:
-        own = contestant.newmark if method == "newmark" else contestant.newmark_crude
-        return own(motion, int(value))
+        own_method = own_methods.newmark if method == "newmark" else own_methods.newmark_crude
+        return own_method(motion, int(value))
     if method == "heyoka":
         return peers.heyoka_peer(motion, value)
     return peers.scipy_peer(motion, method, value)
@@ -120,22 +141,37 @@ def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
 def run_methods(
     motion: BenchmarkMotion, listed: Sequence[Entry], repeats: int
 ) -> dict[Entry, dict[str, float]]:
-    """Outcome, errors, work and times of each method on one motion, by the names of the dataset."""
-    judge, results, timers = MotionReference(motion), {}, {}
+    """Run each method on one motion.
+
+    Parameters
+    ----------
+    motion : BenchmarkMotion
+        Motion to solve.
+    listed : sequence of Entry
+        Methods with their settings.
+    repeats : int
+        Timings of each.
+
+    Returns
+    -------
+    dict
+        Outcome, errors, work and times of each entry, by the names of the dataset.
+    """
+    reference, results, timers = MotionReference(motion), {}, {}
     for entry in listed:
-        entered = build_method(entry.method, entry.value, motion)
-        if isinstance(entered, Outcome):
-            results[entry] = {"outcome": float(entered)}
+        candidate = build_method(entry.method, entry.value, motion)
+        if isinstance(candidate, Outcome):
+            results[entry] = {"outcome": float(candidate)}
             continue
-        shown = entered.show()
-        outcome, errors = judge.errors(shown)
-        work = [count / motion.periods for count in shown.effort]
+        result = candidate.show()
+        outcome, errors = reference.errors(result)
+        work = [count / motion.periods for count in result.effort]
         names = ("outcome", *ERRORS, *WORK)
         results[entry] = dict(zip(names, (outcome, *errors, *work), strict=True))
         if outcome != Outcome.DID_NOT_END:
             # Peers show and repeat by the same code, a second of it where they are slow.
             is_warm = entry.method not in OWN_METHODS
-            timers[entry] = Timer(entered.repeat, motion.periods, is_warm=is_warm)
+            timers[entry] = Timer(candidate.repeat, motion.periods, is_warm=is_warm)
     time_in_rounds(timers.values(), repeats)
     for entry, timer in timers.items():
         results[entry] |= zip(TIMES, timer.quartiles(), strict=True)
@@ -143,7 +179,7 @@ def run_methods(
 
 
 def compile_methods(methods: Sequence[str], motion: BenchmarkMotion) -> None:
-    """Have the kernels of our own methods compiled, by as many processes as this one may use threads."""
+    """Compile the kernels of this package's methods, in as many processes as there are threads."""
     short = motion._replace(periods=1)
 
     def show(method: str) -> None:
@@ -166,30 +202,30 @@ def solve_accuracy(
     repeats: int = 7,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Measure error, time and work of methods over (motion, method, setting).
+    """Measure error, run time and work of methods over (motion, method, setting).
 
     Parameters
     ----------
     motions : mapping of str to BenchmarkMotion
-        What is solved, by name.
+        Motions by name.
     methods : sequence of str
         Any of METHODS, each once.
     steps : sequence of int
         Steps per forcing period of crude and newmark.
     tolerances : sequence of float
-        Relative and absolute tolerances of the peers.
+        Relative and absolute tolerances of the reference packages.
     peer_periods : int
-        Forcing periods of a motion that peers run over at most.
+        Largest number of forcing periods of a motion that reference packages solve.
     repeats : int
         Timings of each.
     progress : callable, optional
-        Called as progress(done, total) with the number of runs, each a motion by a method at a setting.
+        Called as `progress(done, total)` with the number of runs, each a motion by a method at a setting.
 
     Returns
     -------
     xarray.Dataset
         Errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`,
-        `periods_run`. Times differ from run to run; all else is the same with the same versions of the packages.
+        `periods_run`. Only times differ from run to run with the same versions of the packages.
     """
     import xarray as xr
 
@@ -203,32 +239,38 @@ def solve_accuracy(
     run = 0
     for i, motion in enumerate(motions.values()):
         short = motion._replace(periods=min(motion.periods, peer_periods))
-        for chosen, own in ((motion, True), (short, False)):
-            part = [entry for entry in listed if (entry.method in OWN_METHODS) == own]
-            for entry, found in run_methods(chosen, part, repeats).items():
+        for solved_motion, is_own in ((motion, True), (short, False)):
+            entries_of_motion = [
+                entry for entry in listed if (entry.method in OWN_METHODS) == is_own
+            ]
+            for entry, values_by_name in run_methods(
+                solved_motion, entries_of_motion, repeats
+            ).items():
                 index = (i, methods.index(entry.method), entry.setting)
-                values[index[1:]], periods[index[:2]] = entry.value, chosen.periods
-                for name, value in found.items():
+                values[index[1:]], periods[index[:2]] = entry.value, solved_motion.periods
+                for name, value in values_by_name.items():
                     columns[name][index] = value
-            run += len(part)
+            run += len(entries_of_motion)
             if progress is not None:
                 progress(run, len(motions) * len(listed))
     variables: dict[str, Any] = {name: (dims, column) for name, column in columns.items()}
     variables |= {"setting_value": (dims[1:], values), "periods_run": (dims[:2], periods)}
     coords = {**motion_coordinates(motions), "method": ("method", list(methods))}
     comment = (
-        "time_per_period* are of the run that took them; everything else is the same in every run "
-        "with the same versions of the packages: what never ends is stopped by its work, not by time"
+        "time_per_period* differ from run to run; all else is the same with the same versions of the "
+        "packages, since methods that do not end are stopped by their work, not by time"
     )
     return describe(xr.Dataset(variables, coords, {"comment": comment}))
 
 
 def motion_coordinates(motions: Mapping[str, BenchmarkMotion]) -> dict[str, Any]:
-    """Names, exciters and starts of motions, over `motion`."""
-    listed = motions.values()
-    columns = {name: [getattr(m.exciter, name) for m in listed] for name in PARAMETERS} | {
-        "displacement_start": [m.x0 for m in listed],
-        "velocity_start": [m.v0 for m in listed],
+    """Return names, exciters and starts of motions as coordinates over `motion`."""
+    all_motions = motions.values()
+    columns = {
+        name: [getattr(motion.exciter, name) for motion in all_motions] for name in PARAMETERS
+    } | {
+        "displacement_start": [motion.x0 for motion in all_motions],
+        "velocity_start": [motion.v0 for motion in all_motions],
         "motion": list(motions),
     }
     return {name: ("motion", values) for name, values in columns.items()}

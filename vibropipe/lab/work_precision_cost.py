@@ -1,4 +1,4 @@
-"""How long a race will take on this machine, without running it: `race_seconds`."""
+"""Estimated run time of a work-precision comparison on this machine: `work_precision_seconds`."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from vibropipe.solve.accuracy.method_choice import least_cost
 from vibropipe.solve.run import MotionResult, run_motion
 from vibropipe.words.measurements import OWN_METHODS, Outcome
 
-# Seconds of the twin that judges: for a motion, for each of its impacts.
-JUDGED, JUDGED_IMPACT = 5e-3, 7e-4
-# Runs of an own method beside its rounds: with and without samples, and to warm. A peer is run with samples only.
-RUNS = 3
-# What a peer's run is worth in seconds of the one sampled, in work: (seconds, work), or None if it is not there.
-Sampled = tuple[float, float] | None
+# Seconds of the 40-digit reference for a motion and for each of its impacts.
+REFERENCE_SECONDS, REFERENCE_IMPACT_SECONDS = 5e-3, 7e-4
+# Runs of a method of this package in addition to its timings: with samples, without, and to warm up.
+EXTRA_RUNS = 3
+# Seconds and work of a sampled run of a reference package; None if it is not installed.
+SampledRun = tuple[float, float] | None
 
 
-def race_seconds(
+def work_precision_seconds(
     motions: Mapping[str, BenchmarkMotion],
     methods: Sequence[str],
     steps: Sequence[int],
@@ -31,68 +31,84 @@ def race_seconds(
     peer_periods: int,
     repeats: int,
 ) -> float:
-    """Estimate the seconds of one core that `solve_accuracy` will take with these arguments.
+    """Estimate the CPU seconds of `solve_accuracy` with these arguments.
+
+    Parameters
+    ----------
+    motions, methods, steps, tolerances, peer_periods, repeats
+        As of `solve_accuracy`.
+
+    Returns
+    -------
+    float
+        Seconds of one core.
 
     Notes
     -----
-    Own methods by the prices of their work; peers by one period of one motion, each at each tolerance, in
-    which those that are not installed cost nothing. Where the mass comes to rest they are taken to use
-    up all the work that they may do.
+    Methods of this package are estimated from the cost of their work, reference packages from one period of one motion
+    at each tolerance; packages that are not installed cost nothing. On motions with sticking, reference packages are
+    assumed to use up the work that they may do.
     """
     listed = entries(methods, steps, tolerances)
-    own = [entry for entry in listed if entry.method in OWN_METHODS]
-    runs = [run_motion(motion.exciter, motion.task()) for motion in motions.values()]
-    rests = [run.contacts["rest_start"].size > 0 for run in runs]
-    plain = list(motions.values())[rests.index(min(rests))]
-    sampled = [sample(plain, entry) for entry in listed if entry.method not in OWN_METHODS]
+    own_entries = [entry for entry in listed if entry.method in OWN_METHODS]
+    runs = [run_motion(motion.exciter, motion.request()) for motion in motions.values()]
+    has_rests = [run.contacts["rest_start"].size > 0 for run in runs]
+    sampled_motion = list(motions.values())[has_rests.index(min(has_rests))]
+    sampled_runs = [
+        sample_run(sampled_motion, entry) for entry in listed if entry.method not in OWN_METHODS
+    ]
     seconds = 0.0
-    for motion, run, is_chatter in zip(motions.values(), runs, rests, strict=True):
+    for motion, run, has_rest in zip(motions.values(), runs, has_rests, strict=True):
         periods = min(motion.periods, peer_periods)
-        seconds += own_seconds(run, motion.periods, own, repeats) + judge_seconds(run, 1.0)
-        if sampled:
-            seconds += judge_seconds(run, periods / motion.periods)
-        seconds += sum(peer_seconds(each, periods, is_chatter, repeats) for each in sampled)
+        seconds += own_seconds(run, motion.periods, own_entries, repeats) + reference_seconds(
+            run, 1.0
+        )
+        if sampled_runs:
+            seconds += reference_seconds(run, periods / motion.periods)
+        seconds += sum(
+            peer_seconds(sampled_run, periods, has_rest, repeats) for sampled_run in sampled_runs
+        )
     return seconds
 
 
-def judge_seconds(run: MotionResult, share: float) -> float:
-    """Seconds of the twin on a share of a motion; a closed form costs it next to nothing for each impact."""
-    impacts = share * run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
-    return JUDGED + JUDGED_IMPACT * impacts
+def reference_seconds(run: MotionResult, fraction: float) -> float:
+    """Return the seconds of the reference on a fraction of a motion; closed forms need no time for impacts."""
+    impacts = fraction * run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
+    return REFERENCE_SECONDS + REFERENCE_IMPACT_SECONDS * impacts
 
 
 def own_seconds(run: MotionResult, periods: int, listed: Sequence[Entry], repeats: int) -> float:
-    """Seconds of own methods on a motion of so many periods."""
-    spent = 0.0
+    """Return the seconds of this package's methods on a motion of `periods` forcing periods."""
+    seconds = 0.0
     for entry in listed:
         steps = 1 if entry.method == "exact" else int(entry.value)
         if steps * periods <= MAX_STEPS:
-            each = least_cost(steps, periods, run) * 1e-9
-            spent += RUNS * each + expected_timing(each, repeats)
-    return spent
+            run_seconds = least_cost(steps, periods, run) * 1e-9
+            seconds += EXTRA_RUNS * run_seconds + expected_timing(run_seconds, repeats)
+    return seconds
 
 
-def sample(motion: BenchmarkMotion, entry: Entry) -> Sampled:
-    """Seconds and work of a peer on one period of a motion."""
-    entered = build_method(entry.method, entry.value, motion._replace(periods=1))
-    if isinstance(entered, Outcome):
+def sample_run(motion: BenchmarkMotion, entry: Entry) -> SampledRun:
+    """Return seconds and work of a reference package on one period of a motion."""
+    candidate = build_method(entry.method, entry.value, motion._replace(periods=1))
+    if isinstance(candidate, Outcome):
         return None
-    entered.show()  # loads and compiles
-    begin = time.thread_time()
-    shown = entered.show()
-    seconds = time.thread_time() - begin
-    if shown.outcome == Outcome.DID_NOT_END:
+    candidate.show()  # loads and compiles
+    start = time.thread_time()
+    result = candidate.show()
+    seconds = time.thread_time() - start
+    if result.outcome == Outcome.DID_NOT_END:
         return seconds, MAX_WORK
-    steps, evaluations, _ = shown.effort
+    steps, evaluations, _ = result.effort
     work = steps if math.isnan(evaluations) else evaluations
-    return seconds, work + RESTART * shown.impact_tau.size
+    return seconds, work + RESTART * result.impact_tau.size
 
 
-def peer_seconds(sampled: Sampled, periods: int, rests: bool, repeats: int) -> float:
-    """Seconds of a peer on a motion over so many periods."""
+def peer_seconds(sampled: SampledRun, periods: int, has_rest: bool, repeats: int) -> float:
+    """Return the seconds of a reference package on a motion of `periods` forcing periods."""
     if sampled is None:
         return 0.0
     seconds, work = sampled
-    if rests or work >= MAX_WORK:
+    if has_rest or work >= MAX_WORK:
         return seconds / work * MAX_WORK * periods  # stopped, and not timed
     return seconds * periods + expected_timing(seconds * periods, repeats)

@@ -1,4 +1,4 @@
-"""What a method of the comparison shows of a motion, and our own methods in that form."""
+"""Methods of the work-precision comparison that belong to this package, and the form of every method's result."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from vibropipe.solve.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
 
+# Samples of the last forcing period, which give the harmonics of a result.
 SAMPLES = 64
+# Limit of contacts and releases of a motion: far above any that is compared.
 MAX_CONTACTS = 2_000_000
 
 
 class BenchmarkMotion(NamedTuple):
-    """A motion to be measured: whole forcing periods from (x0, v0) at tau = 0."""
+    """Motion over whole forcing periods from (x0, v0) at tau = 0."""
 
     exciter: Exciter
     x0: float
@@ -36,18 +38,21 @@ class BenchmarkMotion(NamedTuple):
 
     @property
     def tau_end(self) -> float:
-        """End of the motion."""
+        """Time at the end of the motion."""
         return self.periods * self.exciter.period
 
-    def task(self, samples_per_period: int = 0) -> MotionRequest:
-        """Return the motion as a solver takes it."""
+    def request(self, samples_per_period: int = 0) -> MotionRequest:
+        """Return the request for this motion, with samples per forcing period."""
         return MotionRequest(0.0, self.tau_end, self.x0, self.v0, samples_per_period, MAX_CONTACTS)
 
 
 class MethodResult(NamedTuple):
-    """What a method shows of a motion: end state, impacts in order of time, displacement at SAMPLES equal
-    fractions of the last period, and its effort: steps, evaluations of a solution or of the equation,
-    iterations for impacts (nan if it does not tell)."""
+    """Result of a method on a motion.
+
+    end : displacement and velocity; impact_* : in order of time; samples : (SAMPLES,) displacement at equal fractions
+    of the last period; effort : steps, evaluations of a solution or of the equation, and iterations for impacts (nan
+    where not counted).
+    """
 
     outcome: Outcome
     end: tuple[float, float]
@@ -59,40 +64,42 @@ class MethodResult(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """A method with its setting on one motion: `show` solves it once, `repeat` so many times in a row."""
+    """A method with its setting on one motion: `show` solves it once, `repeat(n_calls)` for timing."""
 
     show: Callable[[], MethodResult]
     repeat: Repeat
 
 
 def failed(outcome: Outcome) -> MethodResult:
-    """What is left of a method that did not get through."""
-    none = np.empty(0)
-    return MethodResult(outcome, (math.nan,) * 2, none, none, none, none, (math.nan,) * 3)
+    """Return the empty result of a method that failed."""
+    empty = np.empty(0)
+    return MethodResult(outcome, (math.nan,) * 2, empty, empty, empty, empty, (math.nan,) * 3)
 
 
 def exact(motion: BenchmarkMotion) -> Candidate:
-    """The exact method; a conservative motion in its closed form."""
+    """Return the exact method; a conservative motion is evaluated in closed form."""
     p = motion.exciter.parameters()
     if is_conservative(p, motion.x0, motion.v0):
-        solve = partial(run_motion, motion.exciter, motion.task())
-        return Candidate(partial(shown, motion, None), repeated(solve))
-    return marched(motion, exact_grid(ALL_EFFECTS, p))
+        solve = partial(run_motion, motion.exciter, motion.request())
+        return Candidate(partial(solve_once, motion, None), repeated(solve))
+    return marching_candidate(motion, exact_grid(ALL_EFFECTS, p))
 
 
 def newmark(motion: BenchmarkMotion, steps: int) -> Candidate:
-    """Newmark's method with impacts located inside the step."""
-    return marched(motion, newmark_grid(ALL_EFFECTS, motion.exciter.parameters(), steps))
+    """Return Newmark's method with event location."""
+    return marching_candidate(motion, newmark_grid(ALL_EFFECTS, motion.exciter.parameters(), steps))
 
 
-def marched(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
-    """The marching loop on a grid; its tables are built before the time is taken."""
-    return Candidate(partial(shown, motion, grid), March(motion, grid).repeat)
+def marching_candidate(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
+    """Return the marching loop on a grid, whose tables are built before the clock starts."""
+    return Candidate(partial(solve_once, motion, grid), March(motion, grid).repeat)
 
 
 class March:
-    """A march of a motion with a kernel of some effects, done so many times in one call; `log` holds the
-    contacts of the last one."""
+    """A march of a motion by a kernel of some effects, repeated in one call.
+
+    `log` holds the contacts of the last march.
+    """
 
     def __init__(
         self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects = ALL_EFFECTS
@@ -104,7 +111,7 @@ class March:
         self.march = partial(march_repeatedly, effects, *start, end)
 
     def repeat(self, n_calls: int) -> None:
-        """March so many times; the log grows until all contacts of the motion have room."""
+        """March `n_calls` times; the log grows until it has capacity for all contacts."""
         while True:
             status = self.march(self.log, self.scratch, MAX_CONTACTS, n_calls)
             capacity = 4 * self.log.position.size
@@ -113,28 +120,28 @@ class March:
             self.log = new_log(capacity, capacity)
 
 
-def shown(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:
-    """One march with samples of its last period."""
-    run = run_motion(motion.exciter, motion.task(), grid)
+def solve_once(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:
+    """Return the result of one march, with samples of its last period."""
+    run = run_motion(motion.exciter, motion.request(), grid)
     if run.status not in (Status.OK, Status.SHORT_FLIGHTS):
         return failed(Outcome.DID_NOT_END)
-    sampled = run_motion(motion.exciter, motion.task(SAMPLES), grid)
-    struck, counts = run.contacts, run.counts
+    sampled = run_motion(motion.exciter, motion.request(SAMPLES), grid)
+    contacts, counts = run.contacts, run.counts
     return MethodResult(
         Outcome.OK,
         run.end,
-        struck["impact_tau"],
-        struck["impact_support"],
-        struck["impact_velocity"],
+        contacts["impact_tau"],
+        contacts["impact_support"],
+        contacts["impact_velocity"],
         sampled.displacement[-SAMPLES:],
         (float(counts[STEPS]), float(counts[POLYNOMIALS]), float(counts[EVALUATIONS])),
     )
 
 
 def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
-    """Newmark's method with impacts taken at the end of the step."""
+    """Return Newmark's method with impacts applied at the end of the step."""
     p = motion.exciter.parameters()
-    what = (p, newmark_grid(ALL_EFFECTS, p, steps), motion.periods, motion.x0, motion.v0)
+    arguments = (p, newmark_grid(ALL_EFFECTS, p, steps), motion.periods, motion.x0, motion.v0)
     capacity = MARCH_LOG_CAPACITY
 
     def show() -> MethodResult:
@@ -142,7 +149,7 @@ def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
         samples = np.empty(SAMPLES)
         while True:
             log = new_log(capacity, 1)
-            end = crude(*what, log, samples)
+            end = crude(*arguments, log, samples)
             n = int(log.counts[IMPACTS])
             if n <= capacity:
                 break
@@ -158,6 +165,6 @@ def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
         )
 
     def repeat(n_calls: int) -> None:
-        crude_repeatedly(*what, new_log(capacity, 1), np.empty(0), n_calls)
+        crude_repeatedly(*arguments, new_log(capacity, 1), np.empty(0), n_calls)
 
     return Candidate(show, repeat)

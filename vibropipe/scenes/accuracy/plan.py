@@ -33,7 +33,7 @@ def plan(scene: AccuracyScene) -> Work:
 
 def estimate(scene: AccuracyScene, sampler: Sampler) -> Estimate:
     """Estimate the runs by pieces of them and by what is installed."""
-    from vibropipe.lab.work_precision_cost import race_seconds
+    from vibropipe.lab.work_precision_cost import work_precision_seconds
     from vibropipe.scenes.accuracy.solve import work_precision_arguments
 
-    return planned(plan(scene), race_seconds(**work_precision_arguments(scene)))
+    return planned(plan(scene), work_precision_seconds(**work_precision_arguments(scene)))

@@ -1,7 +1,6 @@
-"""The store: datasets as whole, checked, self-describing netCDF4 files.
+"""Datasets as complete, checksummed, self-describing netCDF4 files.
 
-netCDF4 writes and reads them; h5py, which is faster where only bare values are wanted, reads the rows
-of shards that are joined.
+netCDF4 writes and reads them; h5py, faster for bare values, reads the rows of shards that are joined.
 """
 
 from vibropipe.store.atomic import (

@@ -1,10 +1,9 @@
-"""Files that appear only when whole, and the proof that they still are.
+"""Files that appear only when complete, and the check that they are intact.
 
-A file is written under a temporary name beside its place, flushed to the disk, and renamed: a
-reader finds the old file, the new file, or none. Data files end in a seal, one line of text with
-the SHA-256 of all bytes before it. HDF5 ignores what follows its own end, so any tool reads the
-file, and yet one flipped byte anywhere in it (HDF5's own checksums leave out headers and
-scalars), a lost tail or an empty file is found.
+A file is written under a temporary name in the same directory, flushed to the disk and renamed, so a reader finds the
+old file, the new file or none. Data files end in a seal, one line of text with the SHA-256 of all bytes before it. HDF5
+ignores what follows its own end, so any tool reads the file, and the seal detects a flipped byte anywhere (checksums of
+HDF5 leave out headers and scalars), a truncated file and an empty one.
 """
 
 from __future__ import annotations
@@ -26,11 +25,12 @@ TEMPORARY_ENDING = ".part"
 SCRATCH = ".rows"
 TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
 
-READ_AT_ONCE = 1 << 20
-# what a full disk, or a quota where there are any, answers
-FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
-FULL_BELOW = 2_000_000
-"""A disk with fewer free bytes than this is called full: it cannot take two more chunks."""
+# bytes read at once for a checksum
+READ_BYTES = 1 << 20
+# errors of a full disk and of an exceeded quota
+FULL_DISK_ERRORS = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
+MIN_FREE_BYTES = 2_000_000
+"""Free bytes below which a disk counts as full: it has no space for two more chunks."""
 
 AGAIN = "delete it and rerun; only missing files are recomputed"
 
@@ -40,16 +40,30 @@ class StoreError(OSError):
 
 
 class NotWrittenError(StoreError):
-    """A file cannot be written: the disk is full, or the folder is write-protected."""
+    """A file cannot be written: the disk is full, or the folder is not writable."""
 
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``; when the block ends well, it becomes ``path``.
+    """Yield a temporary path beside `path` and rename it to `path` when the block completes.
 
-    Missing folders are made. Whatever ends the block early (an error, Ctrl-C) removes them and the
-    temporary file, and leaves what was at ``path``. Raises NotWrittenError, with what to do, when
-    the disk is full or the folder cannot be written.
+    Missing folders are created. If the block is left early (an error, Ctrl-C), these folders and the temporary file are
+    removed, and `path` is as before.
+
+    Parameters
+    ----------
+    path : path-like
+        File to write.
+
+    Yields
+    ------
+    Path
+        Temporary file to write to.
+
+    Raises
+    ------
+    NotWrittenError
+        If the disk is full or the folder is not writable; the message names the remedy.
     """
     path = Path(path)
     with _file_beside(path) as temporary:
@@ -61,23 +75,24 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def scratch_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield the path of another file beside ``path`` for what goes into it; it is gone when the block ends.
+    """Yield the path of a scratch file beside `path`, which is removed when the block ends.
 
-    Folders are made and errors told as by :func:`atomic_file`.
+    Folders and errors are handled as by `atomic_file`.
     """
     with _file_beside(Path(path), SCRATCH) as scratch:
         yield scratch
 
 
 @contextmanager
-def _file_beside(path: Path, kind: str = "") -> Iterator[Path]:
-    temporary = _temporary(path, kind)
-    made: list[Path] = []
+def _file_beside(path: Path, suffix: str = "") -> Iterator[Path]:
+    """Yield a temporary file beside `path`; turn errors of writing into NotWrittenError and clean up."""
+    temporary = _temporary(path, suffix)
+    new_folders: list[Path] = []
     try:
-        made += [folder for folder in path.parents if not folder.exists()]
+        new_folders += [folder for folder in path.parents if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
-        for found in _leftovers(path.parent, [path.name], foreign=False):
-            found.unlink(missing_ok=True)
+        for leftover in _leftovers(path.parent, [path.name], foreign=False):
+            leftover.unlink(missing_ok=True)
         temporary.touch()
         yield temporary
     except StoreError:
@@ -87,8 +102,8 @@ def _file_beside(path: Path, kind: str = "") -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
-            # a folder made for a file that did not come about is not left behind either; others are not empty
-            for folder in made:
+            # remove folders created for a file that was not written; others are not empty
+            for folder in new_folders:
                 folder.rmdir()
 
 
@@ -100,10 +115,20 @@ def seal(path: Path) -> None:
 
 
 def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
-    """Raise StoreError, naming the file, unless it is as it was written.
+    """Check that a file is as it was written.
 
-    ``every_byte=False`` looks at its two ends alone: a missing, empty, truncated or foreign file
-    is found at once whatever its size, a flipped byte is not.
+    Parameters
+    ----------
+    path : path-like
+        File to check.
+    every_byte : bool
+        Verify the checksum. Otherwise only the two ends are read, which detects a missing, empty, truncated or foreign
+        file of any size, but no flipped byte.
+
+    Raises
+    ------
+    StoreError
+        If the file is not intact.
     """
     path = Path(path)
     try:
@@ -127,11 +152,11 @@ def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
 
 
 def _digest(path: Path, length: int) -> bytes:
-    """Return the SHA-256 of the first ``length`` bytes, in hexadecimal."""
+    """Return the SHA-256 of the first `length` bytes, in hexadecimal."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while length > 0:
-            block = file.read(min(READ_AT_ONCE, length))
+            block = file.read(min(READ_BYTES, length))
             if not block:
                 break
             digest.update(block)
@@ -140,7 +165,7 @@ def _digest(path: Path, length: int) -> bytes:
 
 
 def _flush(path: Path) -> None:
-    """Wait until a file, or the names in a folder where one can be opened, are on the disk."""
+    """Wait until a file, or the entries of a folder where it can be opened, are on the disk."""
     try:
         descriptor = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
     except PermissionError:
@@ -154,41 +179,53 @@ def _flush(path: Path) -> None:
 
 
 def remove_leftovers(folder: str | os.PathLike[str], names: Collection[str] | None = None) -> None:
-    """Remove what killed writers of the files ``names`` (of any, if left out) left in ``folder``.
+    """Remove temporary files of writers that were killed.
 
-    For one who knows that nobody else writes these files. Whether a writer of this machine still
-    runs can be asked, and it is left alone then; one of another machine counts as dead.
+    Parameters
+    ----------
+    folder : path-like
+        Folder to clean.
+    names : collection of str, optional
+        Names of the files whose writers are meant; all by default.
+
+    Notes
+    -----
+    Call it only if no other machine writes these files: a writer of this machine that still runs is left alone, one of
+    another machine counts as ended.
     """
     if Path(folder).is_dir():
-        for found in _leftovers(Path(folder), names, foreign=True):
-            found.unlink(missing_ok=True)
+        for leftover in _leftovers(Path(folder), names, foreign=True):
+            leftover.unlink(missing_ok=True)
 
 
 def _host() -> str:
+    """Return the host name with characters that a temporary name allows."""
     return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
 
 
-def _temporary(path: Path, kind: str = "") -> Path:
-    return path.with_name(f".{path.name}{kind}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
+def _temporary(path: Path, suffix: str = "") -> Path:
+    """Return the temporary name of a file: it names host and process of the writer."""
+    return path.with_name(f".{path.name}{suffix}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
 
 
 def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> list[Path]:
-    """Temporary files in a folder whose writers do not run here; those of other machines if ``foreign``."""
-    left = []
-    for found in folder.iterdir():
-        parts = re.fullmatch(TEMPORARY_NAME, found.name)
-        if parts is not None and (names is None or parts["name"] in names):
-            here = parts["host"] == _host()
-            if not _is_running(int(parts["process"])) if here else foreign:
-                left.append(found)
-    return left
+    """Return temporary files in a folder whose writers do not run here; those of other machines if `foreign`."""
+    leftovers = []
+    for path in folder.iterdir():
+        match = re.fullmatch(TEMPORARY_NAME, path.name)
+        if match is not None and (names is None or match["name"] in names):
+            is_local = match["host"] == _host()
+            if not _is_running(int(match["process"])) if is_local else foreign:
+                leftovers.append(path)
+    return leftovers
 
 
-def _is_running(process: int) -> bool:
-    if os.name == "nt":  # there, a signal of any number ends the process
+def _is_running(process_id: int) -> bool:
+    """Return whether a process of this machine runs."""
+    if os.name == "nt":  # os.kill would end the process
         return True
     try:
-        os.kill(process, 0)
+        os.kill(process_id, 0)
     except ProcessLookupError:
         return False
     except OSError:
@@ -197,13 +234,13 @@ def _is_running(process: int) -> bool:
 
 
 def _explain(path: Path, error: OSError | RuntimeError) -> str:
-    """Return why ``path`` was not written, and the remedy."""
+    """Return the message that says why `path` was not written and what to do."""
     number = getattr(error, "errno", None)
     folder = path.parent
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    if number in FULL or free < FULL_BELOW:
+    if number in FULL_DISK_ERRORS or free < MIN_FREE_BYTES:
         return (
             f"{path}: was not written: the disk is full ({free / 1e6:.1f} MB free in {folder}). "
             "Free disk space and rerun the command; completed files are kept"

@@ -1,7 +1,7 @@
-"""Whether a file holds what was computed again, bit for bit.
+"""Bitwise comparison of a file with recomputed values.
 
-Both sides are compared as they lie on disk, so that nothing is lost in decoding: the sign of a zero and the
-last bit of a number count. One nan is like another.
+Both sides are compared as encoded on disk, so that the sign of a zero and the last bit of a number count; all nan are
+equal.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Difference:
-    """A value in a file that is not what was computed again; `where` is its place, in words."""
+    """A stored value that differs from the recomputed one; `where` is its position as text."""
 
     name: str
     where: str
@@ -44,54 +44,89 @@ def compare(
     part: tuple[str, Sequence[int]] | None = None,
     skip: Callable[[str], bool] = lambda _: False,
 ) -> list[Difference]:
-    """Compare a whole dataset, or its places along one dimension given as (dimension, places).
+    """Compare a file with a recomputed dataset.
 
-    Variables whose name `skip` takes are left out. Raises StoreError if the file cannot be read.
+    Parameters
+    ----------
+    path : path-like
+        Stored file.
+    again : xarray.Dataset
+        Recomputed dataset, of the whole file or of `part`.
+    part : tuple of str and sequence of int, optional
+        Dimension and indices along it that were recomputed.
+    skip : callable, optional
+        Returns True for the name of a variable that is not compared.
+
+    Returns
+    -------
+    list of Difference
+        The first difference of each variable.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be read.
     """
-    dim, places = part if part is not None else ("", ())
-    found, items = [], encode(again)[0]
+    dim, indices = part if part is not None else ("", ())
+    differences, items = [], encode(again)[0]
     with open_raw(Path(path)) as file:
         for item in items:
             if skip(item.name):
                 continue
             if item.name not in file.variables:
-                found.append(Difference(item.name, "", "nothing", "a quantity"))
+                differences.append(Difference(item.name, "", "nothing", "a quantity"))
                 continue
             variable = file.variables[item.name]
             values = np.asarray(variable[...])
-            for axis, own in enumerate(variable.dimensions):
-                if own == dim and max(places) < values.shape[axis]:
-                    values = values.take(places, axis)
-            found += _differences(item.name, values, _values(item))
-        known = {item.name for item in items}
-        found += [
+            for axis, variable_dim in enumerate(variable.dimensions):
+                if variable_dim == dim and max(indices) < values.shape[axis]:
+                    values = values.take(indices, axis)
+            differences += _differences(item.name, values, _values(item))
+        names = {item.name for item in items}
+        differences += [
             Difference(name, "", "a quantity", "nothing")
             for name in file.variables
-            if name not in known and not skip(name)
+            if name not in names and not skip(name)
         ]
-    return found
+    return differences
 
 
 def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) -> list[Difference]:
-    """Compare some rows of a sweep: a shard over `row` with the file of the whole grid.
+    """Compare rows of a sweep with the file of the whole grid; of the file, only these rows are read.
 
-    Of the file only those rows are read, and the counts of what is ragged. Raises StoreError if the
-    file cannot be read.
+    Parameters
+    ----------
+    path : path-like
+        Joined file.
+    shard : xarray.Dataset
+        Recomputed rows over `row`.
+    grid : SweepGrid
+        Grid of the sweep.
+
+    Returns
+    -------
+    list of Difference
+        Differences by row and variable.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be read.
     """
     items = [item for item in encode(shard)[0] if item.name not in (ROW, *grid.dims)]
     counted = [item for item in items if "sample_dimension" in item.attrs]
     varying = {ROW, *(item.attrs["sample_dimension"] for item in counted)}
-    same = {item.name: _values(item) for item in items if not varying & set(item.dims)}
+    shared = {item.name: _values(item) for item in items if not varying & set(item.dims)}
     with open_raw(Path(path)) as file:
         missing = [n for n in (*grid.dims, *(i.name for i in items)) if n not in file.variables]
         if missing:
             return [Difference(missing[0], "", "nothing", "a quantity")]
-        found = []
-        for name, values in {**grid.values, **same}.items():
-            found += _differences(name, np.asarray(file.variables[name][...]), values)
-        if found:  # of another grid: its rows have no place here
-            return found
-        # where the samples of each row end, of the file and of the shard
+        differences = []
+        for name, values in {**grid.values, **shared}.items():
+            differences += _differences(name, np.asarray(file.variables[name][...]), values)
+        if differences:  # of another grid, which has other rows
+            return differences
+        # end of the samples of each row, in the file and in the shard
         ends = {
             item.attrs["sample_dimension"]: (
                 np.cumsum(np.asarray(file.variables[item.name][...]).reshape(-1), dtype=np.int64),
@@ -100,26 +135,30 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
             for item in counted
         }
         rows = range(int(shard.attrs["row_start"]), int(shard.attrs["row_stop"]))
-        for (own, row), item in product(enumerate(rows), items):
-            if item.name not in same:
-                stored, again = _row_of(file.variables[item.name], item, own, row, grid, ends)
-                found += _differences(item.name, np.asarray(stored), again, grid.text(row))
-    return found
+        for (shard_index, row), item in product(enumerate(rows), items):
+            if item.name not in shared:
+                stored, recomputed = _row_of(
+                    file.variables[item.name], item, shard_index, row, grid, ends
+                )
+                differences += _differences(
+                    item.name, np.asarray(stored), recomputed, grid.text(row)
+                )
+    return differences
 
 
 def _row_of(
     variable: netCDF4.Variable,
     item: StoredVariable,
-    own: int,
+    shard_index: int,
     row: int,
     grid: SweepGrid,
     ends: Mapping[str, tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a row of the grid in the file, and the same one in the shard, where it is number `own`."""
+    """Return row `row` of the grid as stored, and as recomputed in the shard, where its index is `shard_index`."""
     if item.dims[0] == ROW:
-        return variable[grid.indices(row)], _values(item)[own]
+        return variable[grid.indices(row)], _values(item)[shard_index]
     in_file, in_shard = ends[item.dims[0]]
-    first, last = int(in_shard[own - 1]) if own else 0, int(in_shard[own])
+    first, last = int(in_shard[shard_index - 1]) if shard_index else 0, int(in_shard[shard_index])
     end = int(in_file[grid.points(row, row + 1)[0]])
     return variable[max(0, end - (last - first)) : end], _values(item)[first:last]
 
@@ -128,40 +167,39 @@ def _values(item: StoredVariable) -> np.ndarray:
     return np.asarray(item.values)
 
 
-def _ends(counts: np.ndarray) -> np.ndarray:
-    """Return where the samples of each row begin, in C order, and where the last ones end."""
-    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
-
-
 def _differences(
-    name: str, stored: np.ndarray, again: np.ndarray, where: str = ""
+    name: str, stored: np.ndarray, recomputed: np.ndarray, where: str = ""
 ) -> list[Difference]:
-    """Return the first difference of two arrays as they lie on disk, if there is one."""
+    """Return the first difference of two arrays as encoded on disk, or nothing."""
     if stored.dtype.kind == "S":
-        stored, again = _texts(stored), _texts(again)
-    if stored.dtype != again.dtype or stored.shape != again.shape:
-        return [Difference(name, where, _kind(stored), _kind(again))]
-    apart = ~_same(stored, again)
-    if not apart.any():
+        stored, recomputed = _joined_characters(stored), _joined_characters(recomputed)
+    if stored.dtype != recomputed.dtype or stored.shape != recomputed.shape:
+        return [Difference(name, where, _type_text(stored), _type_text(recomputed))]
+    is_different = ~_is_equal(stored, recomputed)
+    if not is_different.any():
         return []
-    place = tuple(int(index) for index in np.argwhere(apart)[0]) if apart.ndim else ()
-    at = [where] if where else []
-    at += [f"[{', '.join(map(str, place))}]"] if place else []
-    return [Difference(name, " ".join(at), repr(stored[place].item()), repr(again[place].item()))]
+    index = tuple(int(i) for i in np.argwhere(is_different)[0]) if is_different.ndim else ()
+    position = [where] if where else []
+    position += [f"[{', '.join(map(str, index))}]"] if index else []
+    return [
+        Difference(
+            name, " ".join(position), repr(stored[index].item()), repr(recomputed[index].item())
+        )
+    ]
 
 
-def _same(stored: np.ndarray, again: np.ndarray) -> np.ndarray:
+def _is_equal(stored: np.ndarray, recomputed: np.ndarray) -> np.ndarray:
     if stored.dtype.kind != "f":
-        return np.asarray(stored == again)
-    signs = np.signbit(stored) == np.signbit(again)
-    return np.asarray((stored == again) & signs | np.isnan(stored) & np.isnan(again))
+        return np.asarray(stored == recomputed)
+    same_signs = np.signbit(stored) == np.signbit(recomputed)
+    return np.asarray((stored == recomputed) & same_signs | np.isnan(stored) & np.isnan(recomputed))
 
 
-def _texts(letters: np.ndarray) -> np.ndarray:
-    """Return blocks of characters as text: how wide the block is depends on the longest one."""
-    cut = np.ascontiguousarray(letters)
-    return cut.view(f"S{cut.shape[-1]}")[..., 0].astype(object).astype(str)
+def _joined_characters(letters: np.ndarray) -> np.ndarray:
+    """Return blocks of characters as text, whose width depends on the longest one."""
+    characters = np.ascontiguousarray(letters)
+    return characters.view(f"S{characters.shape[-1]}")[..., 0].astype(object).astype(str)
 
 
-def _kind(values: np.ndarray) -> str:
+def _type_text(values: np.ndarray) -> str:
     return f"{values.dtype} of shape {values.shape}"

@@ -1,10 +1,10 @@
-"""How a dataset lies on disk: netCDF4 by CF conventions, readable by any tool.
+"""Layout of a dataset on disk: netCDF4 by CF conventions, readable by any tool.
 
-Complex quantities become a pair ``<name>_re``, ``<name>_im``; truth values int8 with flags; text
-a block of characters; attributes that netCDF has no type for JSON text. Variables are cut in chunks
-of up to 1 MB, each with a checksum (fletcher32). Whole numbers and text are compressed to a fiftieth
-(zlib 1 after shuffle). Floats are not: they would shrink to a half, and a joined file took four times
-as long to write. Nothing of time or place goes in: equal datasets are equal bytes.
+A complex quantity becomes a pair `<name>_re`, `<name>_im`, a bool int8 with flags, text a block of characters; an
+attribute without a netCDF type becomes JSON text. Variables are stored in chunks of up to 1 MB, each with a checksum
+(fletcher32). Integers and text are compressed (zlib 1 after shuffle) to a fiftieth; floats are not, since they shrink
+only to a half and a joined file took four times as long to write. No time or place is stored, so that equal datasets
+give equal bytes.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11"
 CHUNK_BYTES = 1 << 20
 NO_CACHE = 1
-"""Bytes of a chunk cache that holds no chunk; 0 stands for netCDF's own choice, 64 MB a variable."""
+"""Size in bytes of a chunk cache that holds no chunk; 0 means the default of netCDF, 64 MB for each variable."""
 RANKS = {name: rank for rank, name in enumerate(VOCABULARY)}
 PART_OF = "part_of"
-"""Attribute of the two halves of a complex quantity: the name they make together."""
+"""Attribute of the two parts of a complex quantity: its name."""
 
 
 @dataclass(frozen=True)
 class StoredVariable:
-    """One variable as it lies on disk: every type is one of netCDF's, every attribute storable.
+    """A variable as encoded on disk: its type is one of netCDF, its attributes can be stored.
 
-    ``values`` is None where they are streamed in later; ``grows`` says that the length of its first
-    dimension is not known before. ``chunks`` is None for the usual ones.
+    values : None if they are written later; chunks : None for the default; grows : the length of the first dimension is
+    not known in advance.
     """
 
     name: str
@@ -50,9 +50,19 @@ class StoredVariable:
 
 
 def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
-    """Turn a dataset in memory into its variables on disk and its global attributes.
+    """Encode a dataset for the disk.
 
-    Coordinates come first, in the order of the vocabulary: xarray gives them no order of its own.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Dataset in memory.
+
+    Returns
+    -------
+    variables : list of StoredVariable
+        Coordinates first, in the order of the vocabulary, since xarray does not define one.
+    attrs : dict
+        Global attributes.
     """
     coords = {str(name): _names(dataset[name].dims) for name in sorted(dataset.coords, key=_rank)}
     stored: list[StoredVariable] = []
@@ -64,33 +74,37 @@ def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
             attrs |= coordinates_attribute(dims, coords)
         stored += _encode_values(str(name), dims, np.asarray(variable.values), attrs)
     attrs = {"Conventions": CONVENTIONS} | storable(dataset.attrs)
-    used = " ".join(str(item.attrs.get("coordinates", "")) for item in stored).split()
-    orphans = [name for name, dims in coords.items() if dims != (name,) and name not in used]
+    referenced = " ".join(str(item.attrs.get("coordinates", "")) for item in stored).split()
+    orphans = [name for name, dims in coords.items() if dims != (name,) and name not in referenced]
     if orphans:
         attrs["coordinates"] = " ".join(orphans)
     return stored, attrs
 
 
 def _rank(name: Any) -> tuple[int, str]:
-    """Return a key that sorts names as the vocabulary does, others last."""
+    """Return the key that sorts names in the order of the vocabulary, others last."""
     return RANKS.get(str(name), len(RANKS)), str(name)
 
 
 def coordinates_attribute(
     dims: tuple[str, ...], coords: Mapping[str, tuple[str, ...]]
 ) -> dict[str, str]:
-    """Return CF's ``coordinates`` attribute of a variable over ``dims``, or nothing."""
-    names = [name for name, own in coords.items() if own != (name,) and set(own) <= set(dims)]
+    """Return CF's attribute `coordinates` of a variable over `dims`, or nothing."""
+    names = [
+        name
+        for name, coordinate_dims in coords.items()
+        if coordinate_dims != (name,) and set(coordinate_dims) <= set(dims)
+    ]
     return {"coordinates": " ".join(names)} if names else {}
 
 
 def part_names(name: str) -> tuple[str, str]:
-    """Return the names of the real and the imaginary part of ``name`` on disk."""
+    """Return the names of the real and the imaginary part on disk."""
     return f"{name}_re", f"{name}_im"
 
 
 def storable(attrs: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return attributes that netCDF can hold: text and numbers as they are, the rest as JSON."""
+    """Return attributes as netCDF can hold them: text and numbers unchanged, others as JSON."""
     return {str(name): _storable(value) for name, value in attrs.items()}
 
 
@@ -107,7 +121,7 @@ def _storable(value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Turn numpy's values into Python's, for JSON."""
+    """Return a numpy value as a Python value, for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     raise TypeError(f"an attribute cannot hold {value!r}")
@@ -120,27 +134,32 @@ def _names(dims: Iterable[Any]) -> tuple[str, ...]:
 def _encode_values(
     name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]
 ) -> list[StoredVariable]:
-    """Return the variables that hold ``values``: two for complex ones, else one."""
+    """Return the variables that hold `values`: two for complex values, else one."""
     if values.dtype.kind == "c":
         long_name = attrs.get("long_name", name)
-        halves = zip(("real", "imaginary"), (values.real, values.imag), strict=True)
+        parts = zip(("real", "imaginary"), (values.real, values.imag), strict=True)
         return [
             _stored(
-                part, dims, half, attrs | {"long_name": f"{long_name}, {word} part", PART_OF: name}
+                part,
+                dims,
+                values_of_part,
+                attrs | {"long_name": f"{long_name}, {part_text} part", PART_OF: name},
             )
-            for part, (word, half) in zip(part_names(name), halves, strict=True)
+            for part, (part_text, values_of_part) in zip(part_names(name), parts, strict=True)
         ]
     if values.dtype.kind == "b":
         meanings = attrs.get("flag_meanings", "false true")
         flags = {"flag_values": np.array([0, 1], np.int8), "flag_meanings": meanings}
-        # xarray reads "dtype" and gives truth values back
+        # xarray decodes to bool by "dtype"
         return [_stored(name, dims, values.astype(np.int8), attrs | flags | {"dtype": "bool"})]
     if values.dtype.kind in "OU":
-        letters = np.char.encode(values.astype(str), "utf-8")
-        width = max(1, letters.dtype.itemsize)
-        letters = np.ascontiguousarray(letters.astype(f"S{width}"))
-        cut = letters.view("S1").reshape(*values.shape, width)
-        return [_stored(name, (*dims, f"string{width}"), cut, attrs | {"_Encoding": "utf-8"})]
+        encoded = np.char.encode(values.astype(str), "utf-8")
+        width = max(1, encoded.dtype.itemsize)
+        encoded = np.ascontiguousarray(encoded.astype(f"S{width}"))
+        characters = encoded.view("S1").reshape(*values.shape, width)
+        return [
+            _stored(name, (*dims, f"string{width}"), characters, attrs | {"_Encoding": "utf-8"})
+        ]
     return [_stored(name, dims, values, attrs)]
 
 
@@ -150,34 +169,43 @@ def _stored(
     return StoredVariable(name, dims, values.shape, values.dtype, attrs, values)
 
 
-def chunk_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
-    """Return the shape of a block of at most about ``most`` elements, contiguous in C order.
+def chunk_shape(shape: tuple[int, ...], max_elements: int) -> tuple[int, ...]:
+    """Return the shape of a block of at most about `max_elements` elements, contiguous in C order.
 
-    Trailing dimensions are whole; the one before them is cut at a power of two, so that blocks
-    of a larger ``most`` never cut those of a smaller one; the leading ones are cut to 1. The last
-    block of a cut is stored as long as the others: where that would waste more than a sixteenth,
-    blocks are down to eight times smaller.
+    Parameters
+    ----------
+    shape : tuple of int
+        Shape of the array.
+    max_elements : int
+        Target number of elements.
+
+    Returns
+    -------
+    tuple of int
+        Trailing dimensions are whole, the one before them has a power of two, and the leading ones are 1, so that
+        blocks of a larger limit consist of whole blocks of a smaller one. The last block of a dimension is stored at
+        full length: where this would waste more than a sixteenth, blocks are up to eight times smaller.
     """
     chunks = [1] * len(shape)
-    left = max(1, most)
+    remaining = max(1, max_elements)
     for axis in reversed(range(len(shape))):
         size = max(1, shape[axis])
-        if size > left:
-            length = 1 << (left.bit_length() - 1)
-            least = max(1, length // 8)
-            while length > least and -size % length > size // 16:
+        if size > remaining:
+            length = 1 << (remaining.bit_length() - 1)
+            min_length = max(1, length // 8)
+            while length > min_length and -size % length > size // 16:
                 length //= 2
             chunks[axis] = length
             break
         chunks[axis] = size
-        left //= size
+        remaining //= size
     return tuple(chunks)
 
 
 def define_variables(
     file: netCDF4.Dataset, variables: Iterable[StoredVariable], attrs: Mapping[str, Any]
 ) -> dict[str, netCDF4.Variable]:
-    """Define ``variables`` and the global attributes in an open file, and fill what has values."""
+    """Define variables and global attributes in an open file, write known values, and return the variables by name."""
     created = {}
     variables = list(variables)
     file.setncatts(dict(attrs))
@@ -193,6 +221,7 @@ def define_variables(
 
 
 def _create(file: netCDF4.Dataset, item: StoredVariable) -> netCDF4.Variable:
+    """Create a variable with its chunks, filters and attributes."""
     filters: dict[str, Any] = {}
     if item.dims:
         chunks = item.chunks or chunk_shape(item.shape, CHUNK_BYTES // item.dtype.itemsize)
@@ -201,7 +230,7 @@ def _create(file: netCDF4.Dataset, item: StoredVariable) -> netCDF4.Variable:
             "complevel": 1,
             "fletcher32": True,
             "chunksizes": chunks,
-            # every chunk is written once and whole: a cache would only hold memory
+            # every chunk is written once and complete: a cache would only use memory
             "chunk_cache": NO_CACHE,
         }
     # CF allows no missing values in a coordinate

@@ -1,4 +1,4 @@
-"""Datasets to files and back: one at a time in memory, or a whole study opened lazily."""
+"""Datasets written to files and read back: one at a time in memory, or a whole study opened lazily."""
 
 from __future__ import annotations
 
@@ -22,16 +22,25 @@ if TYPE_CHECKING:
 
 ENDING = ".nc"
 DASK_BYTES = 16 << 20
-"""A chunk of dask: some chunks of the file, and little enough for a few at once on every thread."""
+"""Size of a dask chunk: several chunks of the file, and small enough for several at once on every thread."""
 CACHE_BYTES = 4 << 20
-"""Of each variable, where netCDF would keep 64 MB: a file has some thirty variables."""
+"""Chunk cache of each variable instead of netCDF's 64 MB, since a file has some thirty variables."""
 
 
 def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
-    """Write ``dataset`` to the netCDF4 file ``path``, which appears only when whole.
+    """Write a dataset to a netCDF4 file, which appears only when complete.
 
-    Equal datasets give equal bytes. Folders are made. Raises NotWrittenError (the file and what to do)
-    on a full disk or a folder that cannot be written; ``path`` is then as it was.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Dataset to write; equal datasets give equal bytes.
+    path : path-like
+        File to write; missing folders are created.
+
+    Raises
+    ------
+    NotWrittenError
+        If the disk is full or the folder is not writable; `path` is then as before.
     """
     import netCDF4
 
@@ -43,10 +52,22 @@ def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
 
 
 def read(path: str | PathLike[str]) -> xr.Dataset:
-    """Read a file written by :func:`write` or :func:`join` into memory, and close it.
+    """Read a file of `write` or `join` into memory and check every byte.
 
-    Complex quantities are complex, truth values bool, text str. Every byte is checked: raises
-    StoreError when the file is missing, truncated or damaged.
+    Parameters
+    ----------
+    path : path-like
+        File to read.
+
+    Returns
+    -------
+    xarray.Dataset
+        Complex quantities are complex, flags of truth bool, text str.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing, truncated or damaged.
     """
     check_intact(path)
     with _open(Path(path), chunks=None) as lazy:
@@ -75,25 +96,24 @@ def load(path: str | PathLike[str]) -> xr.Dataset:
 
 
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
-    """Open the results of a study, values left on disk until they are used: a slice reads a slice.
+    """Open the results of a study lazily: a slice reads only its values.
 
     Parameters
     ----------
-    folder : path
-        The results of a study: a file for each scene.
+    folder : path-like
+        Results of a study: one file per scene.
 
     Returns
     -------
-    xr.DataTree
-        One group per scene, with its dimensions, its quantities in dask chunks, their units in the attribute
-        `units` ("1": non-dimensional), and where they come from in its attributes. Closing the tree closes all
-        files.
+    xarray.DataTree
+        One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
+        ("1": non-dimensional) and the provenance in its attributes. Closing the tree closes all files.
 
     Raises
     ------
     StoreError
-        If there is no such folder, it holds no scene, or a scene's file is truncated; single flipped bytes are
-        found by `vibropipe verify`.
+        If there is no such folder, it holds no scene, or a scene's file is truncated. Single flipped bytes are detected
+        by `vibropipe verify` only.
     """
     import xarray as xr
 
@@ -112,10 +132,26 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
 def read_scenes(
     folder: str | PathLike[str], scenes: Iterable[str], fingerprints: Mapping[str, str]
 ) -> dict[str, xr.Dataset]:
-    """Read the datasets of a study's scenes from ``folder``, by scene, each as :func:`read` does.
+    """Read the datasets of a study's scenes.
 
-    ``fingerprints``: what a scene's data must have been made of; a scene without one is not checked.
-    Raises StoreError when a dataset is missing, damaged, a shard, or of another study.
+    Parameters
+    ----------
+    folder : path-like
+        Results of the study.
+    scenes : iterable of str
+        Names of the scenes.
+    fingerprints : mapping of str to str
+        Expected fingerprint of each scene; a scene without one is not checked.
+
+    Returns
+    -------
+    dict of str to xarray.Dataset
+        Datasets by scene, as of `read`.
+
+    Raises
+    ------
+    StoreError
+        If a dataset is missing, damaged, a shard, or of another study.
     """
     folder = Path(folder)
     _check_folder(folder)
@@ -135,32 +171,62 @@ def read_scenes(
     return datasets
 
 
-def scene_files(place: str | PathLike[str]) -> list[Path]:
-    """Return the files of a study's scenes, in order of their names; of a file, itself.
+def scene_files(path: str | PathLike[str]) -> list[Path]:
+    """Return the files of a study's scenes in order of their names; for a file, itself.
 
-    Raises StoreError when there is none.
+    Parameters
+    ----------
+    path : path-like
+        Folder of results, or one file.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    StoreError
+        If there is none.
     """
-    place = Path(place)
-    if not place.is_file():
-        return _files_in(place)
-    if place.suffix != ENDING:
+    path = Path(path)
+    if not path.is_file():
+        return _files_in(path)
+    if path.suffix != ENDING:
         raise StoreError(
-            f"{place}: is no dataset (its name does not end in {ENDING}): name a {ENDING} file"
+            f"{path}: is no dataset (its name does not end in {ENDING}): name a {ENDING} file"
         )
-    return [place]
+    return [path]
 
 
 def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
-    """Return the global attributes of a file every byte of which is checked; StoreError as ``read``."""
+    """Return the global attributes of a file after checking every byte.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing, truncated or damaged.
+    """
     check_intact(path)
     with open_raw(Path(path)) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
 def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
-    """Return how many values of the variable ``name`` are ``value``; 0 where there is no such variable.
+    """Return the number of values of a variable that equal `value`, reading one chunk at a time.
 
-    One chunk is in memory. Raises StoreError if the file cannot be read.
+    Parameters
+    ----------
+    path : path-like
+        File to read.
+    name : str
+        Variable; the result is 0 if the file has none of this name.
+    value : int
+        Value to count.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be read.
     """
     with raw(Path(path)) as file:
         if name not in file:
@@ -177,7 +243,7 @@ def _check_folder(folder: Path) -> None:
 
 def _files_in(folder: Path) -> list[Path]:
     _check_folder(folder)
-    # temporary files begin with a dot and shards lie in a folder of their own
+    # names of temporary files begin with a dot, and shards are in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
     if not paths:
         raise StoreError(f"{folder}: holds no scene (no file *{ENDING}): solve the study first")
@@ -185,7 +251,7 @@ def _files_in(folder: Path) -> list[Path]:
 
 
 def _open(path: Path, chunks: str | None) -> xr.Dataset:
-    """Open a file lazily, complex quantities joined."""
+    """Open a file lazily and combine the parts of complex quantities."""
     import dask
     import xarray as xr
 
@@ -194,14 +260,16 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
         with dask.config.set({"array.chunk-size": DASK_BYTES}), _chunk_cache(CACHE_BYTES):
             dataset = open_it(chunks=None)
             variables = dict(dataset.data_vars)
-            text = [str(name) for name, values in variables.items() if values.dtype.kind == "O"]
+            text_names = [
+                str(name) for name, values in variables.items() if values.dtype.kind == "O"
+            ]
             if chunks is not None:
-                # dask cannot tell how much text is; it is little, and read at once
-                words = dataset[text].load()
+                # dask cannot estimate the size of text, which is small: read it at once
+                text_variables = dataset[text_names].load()
                 dataset.close()
-                dataset = open_it(chunks=chunks, drop_variables=text)
-                both = {**words, **dataset}
-                variables = {name: both[name] for name in variables}
+                dataset = open_it(chunks=chunks, drop_variables=text_names)
+                all_variables = {**text_variables, **dataset}
+                variables = {name: all_variables[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {error}") from error
     joined = _join_parts(xr.Dataset(variables, dataset.coords, dataset.attrs))
@@ -211,19 +279,19 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
 
 @contextmanager
 def _chunk_cache(size: int) -> Iterator[None]:
-    """Let each variable of files opened meanwhile keep up to ``size`` bytes of what was read."""
+    """Limit the chunk cache of each variable of files opened in this block to `size` bytes."""
     import netCDF4
 
-    usual = netCDF4.get_chunk_cache()
+    default = netCDF4.get_chunk_cache()
     netCDF4.set_chunk_cache(size)
     try:
         yield
     finally:
-        netCDF4.set_chunk_cache(*usual)
+        netCDF4.set_chunk_cache(*default)
 
 
 def _join_parts(dataset: xr.Dataset) -> xr.Dataset:
-    """Replace each pair ``<name>_re``, ``<name>_im`` by the complex ``<name>``, in its place."""
+    """Replace each pair `<name>_re`, `<name>_im` by the complex `<name>` at the same position."""
     import xarray as xr
 
     variables: dict[Any, xr.DataArray] = {}
@@ -233,24 +301,26 @@ def _join_parts(dataset: xr.Dataset) -> xr.Dataset:
             variables[key] = variable
         elif key == part_names(name)[0]:
             other = dataset[part_names(name)[1]]
-            whole = xr.apply_ufunc(
+            combined = xr.apply_ufunc(
                 _complex, variable, other, dask="parallelized", output_dtypes=[np.complex128]
             )
-            whole.attrs = {k: v for k, v in variable.attrs.items() if k != PART_OF}
-            whole.attrs["long_name"] = str(whole.attrs["long_name"]).removesuffix(", real part")
-            variables[name] = whole
+            combined.attrs = {k: v for k, v in variable.attrs.items() if k != PART_OF}
+            combined.attrs["long_name"] = str(combined.attrs["long_name"]).removesuffix(
+                ", real part"
+            )
+            variables[name] = combined
     return xr.Dataset(variables, dataset.coords, dataset.attrs)
 
 
 def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
-    """Join two halves; real + 1j * imaginary would turn an infinite half into nan."""
-    whole = np.empty(np.shape(real), np.complex128)
-    whole.real, whole.imag = real, imaginary
-    return whole
+    """Combine real and imaginary part; real + 1j * imaginary would turn an infinite part into nan."""
+    combined = np.empty(np.shape(real), np.complex128)
+    combined.real, combined.imag = real, imaginary
+    return combined
 
 
 def _nearest(folder: Path) -> str:
-    """Return a hint at a folder beside with a like name, if there is one."""
-    beside = [path.name for path in folder.parent.glob("*") if path.is_dir()]
-    close = get_close_matches(folder.name, beside, 1)
-    return f" (there is {folder.parent / close[0]})" if close else ""
+    """Return a hint at a neighbouring folder with a similar name, or nothing."""
+    neighbours = [path.name for path in folder.parent.glob("*") if path.is_dir()]
+    similar = get_close_matches(folder.name, neighbours, 1)
+    return f" (there is {folder.parent / similar[0]})" if similar else ""

@@ -1,8 +1,7 @@
-"""Shards of a sweep streamed into one file over the grid of the swept parameters.
+"""Shards of a sweep joined into one file over the grid of the swept parameters, block by block.
 
-The file does not depend on how the sweep was cut, byte for byte: values are written in blocks of
-the grid that know nothing of the shards, each chunk once, in one order. In memory is one block,
-however many rows there are.
+The bytes of the file do not depend on the shards: values are written in blocks of the grid, each chunk once, in one
+order. One block is in memory, whatever the number of rows.
 """
 
 from __future__ import annotations
@@ -30,6 +29,7 @@ from vibropipe.store.ragged import ReorderingWriter, SequentialWriter
 from vibropipe.store.shards import Shard, read_headers, read_rows
 from vibropipe.words.vocabulary import attributes
 
+# Limits of a block in memory: bytes of its variables, and rows.
 BLOCK_BYTES = 8 << 20
 BLOCK_ROWS = 1 << 16
 
@@ -41,35 +41,35 @@ def join(
     attrs: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Join the shards of a sweep into the file ``path``.
+    """Join the shards of a sweep into one file.
 
-    The joined variables run over the swept parameters in the order of the study, ragged ones in C order of that
-    grid. Attributes are those of the shards (a list where they differ), then ``attrs``.
+    The joined variables run over the swept parameters in the order of the study, ragged ones in C order of that grid.
+    Attributes are those of the shards (a list where they differ), then `attrs`.
 
     Parameters
     ----------
-    shard_paths : sequence of paths
-        Files over ``row``, rows counted as in ``grid``, in any order. Each holds the parameters of its rows.
-    path : path
-        The file to write.
+    shard_paths : sequence of path-like
+        Files over `row`, rows counted as in `grid`, in any order. Each holds the parameters of its rows.
+    path : path-like
+        File to write.
     grid : SweepGrid
-        The grid of the study, and with it the parameters that the shards must have.
+        Grid of the study, with the parameters that the shards must have.
     attrs : mapping, optional
         Global attributes of the joined file.
     progress : callable, optional
-        Called again and again as progress(rows joined, rows in all).
+        Called as `progress(done, total)` with the number of rows.
 
     Raises
     ------
     StoreError
-        Naming files and rows, when a shard is damaged, was solved with other parameters, or is of another sweep
-        (its ``fingerprint`` is not that of the others, or of ``attrs``), when rows are missing or held twice, or
-        when ``path`` cannot be written; ``path`` is then as it was.
+        If a shard is damaged, was solved with other parameters or is of another sweep (its `fingerprint` differs from
+        the others or from `attrs`), if rows are missing or held twice, or if `path` cannot be written; `path` is then
+        as before. The message names files and rows.
     """
     path = Path(path)
     shards = read_headers([Path(shard) for shard in shard_paths], grid)
-    asked = (attrs or {}).get("fingerprint")
-    if asked is not None and shards[0].attrs.get("fingerprint") != asked:
+    fingerprint = (attrs or {}).get("fingerprint")
+    if fingerprint is not None and shards[0].attrs.get("fingerprint") != fingerprint:
         raise StoreError(
             f"{shards[0].path}: is a shard of another study, or of this one before it was changed: "
             "recompute the shards"
@@ -86,6 +86,7 @@ def _write(
     attrs: dict[str, Any],
     progress: Callable[[int, int], None] | None,
 ) -> None:
+    """Write the joined file without its seal."""
     import netCDF4
 
     block_rows, variables = _layout(shards, grid)
@@ -93,13 +94,13 @@ def _write(
     names = {item.name for item in shards[0].ragged}
     ragged = [item for item in variables if item.name in names]
     with ExitStack() as files:
-        # room on the disk is taken before anything is written
-        turned = (
+        # reserve space on the disk before anything is written
+        reordering = (
             None if grid.in_order else ReorderingWriter(ragged, shards, grid, path.parent, files)
         )
         file = files.enter_context(netCDF4.Dataset(path, "w"))
         created = define_variables(file, variables, attrs)
-        samples = turned or SequentialWriter(created[item.name] for item in ragged)
+        samples = reordering or SequentialWriter(created[item.name] for item in ragged)
         blocks = list(grid.blocks(chunk_shape(grid.row_shape, block_rows)))
         rows = files.enter_context(closing(read_rows(shards, (block.stop for block in blocks))))
         for block, values in zip(blocks, rows, strict=True):
@@ -112,11 +113,11 @@ def _write(
 
 
 def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredVariable]]:
-    """Return the rows of a block, and the joined variables (values given where they are known)."""
+    """Return the rows of a block and the joined variables, with those values that are known."""
     first = shards[0]
     totals = {dim: sum(shard.count(dim) for shard in shards) for dim in first.samples}
     row_bytes = sum(map(_bytes_each, first.gridded))
-    row_bytes += sum(_bytes_each(i) * totals[i.dims[0]] // grid.rows for i in first.ragged)
+    row_bytes += sum(_bytes_each(item) * totals[item.dims[0]] // grid.rows for item in first.ragged)
     block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, row_bytes)))
     swept = [
         StoredVariable(
@@ -126,8 +127,8 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredV
     ]
     joined = dict(first.variables)
     for item in first.gridded:
-        most = min(block_rows, max(1, CHUNK_BYTES // _bytes_each(item)))
-        chunks = grid.in_grid_order(chunk_shape(grid.row_shape, most)) + item.shape[1:]
+        max_elements = min(block_rows, max(1, CHUNK_BYTES // _bytes_each(item)))
+        chunks = grid.in_grid_order(chunk_shape(grid.row_shape, max_elements)) + item.shape[1:]
         dims, shape = grid.dims + item.dims[1:], grid.shape + item.shape[1:]
         joined[item.name] = replace(item, dims=dims, shape=shape, chunks=chunks)
     for item in first.ragged:
@@ -135,8 +136,8 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredV
         chunks = chunk_shape(shape, CHUNK_BYTES // item.dtype.itemsize)
         joined[item.name] = replace(item, shape=shape, chunks=chunks)
     texts = [first.attrs, *(item.attrs for item in joined.values())]
-    named = " ".join(str(attrs.get("coordinates", "")) for attrs in texts).split()
-    coords = {name: item.dims for name, item in joined.items() if name in named}
+    referenced = " ".join(str(attrs.get("coordinates", "")) for attrs in texts).split()
+    coords = {name: item.dims for name, item in joined.items() if name in referenced}
     for name, item in joined.items():
         attrs = {key: value for key, value in item.attrs.items() if key != "coordinates"}
         if "coordinates" in item.attrs:
@@ -151,13 +152,13 @@ def _bytes_each(item: StoredVariable) -> int:
 
 
 def _common(shards: Sequence[Shard]) -> dict[str, Any]:
-    """Return the attributes of the shards; where they differ, the list of what was found."""
+    """Return the attributes of the shards, and the list of values where they differ."""
     names = dict.fromkeys(name for shard in shards for name in shard.attrs)
     common: dict[str, Any] = {}
     for name in names:
-        found = {
+        values = {
             str(shard.attrs[name]): shard.attrs[name] for shard in shards if name in shard.attrs
         }
-        common[name] = found.popitem()[1] if len(found) == 1 else json.dumps(sorted(found))
+        common[name] = values.popitem()[1] if len(values) == 1 else json.dumps(sorted(values))
     common.pop("coordinates", None)
     return common

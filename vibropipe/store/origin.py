@@ -1,7 +1,7 @@
-"""Where a dataset comes from: attributes that are the same for the same work, wherever it is done.
+"""Provenance of a dataset: attributes that are equal for equal work, on any host and at any time.
 
-What differs between two runs of the same work (times, hosts, threads) goes to a small JSON file
-beside the dataset, so that equal datasets are equal bytes.
+What differs between two runs of the same work (times, hosts, threads) goes to a small JSON file beside the dataset, so
+that equal datasets are equal bytes.
 """
 
 from __future__ import annotations
@@ -37,12 +37,27 @@ def provenance(
     packages: tuple[str, ...] = (),
     **more: Any,
 ) -> dict[str, Any]:
-    """Return the global attributes that say how to make a dataset again.
+    """Return the global attributes from which a dataset can be recomputed.
 
-    ``study_text`` is the study as its author wrote it, ``fingerprint`` the hash of what this
-    scene asks for, ``method`` the solver, accuracies are relative errors (None: none asked, none
-    measured), ``packages`` what took part beside the usual ones; ``more`` is added as it is. No
-    value names a machine, a place or a time. There is no seed, since nothing is drawn at random.
+    Parameters
+    ----------
+    study_text : str
+        Study as its author wrote it.
+    fingerprint : str
+        Hash of what the scene computes.
+    method : str
+        Solver.
+    accuracy_asked, accuracy_reached : float, optional
+        Requested and estimated relative error; None if not requested or not measured.
+    packages : tuple of str
+        Packages that took part, in addition to PACKAGES.
+    **more
+        Further attributes.
+
+    Returns
+    -------
+    dict
+        No value names a host, a folder or a time. There is no seed, since nothing is random.
     """
     return {
         "source": f"vibropipe {_version('vibropipe')}",
@@ -61,28 +76,39 @@ def provenance(
 
 
 def expected_changes(attrs: Mapping[str, Any]) -> list[str]:
-    """Return in words what of the origin in ``attrs`` is not so here, and can change numbers."""
-    now = {"kernel_hash": kernel_hash(), "machine": _machine()}
+    """Return, as texts, the differences of provenance between `attrs` and here that can change numbers.
+
+    Parameters
+    ----------
+    attrs : mapping
+        Global attributes of a dataset.
+
+    Returns
+    -------
+    list of str
+        One text for each difference of kernel hash, machine or package version.
+    """
+    current_values = {"kernel_hash": kernel_hash(), "machine": _machine()}
     changes = [
-        f"{name.replace('_', ' ')} was {_listed(attrs.get(name, UNKNOWN))}, here {here}"
-        for name, here in now.items()
-        if attrs.get(name) != here
+        f"{name.replace('_', ' ')} was {_listed(attrs.get(name, UNKNOWN))}, here {current}"
+        for name, current in current_values.items()
+        if attrs.get(name) != current
     ]
-    if "kernel_hash" in attrs and attrs["kernel_hash"] != now["kernel_hash"]:
+    if "kernel_hash" in attrs and attrs["kernel_hash"] != current_values["kernel_hash"]:
         changes[0] += f" (git commit {_listed(attrs.get('git_commit', UNKNOWN))})"
     if attrs.get("versions") == _versions():
         return changes
     texts = _alternatives(attrs.get("versions", "{}"))
     for name in dict.fromkeys(name for text in texts for name in json.loads(text)):
-        then = {str(json.loads(text).get(name, UNKNOWN)) for text in texts}
-        here = json.loads(_versions()).get(name) or _version(name)
-        if then != {here}:
-            changes.append(f"{name} was {', '.join(sorted(then))}, here {here}")
+        stored = {str(json.loads(text).get(name, UNKNOWN)) for text in texts}
+        current = json.loads(_versions()).get(name) or _version(name)
+        if stored != {current}:
+            changes.append(f"{name} was {', '.join(sorted(stored))}, here {current}")
     return changes
 
 
 def _alternatives(value: Any) -> list[str]:
-    """Return the values of an attribute: where shards differ, all that were found."""
+    """Return the values of an attribute: several where the joined shards differed."""
     text = str(value)
     return [str(item) for item in json.loads(text)] if text.startswith("[") else [text]
 
@@ -92,12 +118,12 @@ def _listed(value: Any) -> str:
 
 
 def sidecar_path(path: str | PathLike[str]) -> Path:
-    """Return the place of the sidecar of a dataset: the same name, ending in .json."""
+    """Return the path of the sidecar of a dataset: the same name with the suffix .json."""
     return Path(path).with_suffix(".json")
 
 
 def write_sidecar(path: str | PathLike[str], seconds: float, threads: int, **more: Any) -> None:
-    """Write what is of this run only beside the dataset ``path``: time taken, threads, host."""
+    """Write what belongs to this run only (time taken, threads, host) beside the dataset `path`."""
     record = {
         "seconds": seconds,
         "threads": threads,
@@ -110,9 +136,12 @@ def write_sidecar(path: str | PathLike[str], seconds: float, threads: int, **mor
 
 
 def read_sidecar(path: str | PathLike[str]) -> dict[str, Any]:
-    """Return the sidecar of the dataset ``path``; empty if it has none.
+    """Return the sidecar of the dataset `path`; empty if there is none.
 
-    Raises StoreError if there is one that is not a JSON object.
+    Raises
+    ------
+    StoreError
+        If it is not a JSON object.
     """
     place = sidecar_path(path)
     try:
@@ -132,9 +161,9 @@ def _number(value: float | None) -> float | str:
 
 @cache
 def _versions(more: tuple[str, ...] = ()) -> str:
-    """Return the versions of what numbers can depend on, as JSON."""
-    found = {name: _version(name) for name in (*PACKAGES, *more)}
-    return json.dumps({"python": platform.python_version(), **found})
+    """Return the versions of the packages that numbers can depend on, as JSON."""
+    versions = {name: _version(name) for name in (*PACKAGES, *more)}
+    return json.dumps({"python": platform.python_version(), **versions})
 
 
 def _version(package: str) -> str:
@@ -146,24 +175,24 @@ def _version(package: str) -> str:
 
 @cache
 def _git_commit(folder: str) -> str:
-    """Return the commit checked out in ``folder``, marked if tracked files were changed since."""
+    """Return the commit checked out in `folder`, marked if tracked files were changed."""
     command = ["git", "-C", folder, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+        process = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return UNKNOWN
-    return done.stdout.strip() if done.returncode == 0 else UNKNOWN
+    return process.stdout.strip() if process.returncode == 0 else UNKNOWN
 
 
 @cache
 def _machine() -> str:
-    """Return the kind of machine: its architecture and its widest vector unit, where known."""
-    kind = platform.machine() or UNKNOWN
+    """Return the architecture of the machine and its widest vector unit, where known."""
+    architecture = platform.machine() or UNKNOWN
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return kind
+        return architecture
     lines = [line for line in text.splitlines() if line.lower().startswith(("flags", "features"))]
-    words = set(lines[0].split()) if lines else set()
-    widest = next((unit for unit in VECTOR_UNITS if unit in words), "")
-    return f"{kind} {widest}".strip()
+    features = set(lines[0].split()) if lines else set()
+    widest = next((unit for unit in VECTOR_UNITS if unit in features), "")
+    return f"{architecture} {widest}".strip()

@@ -1,9 +1,8 @@
-"""Ragged values of a sweep brought into the order of its grid, with little in memory.
+"""Ragged variables of a sweep brought into the order of its grid, with little memory.
 
-Rows come in the order in which they were solved. Where that is the order of the grid, their
-samples follow each other in the file too. Where a parameter is followed, they may not: they are
-then kept in unnamed scratch files beside the joined one (nothing is left of them, whatever
-happens) and copied from there in order.
+Rows arrive in the order in which they were solved. Where this is the order of the grid, their samples are written
+directly. Where a parameter is followed, they are kept in unnamed scratch files beside the joined file (which vanish
+whatever happens) and copied from there in order.
 """
 
 from __future__ import annotations
@@ -25,12 +24,14 @@ from vibropipe.store.shards import Shard, counts_of
 if TYPE_CHECKING:
     import netCDF4
 
+# zeros written at once to reserve space
 ZEROS = bytes(1 << 20)
-AT_ONCE = 1 << 20
+# rows whose positions are computed at once
+ROWS_AT_ONCE = 1 << 20
 
 
 class SequentialWriter:
-    """Samples that lie in the order in which they come: each chunk of `variables` is written once, when full."""
+    """Writer of samples that arrive in the order of the file; each chunk is written once, when full."""
 
     def __init__(self, variables: Iterable[netCDF4.Variable]) -> None:
         self._variables = {variable.name: variable for variable in variables}
@@ -41,15 +42,15 @@ class SequentialWriter:
         }
 
     def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
-        """Take the samples of the rows [start, stop), which come in order."""
+        """Add the samples of the rows [start, stop), which follow the previous ones."""
         for name, variable in self._variables.items():
             waiting = np.concatenate([self._waiting[name], values[name]])
-            whole = len(waiting) - len(waiting) % int(variable.chunking()[0])
-            self._write(name, waiting[:whole])
-            self._waiting[name] = waiting[whole:].copy()
+            n_full = len(waiting) - len(waiting) % int(variable.chunking()[0])
+            self._write(name, waiting[:n_full])
+            self._waiting[name] = waiting[n_full:].copy()
 
     def finish(self, _created: Mapping[str, netCDF4.Variable]) -> None:
-        """Write the last chunks, which are not full."""
+        """Write the last, incomplete chunks."""
         for name, values in self._waiting.items():
             self._write(name, values)
 
@@ -61,10 +62,10 @@ class SequentialWriter:
 
 
 class ReorderingWriter:
-    """Samples that come in another order than they lie in: kept on disk until all are there.
+    """Writer of samples that arrive in another order than that of the file, kept on disk until all are there.
 
-    `items` are the variables that they fill. Where the samples of each row lie is counted first, 8 bytes a row, on
-    disk too; `files` closes all that is made in `folder`.
+    `items` are the ragged variables. The positions of the samples of each row are computed first, 8 bytes per row, on
+    disk as well; `files` closes the scratch files in `folder`.
     """
 
     def __init__(
@@ -87,25 +88,25 @@ class ReorderingWriter:
         }
 
     def _locate(self, starts: ScratchArray, counts: Iterable[tuple[int, np.ndarray]]) -> None:
-        """Find where the samples of each row begin, from their number in each, in pieces with their first row."""
+        """Compute where the samples of each row begin, from the counts in pieces with their first row."""
         for row, piece in counts:
             starts.scatter(self._grid.points(row, row + len(piece)), piece)
         before = 0
-        for at, piece in starts.blocks(AT_ONCE):
+        for at, piece in starts.blocks(ROWS_AT_ONCE):
             ends = before + np.cumsum(piece)
             starts.scatter(slice(at, at + len(piece)), ends - piece)
             before = int(ends[-1])
 
     def put(self, start: int, stop: int, values: Mapping[str, np.ndarray]) -> None:
-        """Take the samples of the rows [start, stop)."""
-        places = {}
+        """Keep the samples of the rows [start, stop)."""
+        positions = {}
         for dim, name in self._counts.items():
             counts = values[name]
             first = self._starts[dim].gather(self._grid.points(start, stop))
             shifts = np.repeat(first - (np.cumsum(counts, dtype=np.int64) - counts), counts)
-            places[dim] = shifts + np.arange(len(shifts))
+            positions[dim] = shifts + np.arange(len(shifts))
         for item in self._items:
-            self._kept[item.name].scatter(places[item.dims[0]], values[item.name])
+            self._kept[item.name].scatter(positions[item.dims[0]], values[item.name])
 
     def finish(self, created: Mapping[str, netCDF4.Variable]) -> None:
         """Copy all samples into the file, chunk by chunk."""
@@ -115,9 +116,9 @@ class ReorderingWriter:
 
 
 class ScratchArray:
-    """An array in an unnamed scratch file in ``folder``; ``files`` closes it.
+    """An array in an unnamed scratch file in `folder`, closed by `files`.
 
-    It is mapped for each call alone: pages of a long map would count as memory of the process.
+    It is mapped anew in each call: pages of a lasting map would count as memory of the process.
     """
 
     def __init__(
@@ -128,17 +129,17 @@ class ScratchArray:
         files.callback(self._file.close)
         _reserve(self._file, prod(shape) * dtype.itemsize)
 
-    def scatter(self, places: np.ndarray | slice, values: np.ndarray) -> None:
-        """Keep ``values`` at ``places``."""
+    def scatter(self, positions: np.ndarray | slice, values: np.ndarray) -> None:
+        """Store `values` at `positions`."""
         if len(values):
-            self._mapped()[places] = values
+            self._mapped()[positions] = values
 
-    def gather(self, places: np.ndarray) -> np.ndarray:
-        """Return the values at ``places``."""
-        return np.asarray(self._mapped()[places])
+    def gather(self, positions: np.ndarray) -> np.ndarray:
+        """Return the values at `positions`."""
+        return np.asarray(self._mapped()[positions])
 
     def blocks(self, length: int) -> Iterator[tuple[int, np.ndarray]]:
-        """Return the values in order, in blocks of ``length``, each with its start."""
+        """Yield the values in order, in blocks of `length`, each with its start."""
         for start in range(0, self._shape[0], length):
             yield start, np.array(self._mapped()[start : start + length])
 
@@ -147,9 +148,9 @@ class ScratchArray:
 
 
 def _reserve(file: IO[bytes], length: int) -> None:
-    """Make a file ``length`` bytes long and take its room on the disk now.
+    """Reserve `length` bytes on the disk for a file.
 
-    On a full disk this raises OSError; without it, writing to the map would kill the process.
+    A full disk then raises OSError; without it, writing to the map would kill the process.
     """
     if not length:
         return

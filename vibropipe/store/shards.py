@@ -1,8 +1,8 @@
-"""The shards of a sweep as files: what each holds, that they fit together, their rows in order.
+"""Shards of a sweep as files: their headers, the check that they fit together, and their rows in order.
 
-A shard's variables are of four kinds: those that run over ``row`` (and more), ragged ones that run
-over the sample dimension of a count per row (CF contiguous ragged arrays), the swept parameters over
-``row``, which must be those of the study, and those that are the same in every shard.
+Variables of a shard are of four kinds: over `row` (and further dimensions); ragged, over the sample dimension of a
+count per row (CF contiguous ragged arrays); swept parameters over `row`, which must be those of the study; and those
+that are equal in every shard.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 ROW = "row"
 ROW_RANGE_ATTRS = ("row_start", "row_stop")
 IDENTITY_ATTRS = ("kernel_hash", "fingerprint")
-"""Attributes in which shards of one sweep cannot differ: the code, and what was asked of it."""
+"""Attributes that all shards of a sweep share: the code, and what it computed."""
 ROWS_AT_ONCE = 1 << 16
-"""Of a swept parameter, when it is compared with the study."""
+"""Rows of a swept parameter that are compared with the study at once."""
 
 
 @dataclass(frozen=True)
 class Shard:
-    """The head of a shard: rows [start, stop) of its variables, with the values of what is the same in every row.
+    """Header of a shard: its rows [start, stop), and the values of variables that are equal in every row.
 
-    Swept parameters are not among the variables: they were found to be those of the study.
+    Swept parameters are not among the variables: they are checked against the study.
     """
 
     path: Path
@@ -47,22 +47,22 @@ class Shard:
 
     @cached_property
     def samples(self) -> dict[str, str]:
-        """For each sample dimension, the name of its count per row."""
+        """Name of the count per row, for each sample dimension."""
         items = self.variables.values()
         return {i.attrs["sample_dimension"]: i.name for i in items if "sample_dimension" in i.attrs}
 
     @property
     def gridded(self) -> list[StoredVariable]:
-        """The variables over ``row``."""
+        """Variables over `row`."""
         return [item for item in self.variables.values() if item.dims[:1] == (ROW,)]
 
     @property
     def ragged(self) -> list[StoredVariable]:
-        """The variables over a sample dimension."""
+        """Variables over a sample dimension."""
         return [item for item in self.variables.values() if set(item.dims) & set(self.samples)]
 
     def count(self, dim: str) -> int:
-        """Return how many samples there are along a sample dimension."""
+        """Return the length of a sample dimension."""
         return next(item.shape[0] for item in self.ragged if item.dims[0] == dim)
 
 
@@ -71,7 +71,7 @@ Values = dict[str, np.ndarray]
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what netCDF4 and h5py raise while a file is read into a StoreError that names it."""
+    """Turn errors of netCDF4 and h5py into a StoreError that names the file."""
     try:
         yield
     except StoreError:
@@ -82,7 +82,7 @@ def reading(path: Path) -> Iterator[None]:
 
 @contextmanager
 def open_raw(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a netCDF4 file for reading raw values; StoreError if it cannot be read."""
+    """Open a netCDF4 file without decoding; raise StoreError if it cannot be read."""
     import netCDF4
 
     with reading(path), netCDF4.Dataset(path) as file:
@@ -90,29 +90,39 @@ def open_raw(path: Path) -> Iterator[netCDF4.Dataset]:
         file.set_auto_chartostring(False)
         for variable in file.variables.values():
             if variable.dimensions:
-                # read once and whole: a cache would hold all of it a second time
+                # read once and completely: a cache would hold a second copy
                 variable.set_var_chunk_cache(size=NO_CACHE)
         yield file
 
 
 @contextmanager
 def raw(path: Path) -> Iterator[h5py.File]:
-    """Open a file for the bare values of its variables; StoreError if they cannot be read.
+    """Open a file for the bare values of its variables; raise StoreError if they cannot be read.
 
-    h5py reads a block of rows in half the time of netCDF4, which looks up what a variable is each time.
+    h5py reads a block of rows in half the time of netCDF4, which looks up the variable in each call.
     """
     import h5py
 
-    # each chunk is read once, or twice where two blocks share it: a cache would only take room
+    # each chunk is read once, or twice if two blocks share it: a cache would only use memory
     with reading(path), h5py.File(path, "r", rdcc_nbytes=0) as file:
         yield file
 
 
 def read_headers(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
-    """Read the heads of shards, in the order of their rows.
+    """Read the headers of shards, in the order of their rows.
 
-    Raises StoreError when one is damaged or was solved with other parameters than those of the grid, when they
-    do not hold each of its rows exactly once, or when they do not come from one sweep.
+    Parameters
+    ----------
+    paths : sequence of Path
+        Shards, in any order.
+    grid : SweepGrid
+        Grid of the sweep.
+
+    Raises
+    ------
+    StoreError
+        If a shard is damaged or was solved with other parameters than those of the grid, if the shards do not hold each
+        row exactly once, or if they come from different sweeps.
     """
     if not paths:
         raise StoreError("no shards to join: solve them first")
@@ -170,21 +180,23 @@ def _item(variable: netCDF4.Variable) -> StoredVariable:
 
 
 def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> None:
-    """Raise unless the rows [start, stop) in a file were solved with the parameters that they have in the grid."""
+    """Raise unless the rows [start, stop) in a file have the parameters of the grid."""
     with raw(path) as file:
         missing = [name for name in (*grid.dims, *grid.shared) if name not in file]
         if missing:
             raise StoreError(f"{path}: does not hold the {missing[0]} of its rows: {AGAIN}")
-        for name, wanted in grid.shared.items():
-            if (held := file[name][...]) != wanted:
-                raise _other_value(path, name, held, "every row", wanted)
+        for name, expected in grid.shared.items():
+            if (held := file[name][...]) != expected:
+                raise _other_value(path, name, held, "every row", expected)
         for first in range(start, stop, ROWS_AT_ONCE):
             rows = np.arange(first, min(first + ROWS_AT_ONCE, stop))
             for name, values in zip(grid.dims, grid.parameters(grid.dims, rows).T, strict=True):
-                found = file[name][rows[0] - start : rows[-1] + 1 - start]
-                if (other := found != values).any():
-                    at = int(other.argmax())
-                    raise _other_value(path, name, found[at], f"row {rows[at]}", values[at])
+                stored = file[name][rows[0] - start : rows[-1] + 1 - start]
+                if (is_different := stored != values).any():
+                    index = int(is_different.argmax())
+                    raise _other_value(
+                        path, name, stored[index], f"row {rows[index]}", values[index]
+                    )
 
 
 def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> StoreError:
@@ -195,7 +207,7 @@ def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> S
 
 
 def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndarray]]:
-    """Read the count ``name`` of each shard, one after the other, each with its first row."""
+    """Yield the count `name` of each shard in turn, with its first row."""
     for shard in shards:
         with raw(shard.path) as file:
             counts = file[name][...]
@@ -204,27 +216,27 @@ def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndar
 
 def _check_cover(shards: Sequence[Shard], rows: int) -> None:
     """Raise unless the shards hold each of the rows [0, rows) exactly once."""
-    reached = 0
-    for before, shard in zip([None, *shards], shards, strict=False):
-        if shard.start > reached:
+    covered = 0
+    for previous, shard in zip([None, *shards], shards, strict=False):
+        if shard.start > covered:
             break
-        if shard.start < reached and before is not None:
+        if shard.start < covered and previous is not None:
             raise StoreError(
-                f"{before.path} and {shard.path}: both hold row {shard.start}: "
+                f"{previous.path} and {shard.path}: both hold row {shard.start}: "
                 "join the shards of one cut only"
             )
-        reached = shard.stop
-    if reached == rows:
+        covered = shard.stop
+    if covered == rows:
         return
-    if reached > rows:
+    if covered > rows:
         raise StoreError(
-            f"{shards[-1].path}: must hold rows up to {rows - 1}, got rows up to {reached - 1}: "
+            f"{shards[-1].path}: must hold rows up to {rows - 1}, got rows up to {covered - 1}: "
             "join the shards of one sweep only"
         )
-    following = next((shard.start for shard in shards if shard.start > reached), rows)
+    following = next((shard.start for shard in shards if shard.start > covered), rows)
     held = f"in none of the {len(shards)} shards" if len(shards) > 1 else "not in the only shard"
     raise StoreError(
-        f"rows {reached} to {following - 1} of {rows} are {held}: solve the shards that hold them"
+        f"rows {covered} to {following - 1} of {rows} are {held}: solve the shards that hold them"
     )
 
 
@@ -241,13 +253,13 @@ def _check_alike(first: Shard, other: Shard) -> None:
         raise StoreError(f"{between} ({held}): {remedy}")
     varying = {ROW, *first.samples}
     for name, item in first.variables.items():
-        twin = other.variables[name]
-        if (item.dims, item.dtype) != (twin.dims, twin.dtype):
+        other_item = other.variables[name]
+        if (item.dims, item.dtype) != (other_item.dims, other_item.dtype):
             raise StoreError(f"{between} (dimensions or type of {name} differ): {remedy}")
-        sizes = zip(item.dims, item.shape, twin.shape, strict=True)
+        sizes = zip(item.dims, item.shape, other_item.shape, strict=True)
         if any(one != two for dim, one, two in sizes if dim not in varying):
             raise StoreError(f"{between} (size of {name} differs): {remedy}")
-        if _bytes(item) != _bytes(twin):
+        if _bytes(item) != _bytes(other_item):
             raise StoreError(f"{between} (values of {name} differ): {remedy}")
 
 
@@ -256,28 +268,30 @@ def _bytes(item: StoredVariable) -> bytes:
 
 
 def read_rows(shards: Iterable[Shard], stops: Iterable[int]) -> Generator[Values]:
-    """Read every variable over ``row`` or a sample dimension, up to each of the rows ``stops`` in turn.
+    """Yield the values of all variables over `row` or a sample dimension, up to each of the rows `stops`.
 
-    Each time in memory are the rows from where the ones before ended, and one shard is open.
+    In memory are the rows since the previous stop; one shard is open at a time.
     """
-    left, start, reached = iter(shards), 0, 0
+    remaining, start, shard_stop = iter(shards), 0, 0
     with ExitStack() as opened_shard:
         for stop in stops:
             parts: list[Values] = []
             while start < stop:
-                if start == reached:
+                if start == shard_stop:
                     opened_shard.close()
-                    shard = next(left)
-                    file, reached = opened_shard.enter_context(raw(shard.path)), shard.stop
+                    shard = next(remaining)
+                    file, shard_stop = opened_shard.enter_context(raw(shard.path)), shard.stop
                     bounds = {
                         dim: np.concatenate([[0], np.cumsum(file[name][...], dtype=np.int64)])
                         for dim, name in shard.samples.items()
                     }
-                own = [start - shard.start, min(stop, reached) - shard.start]
-                places = {ROW: own} | {dim: ends[own] for dim, ends in bounds.items()}
+                row_range = [start - shard.start, min(stop, shard_stop) - shard.start]
+                ranges = {ROW: row_range} | {dim: ends[row_range] for dim, ends in bounds.items()}
                 items = [*shard.gridded, *shard.ragged]
-                parts.append({i.name: file[i.name][slice(*places[i.dims[0]])] for i in items})
-                start = min(stop, reached)
+                parts.append(
+                    {item.name: file[item.name][slice(*ranges[item.dims[0]])] for item in items}
+                )
+                start = min(stop, shard_stop)
             yield {
                 name: values if len(parts) == 1 else np.concatenate([part[name] for part in parts])
                 for name, values in parts[0].items()

@@ -1,4 +1,4 @@
-"""What a dataset holds, in plain text."""
+"""Summary of a dataset in plain text."""
 
 from __future__ import annotations
 
@@ -19,11 +19,23 @@ LETTERS = {
     "tau": "τ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
 }  # fmt: skip
 ACCENTS = {"dot": "\u0307", "bar": "\u0304"}
-LONG_TEXT = 60
+# characters shown of a text of several lines
+MAX_TEXT = 60
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return what ``dataset`` holds: sizes, quantities with symbol and range, regimes, origin."""
+    """Return a summary of a dataset as text.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Dataset of a scene.
+
+    Returns
+    -------
+    str
+        Dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance.
+    """
     parts = [_title(dataset), _sizes(dataset), _quantities(dataset)]
     parts += [_counts(dataset, name) for name in ("regime", "status") if name in dataset]
     parts.append(_attributes(dataset))
@@ -31,9 +43,9 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def plain_symbol(symbol: str) -> str:
-    """Return matplotlib's mathtext as plain text: Greek letters and accents as Unicode."""
+    """Return a symbol in matplotlib's mathtext as plain text with Unicode letters and accents."""
     text = symbol.replace("$", "")
-    # letters first: an accent may stand over one; then accents from the innermost one
+    # letters first, since an accent may apply to one; then accents, the innermost one first
     text = re.sub(r"\\(" + "|".join(LETTERS) + r")(?![A-Za-z]) ?", lambda m: LETTERS[m[1]], text)
     accent = re.compile(r"\\(" + "|".join(ACCENTS) + r")\{([^{}]*)\}")
     while accent.search(text):
@@ -74,7 +86,7 @@ def _long_name(variable: xr.DataArray) -> str:
 
 
 def _range(variable: xr.DataArray) -> str:
-    """Return the value of a scalar, or the least and the largest finite value."""
+    """Return the value of a scalar, or the smallest and the largest finite value."""
     values = np.asarray(variable.values)
     if values.dtype.kind == "c":
         values = np.abs(values)
@@ -89,11 +101,11 @@ def _range(variable: xr.DataArray) -> str:
 
 
 def _counts(dataset: xr.Dataset, name: str) -> str:
-    """Return how often each named value of ``name`` occurs."""
+    """Return the number of occurrences of each flag of `name`."""
     values = np.asarray(dataset[name].values).reshape(-1)
-    named = {value: word for word, value in (quantity(name).flags or {}).items()}
+    flag_names = {value: flag for flag, value in (quantity(name).flags or {}).items()}
     lines = [
-        f"  {named.get(int(value), value)}: {count} ({count / len(values):.1%})"
+        f"  {flag_names.get(int(value), value)}: {count} ({count / len(values):.1%})"
         for value, count in zip(*np.unique(values, return_counts=True), strict=True)
     ]
     return "\n".join([name.capitalize(), *lines]) if lines else ""
@@ -105,7 +117,7 @@ def _attributes(dataset: xr.Dataset) -> str:
 
 
 def _text(value: Any) -> str:
-    """Return an attribute on one line; a long text (the study) as its length."""
+    """Return an attribute on one line; of several lines, their number and the start of the first."""
     text = str(value)
     if text.startswith("{"):
         try:
@@ -113,4 +125,4 @@ def _text(value: Any) -> str:
         except ValueError:
             pass
     lines = text.splitlines()
-    return text if len(lines) <= 1 else f"{len(lines)} lines: {lines[0][:LONG_TEXT]} ..."
+    return text if len(lines) <= 1 else f"{len(lines)} lines: {lines[0][:MAX_TEXT]} ..."

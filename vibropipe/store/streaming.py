@@ -1,4 +1,4 @@
-"""Rows of a sweep written while they are solved: in memory is one block of them, however many there are."""
+"""Rows of a sweep written as they are solved: one block is in memory, whatever the number of rows."""
 
 from __future__ import annotations
 
@@ -25,24 +25,37 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLE_CHUNK_BYTES = CHUNK_BYTES // 8
-"""Of samples, whose number is not known when their file is laid out: the last chunk is never full."""
+"""Chunk of samples, whose number is not known in advance: small, since the last chunk is stored at full length."""
 
 
 def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: int) -> None:
-    """Write ``blocks`` of a sweep, ``rows`` rows in all, to the shard ``path``.
+    """Write blocks of a sweep to a shard, each before the next one is requested.
 
-    Blocks run over ``row``, follow each other (``row_start``, ``row_stop``) and have the same variables.
-    Each is written before the next one is asked for. Raises NotWrittenError as :func:`write`,
-    ValueError where rows are missing; ``path`` is then as it was.
+    Parameters
+    ----------
+    blocks : iterable of xarray.Dataset
+        Consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables.
+    path : path-like
+        File to write.
+    rows : int
+        Number of rows in all.
+
+    Raises
+    ------
+    NotWrittenError
+        As of `write`.
+    ValueError
+        If rows are missing; `path` is then as before.
     """
     with atomic_file(path) as temporary:
         _stream(blocks, temporary, rows)
 
 
 def write_grid(blocks: Iterable[xr.Dataset], path: str | PathLike[str], grid: SweepGrid) -> None:
-    """Write ``blocks`` of all rows of a sweep as :func:`write_rows` takes them, joined over its grid.
+    """Write blocks of all rows of a sweep to one file over its grid.
 
-    The file is that of :func:`join`, byte for byte; the rows lie in a scratch file meanwhile.
+    Parameters as of `write_rows`; `grid` is the grid of the sweep. The file is bitwise that of `join`; until then the
+    rows are in a scratch file.
     """
     with scratch_file(path) as scratch:
         _stream(blocks, scratch, grid.rows)
@@ -57,19 +70,19 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
     with netCDF4.Dataset(path, "w") as file:
         created: dict[str, netCDF4.Variable] = {}
         for block in blocks:
-            stored, attrs = encode(block)
+            block_variables, attrs = encode(block)
             if not created:
                 first = int(attrs[ROW_RANGE_ATTRS[0]])
                 attrs |= dict(zip(ROW_RANGE_ATTRS, (first, first + rows), strict=True))
-                laid_out = _layout(stored, rows)
-                created = define_variables(file, laid_out, attrs)
-                over_rows = [item.name for item in laid_out if item.dims[:1] == (ROW,)]
-                samples = SequentialWriter(created[item.name] for item in laid_out if item.grows)
+                variables = _layout(block_variables, rows)
+                created = define_variables(file, variables, attrs)
+                over_rows = [item.name for item in variables if item.dims[:1] == (ROW,)]
+                samples = SequentialWriter(created[item.name] for item in variables if item.grows)
             if int(block.attrs[ROW_RANGE_ATTRS[0]]) != first + written:
                 raise ValueError(
                     f"block of row {block.attrs[ROW_RANGE_ATTRS[0]]}: row {first + written} is next"
                 )
-            values = {item.name: item.values for item in stored if item.values is not None}
+            values = {item.name: item.values for item in block_variables if item.values is not None}
             start, written = written, written + block.sizes[ROW]
             for name in over_rows:
                 created[name][start:written] = values[name]
@@ -81,19 +94,19 @@ def _stream(blocks: Iterable[xr.Dataset], path: Path, rows: int) -> None:
 
 
 def _layout(stored: Iterable[StoredVariable], rows: int) -> list[StoredVariable]:
-    """Return the variables of the first block as they lie in a file of so many rows.
+    """Return the variables of the first block as laid out in a file of `rows` rows.
 
-    A chunk holds rows of one block; the dimension of samples grows with them.
+    A chunk holds rows of one block; the sample dimension grows with them.
     """
     stored = list(stored)
     growing = {item.attrs.get("sample_dimension") for item in stored}
-    laid_out = []
+    variables = []
     for item in stored:
         if item.dims[:1] == (ROW,):
             chunks = chunk_shape(item.shape, CHUNK_BYTES // item.dtype.itemsize)
             item = replace(item, shape=(rows, *item.shape[1:]), values=None, chunks=chunks)
         elif growing & set(item.dims):
-            most = SAMPLE_CHUNK_BYTES // item.dtype.itemsize
-            item = replace(item, values=None, grows=True, chunks=(most, *item.shape[1:]))
-        laid_out.append(item)
-    return laid_out
+            max_elements = SAMPLE_CHUNK_BYTES // item.dtype.itemsize
+            item = replace(item, values=None, grows=True, chunks=(max_elements, *item.shape[1:]))
+        variables.append(item)
+    return variables

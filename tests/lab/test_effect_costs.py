@@ -1,4 +1,4 @@
-"""What is timed is what it is said to be: same contacts by all kernels, same rounds for all timers, true ratios."""
+"""Measured cost of effects: equal contacts by all kernels, alternating timers, consistent ratios."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ QUIET = BenchmarkMotion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
 
 
 class Clock:
-    """A clock that goes only when something is done."""
+    """A clock that advances only with the calls of its timers."""
 
     def __init__(self):
         self.now, self.done = 0.0, []
 
     def timer(self, name, seconds, units):
-        def repeat(often):
+        def repeat(n_calls):
             self.done.append(name)
-            self.now += often * seconds
+            self.now += n_calls * seconds
 
         return Timer(repeat, units, lambda: self.now)
 
 
-def test_times_are_per_unit_and_all_take_turns():
+def test_times_are_per_unit_and_timers_alternate():
     clock = Clock()
     quick, slow = clock.timer("quick", 1e-6, 4), clock.timer("slow", 0.05, 1)
-    told = []
-    time_in_rounds([quick, slow], 3, lambda *counts: told.append(counts))
-    assert told == [(taken, 6) for taken in range(1, 7)]
+    progress = []
+    time_in_rounds([quick, slow], 3, lambda *counts: progress.append(counts))
+    assert progress == [(done, 6) for done in range(1, 7)]
     assert quick.times == pytest.approx([250.0] * 3)
     assert slow.times == pytest.approx([5e7] * 3)
     assert quick.n_calls * 1e-6 >= timing.MIN_SECONDS
     rounds = [name for i, name in enumerate(clock.done) if i == 0 or clock.done[i - 1] != name]
-    assert rounds == ["quick", "slow"] * 4  # the first of them warms
+    assert rounds == ["quick", "slow"] * 4  # the first run of each warms up
 
 
-def test_a_timer_stops_when_all_it_may_spend_is_spent():
+def test_a_timer_stops_when_its_budget_is_spent():
     timer = Clock().timer("long", 0.1, 1)
     time_in_rounds([timer], 50)
     assert timer.spent == pytest.approx(0.3)
@@ -80,7 +80,7 @@ def test_every_kernel_marches_the_same_contacts(motion):
 
 @pytest.fixture(scope="module")
 def measured():
-    trials = {
+    cases = {
         "full": TimingCase(FULL),
         "plain": TimingCase(PLAIN, at_most=1e6),
         "free": TimingCase(FREE, at_most=1e-6),
@@ -89,10 +89,10 @@ def measured():
         "row": TimingCase(PLAIN, row=True, outputs=("harmonics",)),
         "quiet": TimingCase(QUIET, row=True, outputs=("harmonics",), against="row"),
     }
-    return measure_effects(trials, FULL, lambda motion, row, outputs: 8.0 + motion.periods, 9)
+    return measure_effects(cases, FULL, lambda motion, row, outputs: 8.0 + motion.periods, 9)
 
 
-def test_own_times_are_the_1_of_their_own_ratio(measured):
+def test_ratios_of_the_own_kernel_to_itself_are_1(measured):
     own = measured.sel(kernel="own")
     np.testing.assert_array_equal(own.time_ratio, 1)
     np.testing.assert_array_equal(own.bytes_ratio, 1)
@@ -104,10 +104,10 @@ def test_own_times_are_the_1_of_their_own_ratio(measured):
 
 @pytest.mark.benchmark
 def test_ratios_are_those_of_the_times(measured):
-    same = ["full", "plain", "free", "sampled", "row"]  # as long by every kernel
+    motions = ["full", "plain", "free", "sampled", "row"]  # equally long by every kernel
     ratio = measured.kernel_time.sel(kernel="own") / measured.kernel_time.sel(kernel="all")
-    found = measured.time_ratio.sel(kernel="all").sel(motion=same)
-    np.testing.assert_allclose(found, ratio.sel(motion=same), rtol=0.5)
+    measured_ratio = measured.time_ratio.sel(kernel="all").sel(motion=motions)
+    np.testing.assert_allclose(measured_ratio, ratio.sel(motion=motions), rtol=0.5)
 
 
 def test_ratios_are_those_of_the_bytes(measured):
@@ -116,13 +116,13 @@ def test_ratios_are_those_of_the_bytes(measured):
 
 
 @pytest.mark.benchmark
-def test_closed_forms_are_taken_where_there_are_any(measured):
+def test_closed_forms_are_used_where_they_exist(measured):
     assert float(measured.time_ratio.sel(motion="free", kernel="all")) < 0.5
     assert float(measured.time_ratio.sel(motion="quiet", kernel="all")) < 0.5
     assert 0.5 < float(measured.time_ratio.sel(motion="plain", kernel="all")) < 2
 
 
-def test_targets_are_judged_by_the_numbers(measured):
+def test_targets_follow_from_the_ratios(measured):
     met = dict(zip(measured.motion.values, measured.target_met.values.tolist(), strict=True))
     assert (met["plain"], met["free"]) == (Passed.PASSED, Passed.NOT_PASSED)
     assert met["full"] == met["row"] == Passed.NOT_ASKED
@@ -132,7 +132,7 @@ def test_targets_are_judged_by_the_numbers(measured):
     assert np.isnan(measured.target.sel(motion="row"))
 
 
-def test_motions_are_what_they_are_said_to_be(measured):
+def test_effects_and_contacts_of_motions(measured):
     one = measured.sel(motion="full", kernel="own")
     assert one.rests_per_period > 0
     assert one.effects_present.item() == "damping, forcing, support_1, support_2, restitution, rest"
@@ -142,9 +142,9 @@ def test_motions_are_what_they_are_said_to_be(measured):
     assert measured.outputs_asked.sel(motion="row").item() == "steady state, harmonics"
 
 
-def test_a_row_is_worth_the_periods_it_takes_to_settle():
+def test_a_row_counts_the_periods_of_its_transient():
     works = works_by_kernel(TimingCase(PLAIN, row=True, outputs=("harmonics",)), FULL)
-    settled = vp.steady_state(PLAIN.exciter)
-    assert works["own"].periods == int(settled.periods_to_settle)
+    steady = vp.steady_state(PLAIN.exciter)
+    assert works["own"].periods == int(steady.periods_to_settle)
     assert works["own"].units == 1
-    assert math.isclose(works["own"].impacts, float(settled.impacts_per_orbit.sum()))
+    assert math.isclose(works["own"].impacts, float(steady.impacts_per_orbit.sum()))

@@ -1,8 +1,8 @@
 """Motions on which event-driven and time-stepping tools fail, by both methods.
 
-Most cases are a row of `CASES`: the exact method has to give the twin's events and end state, as
-sharply as one ulp of the input allows. By newmark the same rows must end with finite numbers
-between the supports, whatever the step. What has a rule of its own follows below them.
+Most cases are a row of `CASES`: the exact method must give the events and the end state of the oracle, as accurately as
+one ulp of the input allows. By Newmark's method the same rows must end with finite numbers between the supports,
+whatever the step. Cases with a rule of their own follow below.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Case(NamedTuple):
 
 
 def first_peak(p: Parameters) -> tuple[float, float]:
-    """Time and height of the first peak of the motion from rest at zero, were no support there."""
+    """Return time and height of the first peak of the motion from rest at zero, without supports."""
     c = digits(p)
     flight = Flight(c, c.mpf(p.nu), c.mpf(p.f), c.mpf(p.h), (c.mpf(0),) * 3)
     tau = c.mpf(1) / 100
@@ -49,13 +49,13 @@ def grazing() -> dict[str, Case]:
     tau, peak = first_peak(forced)
     for exponent in range(4, 14, 2):
         for name, depth in (("struck", 10.0**-exponent), ("missed", -(10.0**-exponent))):
-            free = Parameters(l=1.0)  # ideal, so that support 2 is grazed as deeply later
+            free = Parameters(l=1.0)  # ideal, so that support 2 is grazed equally deeply later
             cases[f"free, {name} by 1e-{exponent}"] = Case(free, 7.0, 0.0, 1 + depth)
             cases[f"free, support 2 {name} by 1e-{exponent}"] = Case(free, 3.0, 0.0, -1 - depth)
-            near = forced._replace(l=peak - depth)
-            cases[f"forced, {name} by 1e-{exponent}"] = Case(near, tau + 0.5)
-    least = Parameters(nu=2.0, f=-2.3713737056616554e-07, l=0.5, R1=0.0, R2=0.0)
-    cases["plastic, struck by 1e-13"] = Case(least, 4.0, -0.5)
+            near_peak = forced._replace(l=peak - depth)
+            cases[f"forced, {name} by 1e-{exponent}"] = Case(near_peak, tau + 0.5)
+    shallow = Parameters(nu=2.0, f=-2.3713737056616554e-07, l=0.5, R1=0.0, R2=0.0)
+    cases["plastic, struck by 1e-13"] = Case(shallow, 4.0, -0.5)
     return cases
 
 
@@ -65,7 +65,7 @@ def chatter() -> dict[str, Case]:
         slow = Parameters(nu=0.3, f=1.5, h=0.2, l=0.5, R1=R, R2=R)
         cases[f"released, R = {R}"] = Case(slow, 12.0)
         pressed = Parameters(l=0.5, delta=-1.5, h=0.1, R1=R, R2=R)
-        cases[f"pressed for ever, R = {R}"] = Case(pressed, 30.0, -1.5)
+        cases[f"pressed permanently, R = {R}"] = Case(pressed, 30.0, -1.5)
         cases[f"ended by tau_end, R = {R}"] = Case(slow, 8.0)
         cases[f"ended by the period, R = {R}"] = Case(slow, TURN / 0.3)
     for R in (0.9, 0.95, 0.97):
@@ -82,8 +82,8 @@ def plastic() -> dict[str, Case]:
         "R1 = 0": Case(both._replace(R2=0.8), 30.0),
         "R2 = 0": Case(both._replace(R1=0.8), 30.0),
         "R1 = 0, quick": Case(both._replace(nu=3.0, f=9.0, R2=1.0), 20.0),
-        "R1 = 0, pressed for ever": Case(Parameters(l=0.5, delta=-1.5, R1=0.0), 9.0, -1.2),
-        "R2 = 0, pressed for ever": Case(Parameters(l=0.5, delta=1.5, R2=0.0), 9.0, 1.2),
+        "R1 = 0, pressed permanently": Case(Parameters(l=0.5, delta=-1.5, R1=0.0), 9.0, -1.2),
+        "R2 = 0, pressed permanently": Case(Parameters(l=0.5, delta=1.5, R2=0.0), 9.0, 1.2),
         "R = 0, struck while pulled": Case(both._replace(nu=20.0, f=2.0), 4.0, 0.4, 8.0),
         "R = 0 at the equilibrium": Case(Parameters(l=0.5, delta=0.5, R2=0.0), 9.0, 0.7),
         "R = 0 at the equilibrium, forced": Case(
@@ -95,14 +95,14 @@ def plastic() -> dict[str, Case]:
 def neighbours() -> dict[str, Case]:
     cases = {}
     resonant = Parameters(f=0.2, l=2.0, R1=0.9, R2=0.9)
-    for off in (0.0, 1e-6, -1e-6, 1e-9, -1e-9, 1e-12, -1e-12):
-        cases[f"h = 0, nu = 1 {off:+g}"] = Case(resonant._replace(nu=1 + off), 40.0)
-        cases[f"h = 2 {off:+g}"] = Case(
-            Parameters(nu=0.8, f=3.0, h=2 + off, l=0.5, R1=0.3, R2=0.3), 12.0
+    for offset in (0.0, 1e-6, -1e-6, 1e-9, -1e-9, 1e-12, -1e-12):
+        cases[f"h = 0, nu = 1 {offset:+g}"] = Case(resonant._replace(nu=1 + offset), 40.0)
+        cases[f"h = 2 {offset:+g}"] = Case(
+            Parameters(nu=0.8, f=3.0, h=2 + offset, l=0.5, R1=0.3, R2=0.3), 12.0
         )
     for h in (1e-12, 1e-6, 50.0, 1e4):
         f, R = (0.2, 0.9) if h < 1 else (2 * h, 0.4)
-        # the twin takes long to leave a support through a syrup of h = 1e4
+        # the oracle is slow to leave a support at h = 1e4
         tau_end = 3.0 if h > 1e3 else 40.0
         cases[f"h = {h:g}"] = Case(resonant._replace(h=h, f=f, R1=R, R2=R), tau_end)
     return cases
@@ -137,13 +137,13 @@ assert len(CASES) == sum(map(len, (grazing(), chatter(), plastic(), neighbours()
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_exact_agrees_with_the_twin(name: str) -> None:
+def test_exact_agrees_with_the_oracle(name: str) -> None:
     case = CASES[name]
     judged = judge(case.p, case.tau_end, case.x0, case.v0)
     assert math.isfinite(judged.wobble_end[0]), "one ulp changes the events: the case is no test"
     ds = case.run(samples_per_period=0)
-    found = disagreements(case.p, ds, judged, case.tau_end)
-    assert not found, "\n".join(found[:6])
+    differences = disagreements(case.p, ds, judged, case.tau_end)
+    assert not differences, "\n".join(differences[:6])
     assert int(ds.status) == Status.OK
 
 

@@ -1,4 +1,4 @@
-"""The study of hard cases: all pass, and a solver that is wrong does not."""
+"""Study of hard cases: correct solvers pass every case, wrong ones do not."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ SHORT = [case for case in CASES if case.name not in LONG]
 
 
 @pytest.fixture(scope="module")
-def found() -> Any:
+def results() -> Any:
     return solve_hard_cases(SHORT)
 
 
 @pytest.mark.parametrize("name", [case.name for case in SHORT])
-def test_each_case_is_passed_by_every_solver(found: Any, name: str) -> None:
-    case = found.sel(case=name)
+def test_each_case_is_passed_by_every_solver(results: Any, name: str) -> None:
+    case = results.sel(case=name)
     failed = {
         str(solver): (float(case.measured[n]), float(case.bound[n]))
         for n, solver in enumerate(case.solver.values)
@@ -41,16 +41,17 @@ def test_the_long_cases_are_passed_by_the_exact_method(name: str) -> None:
     assert evaluate_case(BY_NAME[name], Solver("exact")).passed is True
 
 
-def test_the_dataset_says_what_was_done(found: Any) -> None:
-    assert found.sizes == {"case": len(SHORT), "solver": 4}
-    assert list(found.solver.values) == ["exact", "newmark 8", "newmark 60", "newmark 2000"]
+def test_the_dataset_reports_the_effort(results: Any) -> None:
+    assert results.sizes == {"case": len(SHORT), "solver": 4}
+    assert list(results.solver.values) == ["exact", "newmark 8", "newmark 60", "newmark 2000"]
     assert len({case.name for case in CASES}) == len(CASES)
     assert (
-        found.motions.where(found.passed != Passed.NOT_ASKED, 1) + (found.case == "refused") > 0
+        results.motions.where(results.passed != Passed.NOT_ASKED, 1) + (results.case == "refused")
+        > 0
     ).all()
-    assert found.impacts.sel(case="chatter_complete", solver="exact") > 500
-    # a flight shorter than a step is counted and named, not hidden
-    coarse = found.sel(case="supports_together", solver="newmark 8")
+    assert results.impacts.sel(case="chatter_complete", solver="exact") > 500
+    # flights shorter than a step are counted and reported
+    coarse = results.sel(case="supports_together", solver="newmark 8")
     assert int(coarse.short_flight_motions) == 4
     assert (
         int(coarse.worst_status)
@@ -58,89 +59,89 @@ def test_the_dataset_says_what_was_done(found: Any) -> None:
             vp.Exciter(l=1e-6, f=1e-300), tau_end=1e-3, v0=1.0, method="newmark", steps_per_period=8
         ).status
     )
-    closed = found.sel(case="energy_of_orbits")
+    closed = results.sel(case="energy_of_orbits")
     assert closed.passed.values.tolist() == [Passed.PASSED, *[Passed.NOT_ASKED] * 3]
 
 
-# -- a solver that is wrong --------------------------------------------------------------------
+# -- wrong solvers -----------------------------------------------------------------------------
 
 
-def late(ds: Any) -> Any:
-    """Impacts a little late."""
+def with_late_impacts(ds: Any) -> Any:
+    """Delay impacts slightly."""
     return ds.assign(impact_tau=ds.impact_tau * (1 + 1e-9))
 
 
-def lossless(ds: Any) -> Any:
-    """A reset that keeps the velocity."""
+def with_lossless_resets(ds: Any) -> Any:
+    """Reset the velocity without loss."""
     return ds.assign(impact_velocity_after=-ds.impact_velocity)
 
 
-def deaf(ds: Any) -> Any:
-    """No impact is ever seen."""
+def without_impacts(ds: Any) -> Any:
+    """Remove all impacts."""
     return ds.isel(impact=slice(0))
 
 
-def restless(ds: Any) -> Any:
-    """No rest is ever seen."""
+def without_rests(ds: Any) -> Any:
+    """Remove all rests."""
     return ds.isel(rest=slice(0))
 
 
-def adrift(ds: Any) -> Any:
-    """The end is a little off."""
+def with_shifted_end(ds: Any) -> Any:
+    """Shift the end slightly."""
     return ds.assign(displacement_end=ds.displacement_end * (1 + 1e-9) + 1e-9)
 
 
-def lopsided(ds: Any) -> Any:
-    """The first support is a little softer than the second."""
+def with_unequal_supports(ds: Any) -> Any:
+    """Increase the restitution of support 1 slightly."""
     after = ds.impact_velocity_after
     return ds.assign(impact_velocity_after=after.where(ds.impact_support == 1, after * (1 + 1e-15)))
 
 
-def later(spoil: Any) -> Any:
-    """Spoils each motion more than the one before."""
+def increasingly(corrupt: Any) -> Any:
+    """Change each motion more than the previous one."""
     number = itertools.count(1)
-    return lambda ds: spoil(1 + 1e-4 * next(number), ds)
+    return lambda ds: corrupt(1 + 1e-4 * next(number), ds)
 
 
-def broken(spoil: Any, steps: int | None = None) -> Solver:
-    def simulate(*given: Any, **named: Any) -> Any:
-        return spoil(vp.simulate(*given, **named))
+def corrupt_solver(corrupt: Any, steps: int | None = None) -> Solver:
+    def simulate(*arguments: Any, **options: Any) -> Any:
+        return corrupt(vp.simulate(*arguments, **options))
 
-    def steady_state(*given: Any, **named: Any) -> Any:
-        return spoil(vp.steady_state(*given, **named))
+    def steady_state(*arguments: Any, **options: Any) -> Any:
+        return corrupt(vp.steady_state(*arguments, **options))
 
     return Solver("broken", steps, simulate=simulate, steady_state=steady_state)
 
 
 @pytest.mark.parametrize(
-    ("name", "spoil"),
+    ("name", "corrupt"),
     [
-        ("grazing_free", deaf),
-        ("grazing_forced", deaf),
-        ("chatter_complete", restless),
-        ("chatter_cut", late),
-        ("chatter_released", restless),
-        ("chatter_interrupted", late),
-        ("chatter_interrupted", lossless),
-        ("chatter_interrupted", deaf),
-        ("plastic", lossless),
-        ("plastic_for_ever", restless),
-        ("start_on_support", restless),
-        ("start_on_support", deaf),
-        ("end_on_impact", deaf),
-        ("supports_together", late),
-        ("impact_at_release", deaf),
-        ("growth_resonance", adrift),
-        ("growth_impacts", deaf),
-        ("near_resonance", adrift),
-        ("near_critical", adrift),
-        ("damping", late),
-        ("extremes", adrift),
-        ("slow_force", lossless),
-        ("offset", lossless),
-        ("scale_of_length", adrift),
-        ("energy_of_motions", late),
-        ("energy_of_motions", lossless),
+        ("grazing_free", without_impacts),
+        ("grazing_forced", without_impacts),
+        ("chatter_complete", without_rests),
+        ("chatter_cut", with_late_impacts),
+        ("chatter_released", without_rests),
+        ("chatter_interrupted", with_late_impacts),
+        ("chatter_interrupted", with_lossless_resets),
+        ("chatter_interrupted", without_impacts),
+        ("plastic", with_lossless_resets),
+        ("plastic_for_ever", without_rests),
+        ("start_on_support", without_rests),
+        ("start_on_support", without_impacts),
+        ("end_on_impact", without_impacts),
+        ("supports_together", with_late_impacts),
+        ("impact_at_release", without_impacts),
+        ("growth_resonance", with_shifted_end),
+        ("growth_impacts", without_impacts),
+        ("near_resonance", with_shifted_end),
+        ("near_critical", with_shifted_end),
+        ("damping", with_late_impacts),
+        ("extremes", with_shifted_end),
+        ("slow_force", with_lossless_resets),
+        ("offset", with_lossless_resets),
+        ("scale_of_length", with_shifted_end),
+        ("energy_of_motions", with_late_impacts),
+        ("energy_of_motions", with_lossless_resets),
         ("energy_of_orbits", lambda ds: ds.assign(energy_residual=ds.energy_residual + 1e-9)),
         ("unbounded", lambda ds: ds.assign(regime=ds.regime * 0 + Regime.APERIODIC)),
         ("period_multiples", lambda ds: ds.assign(period_multiple=ds.period_multiple * 2)),
@@ -148,67 +149,73 @@ def broken(spoil: Any, steps: int | None = None) -> Solver:
         ("slow_drift", lambda ds: ds.assign(impact_velocity=ds.impact_velocity * 0.9)),
         ("slow_drift", lambda ds: ds.assign(period_multiple=1 + 0 * ds.period_multiple)),
         ("coexisting", lambda ds: ds.assign(regime=ds.regime * 0 + Regime.NO_IMPACT)),
-        ("mirrored", lopsided),
-        ("split", adrift),
+        ("mirrored", with_unequal_supports),
+        ("split", with_shifted_end),
     ],
 )
-def test_a_wrong_result_is_not_passed(name: str, spoil: Any) -> None:
+def test_a_wrong_result_is_not_passed(name: str, corrupt: Any) -> None:
     assert evaluate_case(BY_NAME[name], Solver("exact")).passed is True
-    assert evaluate_case(BY_NAME[name], broken(spoil)).passed is False
+    assert evaluate_case(BY_NAME[name], corrupt_solver(corrupt)).passed is False
 
 
 @pytest.mark.parametrize("name", ["damping", "extremes", "offset", "slow_force"])
-def test_newmark_is_held_to_what_no_method_may_break(name: str) -> None:
-    for spoil in (lossless, lambda ds: ds.assign(displacement=ds.displacement * 1.5)):
-        found = evaluate_case(BY_NAME[name], broken(spoil, 60))
-        assert found.measured >= 1
-        assert found.passed is False
+def test_newmark_must_keep_the_invariants_of_any_method(name: str) -> None:
+    for corrupt in (with_lossless_resets, lambda ds: ds.assign(displacement=ds.displacement * 1.5)):
+        result = evaluate_case(BY_NAME[name], corrupt_solver(corrupt, 60))
+        assert result.measured >= 1
+        assert result.passed is False
 
 
 @pytest.mark.parametrize(
-    ("name", "spoil"),
+    ("name", "corrupt"),
     [
         ("unbounded", lambda ds: ds.assign(displacement_end=0.1 * ds.displacement_end)),
-        ("period_multiples", deaf),
+        ("period_multiples", without_impacts),
         ("period_multiples", lambda ds: ds.assign(displacement_end=0 * ds.displacement_end)),
         ("weakly_stable", lambda ds: ds.map(lambda values: values * (1 + 1e-4))),
-        ("slow_drift", deaf),
-        ("slow_drift", later(lambda n, ds: ds.assign(impact_velocity=n * ds.impact_velocity))),
-        ("coexisting", deaf),
+        ("slow_drift", without_impacts),
+        (
+            "slow_drift",
+            increasingly(lambda n, ds: ds.assign(impact_velocity=n * ds.impact_velocity)),
+        ),
+        ("coexisting", without_impacts),
     ],
 )
-def test_newmarks_labels_see_a_wrong_motion(name: str, spoil: Any) -> None:
+def test_labels_of_newmark_detect_a_wrong_motion(name: str, corrupt: Any) -> None:
     assert evaluate_case(BY_NAME[name], Solver("newmark", 60)).passed is True
-    assert evaluate_case(BY_NAME[name], broken(spoil, 60)).passed is False
+    assert evaluate_case(BY_NAME[name], corrupt_solver(corrupt, 60)).passed is False
 
 
 @pytest.mark.parametrize("steps", [8, 60])
-def test_newmarks_own_balance_of_energy_sees_a_wrong_number(steps: int) -> None:
-    def nudged(ds: Any) -> Any:
+def test_the_energy_balance_of_newmark_detects_a_wrong_value(steps: int) -> None:
+    def perturb(ds: Any) -> Any:
         x = ds.displacement.values.copy()
         x[20] *= 1 + 1e-6
         return ds.assign(displacement=("tau", x))
 
-    for spoil in (lossless, nudged):
-        assert evaluate_case(BY_NAME["energy_of_motions"], broken(spoil, steps)).passed is False
+    for corrupt in (with_lossless_resets, perturb):
+        assert (
+            evaluate_case(BY_NAME["energy_of_motions"], corrupt_solver(corrupt, steps)).passed
+            is False
+        )
 
 
 @pytest.mark.parametrize("steps", [None, 60])
-def test_a_solver_that_takes_anything_is_not_passed(steps: int | None) -> None:
-    def simulate(exciter: Any, **named: Any) -> Any:
+def test_a_solver_that_accepts_any_input_does_not_pass(steps: int | None) -> None:
+    def simulate(exciter: Any, **options: Any) -> Any:
         return vp.simulate(vp.Exciter(l=10.0), tau_end=1.0)
 
-    taken = evaluate_case(BY_NAME["refused"], Solver("broken", steps, simulate=simulate))
-    assert taken.passed is False
-    assert taken.measured == 5
+    result = evaluate_case(BY_NAME["refused"], Solver("broken", steps, simulate=simulate))
+    assert result.passed is False
+    assert result.measured == 5
 
 
-def test_no_number_does_not_pass_and_no_error_escapes() -> None:
-    def refused(solver: Solver) -> float:
+def test_nan_and_errors_do_not_pass() -> None:
+    def rejected(solver: Solver) -> float:
         solver.motion(vp.Exciter(l=1.0), -1.0)
         return 0.0
 
-    for measure in (lambda solver: math.nan, lambda solver: math.inf, refused):
+    for measure in (lambda solver: math.nan, lambda solver: math.inf, rejected):
         case = Case("made", "asked", "known", measure, Bound(1.0, 1.0))
         dataset = solve_hard_cases([case], solvers()[:2])
         assert dataset.passed.values.tolist() == [[Passed.NOT_PASSED] * 2]

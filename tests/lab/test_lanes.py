@@ -1,4 +1,4 @@
-"""Motions in lockstep are those marched one by one, to the last bit, and are marched by the vector units."""
+"""Motions in lockstep: bitwise equal to motions marched alone, with packed vector instructions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FREE = vp.Exciter(l=1.0, delta=0.2)
 OUT_OF_REACH = vp.Exciter(l=1e3, f=0.5, h=0.1)
 
 
-def one_by_one(exciters, tau_end, xs, vs, steps):
+def simulate_each(exciters, tau_end, xs, vs, steps):
     return [
         vp.simulate(e, end, x, v, "newmark", steps_per_period=steps, samples_per_period=0)
         for e, end, x, v in zip(exciters, tau_end, xs, vs, strict=True)
@@ -35,16 +35,18 @@ def one_by_one(exciters, tau_end, xs, vs, steps):
 
 
 def check_same(exciters, tau_end, xs, vs, steps):
-    """Every number of `simulate_rows` is that of `simulate`, nan where it is nan."""
+    """Check that every value of `simulate_rows` is bitwise that of `simulate`, including nan."""
     rows = simulate_rows(exciters, tau_end, xs, vs, steps_per_period=steps)
-    cuts = {name: np.cumsum([0, *rows[name].values]) for name in ("row_size", "row_rests")}
-    for row, alone in enumerate(one_by_one(exciters, tau_end, xs, vs, steps)):
+    row_ends = {name: np.cumsum([0, *rows[name].values]) for name in ("row_size", "row_rests")}
+    for row, alone in enumerate(simulate_each(exciters, tau_end, xs, vs, steps)):
         for name in ENDS:
             np.testing.assert_array_equal(rows[name][row], alone[name], err_msg=f"{row} {name}")
         for size, names in (("row_size", OF_IMPACT), ("row_rests", OF_REST)):
-            part = slice(cuts[size][row], cuts[size][row + 1])
+            slice_of_row = slice(row_ends[size][row], row_ends[size][row + 1])
             for name in names:
-                np.testing.assert_array_equal(rows[name][part], alone[name], f"{row} {name}")
+                np.testing.assert_array_equal(
+                    rows[name][slice_of_row], alone[name], f"{row} {name}"
+                )
     return rows
 
 
@@ -75,37 +77,37 @@ rows_of_motions = st.lists(
 @example([(FORCED, 0.0, 0.5, 0.3)], 10)
 @given(rows_of_motions, st.sampled_from([1, 3, 8, 20, 100, 257]))
 def test_each_row_is_the_motion_marched_alone(motions, steps):
-    listed, ends, shares, vs = zip(*motions, strict=True)
-    # A share of 0 or 1 is a start on a support.
+    row_exciters, ends, fractions, vs = zip(*motions, strict=True)
+    # a fraction of 0 or 1 is a start on a support
     xs = [
-        min(max(e.lower + share * 2 * e.l, e.lower), e.upper)
-        for e, share in zip(listed, shares, strict=True)
+        min(max(e.lower + fraction * 2 * e.l, e.lower), e.upper)
+        for e, fraction in zip(row_exciters, fractions, strict=True)
     ]
-    check_same(list(listed), ends, xs, vs, steps)
+    check_same(list(row_exciters), ends, xs, vs, steps)
 
 
-def test_rows_fill_several_blocks_and_none_sees_another():
+def test_rows_of_several_blocks_are_independent():
     rng = np.random.default_rng(7)
-    listed = [
+    row_exciters = [
         vp.Exciter(l=0.5, nu=nu, f=f, h=0.1, R1=R1, R2=R2)
         for nu, f, R1, R2 in rng.uniform((0.3, 0.2, 0.3, 0.3), (2, 2, 1, 1), (150, 4))
     ]
     ends = rng.uniform(5, 60, 150)
-    rows = check_same(listed, ends, np.zeros(150), np.zeros(150), 200)
+    rows = check_same(row_exciters, ends, np.zeros(150), np.zeros(150), 200)
     assert (rows.row_size > 0).any()
     assert (rows.row_rests > 0).any()
-    again = simulate_rows(listed[::-1], ends[::-1], steps_per_period=200)
-    np.testing.assert_array_equal(again.displacement_end[::-1], rows.displacement_end)
+    reversed_rows = simulate_rows(row_exciters[::-1], ends[::-1], steps_per_period=200)
+    np.testing.assert_array_equal(reversed_rows.displacement_end[::-1], rows.displacement_end)
 
 
-def test_a_row_of_many_contacts_gets_the_room_it_needs():
+def test_the_log_of_a_row_grows_with_its_contacts():
     many = vp.Exciter(l=0.05, nu=0.1, f=1.0, h=0.1, R1=0.9, R2=0.9)
     rows = check_same([FORCED, many], [900.0, 900.0], [0.0, 0.0], [0.0, 0.0], 100)
-    # many times what it is given at first, six for each of 14 periods and some
+    # many times its initial capacity: six for each of 14 periods, and a constant part
     assert rows.row_size[1] > 2000
 
 
-def test_too_many_contacts_are_told_and_leave_no_end():
+def test_too_many_contacts_are_reported_without_an_end():
     rows = simulate_rows([FORCED, OUT_OF_REACH], 60.0, steps_per_period=100, max_impacts=5)
     assert rows.status.values.tolist() == [Status.MAX_IMPACTS, Status.OK]
     assert math.isnan(rows.displacement_end[0])
@@ -114,7 +116,7 @@ def test_too_many_contacts_are_told_and_leave_no_end():
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"exciters": []}, "exciters: must have at least one entry, got []"),
         (
@@ -127,17 +129,17 @@ def test_too_many_contacts_are_told_and_leave_no_end():
         ({"max_impacts": -1}, "max_impacts: must be a whole number >= 0, got -1"),
     ],
 )
-def test_bad_input_is_named(changed, said):
-    asked = {"exciters": [FORCED], "tau_end": 1.0, "steps_per_period": 10, **changed}
-    with pytest.raises(vp.ParameterError, match=re.escape(said)):
-        simulate_rows(**asked)
+def test_bad_input_is_named(changed, message):
+    arguments = {"exciters": [FORCED], "tau_end": 1.0, "steps_per_period": 10, **changed}
+    with pytest.raises(vp.ParameterError, match=re.escape(message)):
+        simulate_rows(**arguments)
 
 
 @pytest.mark.skipif(not llvm.get_host_cpu_features().get("avx"), reason="no wide vector registers")
 def test_a_stride_is_made_of_packed_instructions():
-    """Products and sums of all steps, each on as many motions as a register holds."""
+    """Products and sums of all steps act on whole vector registers of motions."""
     stride = newmark_steps.advance_block
-    # Compiled anew: of code from the cache there is nothing to be read.
+    # compiled anew, since the assembly of cached code is not available
     fresh = numba.jit(**stride.targetoptions)(stride.py_func)
     block, sin_cos = np.zeros(newmark_steps.SIZE), np.zeros(2 * newmark_steps.STRIDE)
     fresh(block, sin_cos, newmark_steps.STRIDE)
@@ -145,6 +147,6 @@ def test_a_stride_is_made_of_packed_instructions():
     packed = {
         name: len(re.findall(rf"\bv{name}pd\s[^\n]*%[yz]mm", code)) for name in ("mul", "add")
     }
-    # A step has eight products and eight sums of its own.
+    # a step has eight products and eight sums
     assert packed["mul"] >= 8 * newmark_steps.STRIDE
     assert packed["add"] >= 8 * newmark_steps.STRIDE

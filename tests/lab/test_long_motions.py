@@ -1,4 +1,4 @@
-"""Motions of a million events, and the work that a motion may take at most."""
+"""Motions of a million events, and limits of the work of a motion."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_million_ideal_impacts_keep_their_energy() -> None:
 @pytest.mark.parametrize("steps", [8, 64, 500])
 @pytest.mark.parametrize("speed", [0.6, 2.0])
 def test_newmark_neither_loses_nor_gains_energy(steps: int, speed: float) -> None:
-    """The method keeps x^2 + v^2; 20,000 ideal impacts add roundings to it and nothing else."""
+    """The method conserves x^2 + v^2; 20,000 ideal impacts add only rounding errors."""
     e = vp.Exciter(l=0.5)
     tau_end = 20_100 * 2 * math.asin(0.5 / speed)
     ds = vp.simulate(
@@ -58,14 +58,14 @@ def test_phase_after_a_million_periods() -> None:
     n = 1_000_000
     ds = vp.simulate(e, tau_end=n * TURN, samples_per_period=0)
     last = ds.impact_tau.values[-2:] / TURN - (n - 1)
-    known = [float(impact["phase"]) for impact in entry["impacts"]]
-    np.testing.assert_allclose(last, known, rtol=0, atol=1e-9)
+    expected = [float(impact["phase"]) for impact in entry["impacts"]]
+    np.testing.assert_allclose(last, expected, rtol=0, atol=1e-9)
     assert ds.impact_tau.size == pytest.approx(2 * n, abs=4)
 
 
 @pytest.mark.parametrize("nu", [1.0, 0.7, math.sqrt(3)])
 def test_force_after_a_million_periods(nu: float) -> None:
-    """Without impacts the closed form is known at any time."""
+    """Without impacts the closed form holds at any time."""
     p = Parameters(nu=nu, f=0.3, h=0.3, l=2.0)
     tau = 1e6 * TURN / nu
     ds = vp.simulate(vp.Exciter(**p._asdict()), tau_end=tau, samples_per_period=0)
@@ -91,13 +91,13 @@ def test_release_through_heavy_damping() -> None:
     assert float(ds.velocity_end) == pytest.approx(float(v), abs=1e-11)
 
 
-# -- bounds on work ----------------------------------------------------------------------------
+# -- limits of work ----------------------------------------------------------------------------
 
 
 @methods
 @pytest.mark.parametrize("R", [0.5, 0.9, 0.99])
 def test_a_chatter_ends_in_bounded_work(R: float, method: dict[str, Any]) -> None:
-    """Impacts until the speed is 1e-9 of the first are all that a complete chatter may take."""
+    """A complete chatter takes at most the impacts until the speed is 1e-9 of the first."""
     e = vp.Exciter(l=0.5, delta=-1.5, h=0.1, R1=R, R2=R)
     ds = vp.simulate(e, tau_end=200.0, x0=-1.5, **method)
     assert len(rests_of(ds)) == 1
@@ -106,7 +106,7 @@ def test_a_chatter_ends_in_bounded_work(R: float, method: dict[str, Any]) -> Non
 
 
 def test_the_bound_on_impacts_counts_grazes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The motion touches a support in each half turn, and the log holds three touches at most."""
+    """The motion grazes a support in each half turn, and the log holds at most three grazings."""
     monkeypatch.setattr("vibropipe.solve.run.MARCH_LOG_CAPACITY", 4)
     for most, status in ((10, Status.MAX_IMPACTS), (1000, Status.OK)):
         e = vp.Exciter(l=0.5, f=1e-300)
@@ -117,22 +117,24 @@ def test_the_bound_on_impacts_counts_grazes(monkeypatch: pytest.MonkeyPatch) -> 
 
 @methods
 def test_an_ideal_support_that_the_damped_mass_is_pushed_into(method: dict[str, Any]) -> None:
-    """R = 1, h > 0: the hops get ever shorter, never still; the run ends and says what it knows."""
+    """R = 1, h > 0: the hops shrink without end; the run ends with a valid state or a status."""
     e = vp.Exciter(l=0.5, delta=-1.5, h=50.0)
     ds = vp.simulate(e, tau_end=60.0, x0=-1.2, samples_per_period=0, **method)
     if math.isnan(float(ds.displacement_end)):
         assert int(ds.status) != Status.OK
         return
-    # newmark overdamps or underdamps hops shorter than its step: it is near by its own order
-    near, still = ((TURN / method["steps_per_period"]) ** 2, 0.1) if method else (1e-9, 1e-6)
+    # newmark overdamps or underdamps hops shorter than its step: its error is of its own order
+    x_tolerance, v_tolerance = (
+        ((TURN / method["steps_per_period"]) ** 2, 0.1) if method else (1e-9, 1e-6)
+    )
     assert -1.5 - 1e-12 <= float(ds.displacement_end) <= -1.0
-    assert float(ds.displacement_end) == pytest.approx(-1.0, abs=near)
-    assert float(ds.velocity_end) == pytest.approx(0.0, abs=still)
+    assert float(ds.displacement_end) == pytest.approx(-1.0, abs=x_tolerance)
+    assert float(ds.velocity_end) == pytest.approx(0.0, abs=v_tolerance)
 
 
 @pytest.mark.benchmark
 @methods
-def test_an_ideal_support_holds_no_march_up(method: dict[str, Any]) -> None:
+def test_a_march_at_an_ideal_support_ends_in_bounded_time(method: dict[str, Any]) -> None:
     started = time.process_time()
     vp.simulate(
         vp.Exciter(l=0.5, delta=-1.5, h=50.0), 60.0, x0=-1.2, samples_per_period=0, **method

@@ -42,7 +42,7 @@ def test_damping_alone_in_closed_form() -> None:
 def test_exact_terms_agree_with_matrix_exponentials(motion: Any) -> None:
     p, tau_end, x0, v0 = motion
     ds = vp.simulate(p, tau_end, x0, v0, samples_per_period=0, energy=True)
-    work, damped = independent.work_of_flights(p, *flights(p, ds, tau_end, x0, v0))
+    work, damped = independent.flight_energy(p, *flights(p, ds, tau_end, x0, v0))
     size = abs(work) + damped + 1.0
     assert float(ds.energy_input) == pytest.approx(work, abs=1e-12 * size)
     assert float(ds.energy_damping) == pytest.approx(damped, abs=1e-12 * size)

@@ -1,4 +1,4 @@
-"""Datasets made up to the contract of the names, and their shards."""
+"""Synthetic datasets with names of the vocabulary, and their shards."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IDENTITY = {"kernel_hash": "0123456789abcdef", "fingerprint": "fedcba", "title":
 
 
 def motion(samples: int = 40, impacts: int = 5, seed: int = 0) -> xr.Dataset:
-    """A motion with impacts, one rest without release, and no grazing."""
+    """Return a motion with impacts, one rest without release, and no grazing."""
     random = np.random.default_rng(seed)
     sides = random.integers(1, 3, impacts).astype(np.int8)
     return describe(
@@ -43,7 +43,7 @@ def motion(samples: int = 40, impacts: int = 5, seed: int = 0) -> xr.Dataset:
 
 
 def rows_of_sweep(rows: int, seed: int = 0, phases: int = 0) -> dict[str, np.ndarray]:
-    """Every quantity of a sweep of ``rows`` rows, rows first; impacts as a list per row."""
+    """Return the quantities of a sweep of `rows` rows, rows first; impacts are concatenated in order of rows."""
     random = np.random.default_rng(seed)
     multiplier = random.normal(size=(rows, 2)) + 1j * random.normal(size=(rows, 2))
     mean = random.normal(size=rows)
@@ -82,7 +82,7 @@ def shard(
     grid: SweepGrid | None = None,
     **scalars: float,
 ) -> xr.Dataset:
-    """The rows [start, stop) as one shard, with their swept parameters if a grid is given."""
+    """Return the rows [start, stop) as a shard, with their swept parameters if a grid is given."""
     starts = np.concatenate([[0], np.cumsum(values["row_size"])])
     variables = {}
     for name, all_rows in values.items():
@@ -122,9 +122,9 @@ def write_shards(
 def expected_grid(
     values: dict[str, np.ndarray], dims: dict[str, np.ndarray], follow: str | None
 ) -> tuple[dict[str, np.ndarray], dict[tuple[int, ...], np.ndarray]]:
-    """The slow twin of join: values placed one row at a time, and the impacts of each point."""
+    """Return what join must produce, computed row by row: values on the grid, and the impacts of each point."""
     names = list(dims)
-    order = [name for name in names if name != follow] + ([follow] if follow else [])
+    solving_order = [name for name in names if name != follow] + ([follow] if follow else [])
     shape = tuple(len(dims[name]) for name in names)
     starts = np.concatenate([[0], np.cumsum(values["row_size"])])
     gridded = {
@@ -133,8 +133,8 @@ def expected_grid(
         if not name.startswith("impact_")
     }
     impacts = {}
-    for row, place in enumerate(np.ndindex(*(len(dims[name]) for name in order))):
-        point = tuple(place[order.index(name)] for name in names)
+    for row, row_index in enumerate(np.ndindex(*(len(dims[name]) for name in solving_order))):
+        point = tuple(row_index[solving_order.index(name)] for name in names)
         for name, grid in gridded.items():
             grid[point] = values[name][row]
         impacts[point] = values["impact_velocity"][starts[row] : starts[row + 1]]

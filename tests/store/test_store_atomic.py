@@ -1,4 +1,4 @@
-"""Files appear only when whole, and any damage is found."""
+"""Files appear only when complete, and any damage is detected."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ def path(tmp_path):
     return target
 
 
-def test_a_whole_file_passes(path):
+def test_an_intact_file_passes(path):
     store.check_intact(path)
     store.check_intact(str(path), every_byte=False)
 
@@ -35,7 +35,7 @@ def test_other_tools_read_a_sealed_file(path):
 
 @pytest.mark.parametrize("first", ["h5py", "netCDF4"])
 def test_h5py_and_netcdf4_read_a_sealed_file_in_one_process(path, first):
-    # each brings a copy of HDF5 of its own; neither may mind which of them is loaded first
+    # each has a copy of HDF5 of its own; the order of loading must not matter
     code = f"""
 import {first}, h5py, netCDF4, numpy
 with h5py.File({str(path)!r}) as raw, netCDF4.Dataset({str(path)!r}) as file:
@@ -49,11 +49,11 @@ with h5py.File({str(path)!r}) as raw, netCDF4.Dataset({str(path)!r}) as file:
     assert done.stdout == "(40,)\n"
 
 
-def test_each_flipped_byte_is_found(path):
+def test_each_flipped_byte_is_detected(path):
     content = path.read_bytes()
-    for place in range(0, len(content), 97):
+    for position in range(0, len(content), 97):
         damaged = bytearray(content)
-        damaged[place] ^= 1
+        damaged[position] ^= 1
         path.write_bytes(damaged)
         with pytest.raises(StoreError, match=r"a\.nc: is (damaged|truncated)"):
             store.read(path)
@@ -61,25 +61,25 @@ def test_each_flipped_byte_is_found(path):
 
 @pytest.mark.parametrize("missing", [1, 10, 82, 83, 1000])
 @pytest.mark.parametrize("every_byte", [True, False])
-def test_a_truncated_file_is_found(path, missing, every_byte):
+def test_a_truncated_file_is_detected(path, missing, every_byte):
     path.write_bytes(path.read_bytes()[:-missing])
     with pytest.raises(StoreError, match=r"a\.nc: is truncated.*delete it and rerun"):
         store.check_intact(path, every_byte=every_byte)
 
 
-def test_an_added_tail_is_found(path):
+def test_an_added_tail_is_detected(path):
     path.write_bytes(path.read_bytes() + b"\0")
     with pytest.raises(StoreError, match="changed since it was written"):
         store.check_intact(path)
 
 
-def test_an_empty_file_is_found(path):
+def test_an_empty_file_is_detected(path):
     path.write_bytes(b"")
     with pytest.raises(StoreError, match=r"a\.nc: is empty"):
         store.read(path)
 
 
-def test_a_foreign_file_is_found(path):
+def test_a_foreign_file_is_detected(path):
     path.write_text("not netCDF4 at all" * 20)
     with pytest.raises(StoreError, match="is not a netCDF4 file"):
         store.read(path)
@@ -90,7 +90,7 @@ def test_a_missing_file_is_named(tmp_path):
         store.read(tmp_path / "b.nc")
 
 
-def test_any_tool_finds_damaged_values_by_hdf5s_checksums(tmp_path):
+def test_any_tool_detects_damaged_values_by_hdf5_checksums(tmp_path):
     path = tmp_path / "a.nc"
     store.write(motion(samples=50_000), path)
     content = bytearray(path.read_bytes())
@@ -102,7 +102,7 @@ def test_any_tool_finds_damaged_values_by_hdf5s_checksums(tmp_path):
             print([file[name][:].sum() for name in ("displacement", "velocity", "force")])
 
 
-def test_folders_are_made(tmp_path):
+def test_missing_folders_are_created(tmp_path):
     target = tmp_path / "results" / "paper" / "a.nc"
     store.write(motion(), target)
     assert [item.name for item in target.parent.iterdir()] == ["a.nc"]
@@ -159,7 +159,7 @@ def test_the_file_of_a_running_writer_is_left_alone(tmp_path):
     assert other.read_bytes() == b"half"
 
 
-def test_no_process_is_signalled_where_any_signal_ends_it(monkeypatch):
+def test_no_process_is_signalled_on_windows(monkeypatch):
     class Windows:
         name = "nt"
 
@@ -167,7 +167,7 @@ def test_no_process_is_signalled_where_any_signal_ends_it(monkeypatch):
     assert atomic._is_running(1)
 
 
-def test_a_folder_that_cannot_be_opened_takes_files(tmp_path, monkeypatch):
+def test_files_are_written_to_a_folder_that_cannot_be_opened(tmp_path, monkeypatch):
     def refuse(path, *flags):
         if os.path.isdir(path):
             raise PermissionError(errno.EACCES, "Permission denied", path)
@@ -179,7 +179,7 @@ def test_a_folder_that_cannot_be_opened_takes_files(tmp_path, monkeypatch):
     store.check_intact(tmp_path / "a.nc")
 
 
-def test_what_is_left_of_killed_writers_is_removed_on_request_wherever_they_ran(tmp_path):
+def test_leftovers_of_killed_writers_of_any_machine_are_removed_on_request(tmp_path):
     running = atomic._temporary(tmp_path / "1.nc").name
     dead = running.replace(f".{os.getpid()}.", ".999999999.")
     foreign = [".1.nc.node-7.12.part", ".2.nc.node-7.12.part"]

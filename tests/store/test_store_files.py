@@ -1,4 +1,4 @@
-"""Round trips through a file, what lies in it, and studies opened lazily."""
+"""Round trips through a file, the content of files, and studies opened lazily."""
 
 import json
 import time
@@ -24,7 +24,7 @@ def written(dataset, folder, name="a.nc"):
 
 
 def same(read, dataset):
-    """The same values, types, dimensions and attributes (read ones may have more)."""
+    """Check values, types, dimensions and attributes; the read dataset may have more attributes."""
     xr.testing.assert_equal(read, dataset)
     assert set(read.variables) == set(dataset.variables)
     assert set(read.coords) == set(dataset.coords)
@@ -35,7 +35,7 @@ def same(read, dataset):
             np.testing.assert_array_equal(read[name].attrs[key], value)
 
 
-def test_a_motion_comes_back(tmp_path):
+def test_round_trip_of_a_motion(tmp_path):
     dataset = motion()
     read = store.read(written(dataset, tmp_path))
     same(read, dataset)
@@ -43,7 +43,7 @@ def test_a_motion_comes_back(tmp_path):
     assert read.attrs == {"Conventions": "CF-1.11"} | dataset.attrs
 
 
-def test_a_shard_comes_back_with_complex_multipliers(tmp_path):
+def test_round_trip_of_a_shard_with_complex_multipliers(tmp_path):
     dataset = shard(rows_of_sweep(30), 4, 20, nu=1.0)
     read = store.read(written(dataset, tmp_path))
     same(read, dataset)
@@ -52,7 +52,7 @@ def test_a_shard_comes_back_with_complex_multipliers(tmp_path):
     assert (read.attrs["row_start"], read.attrs["row_stop"]) == (4, 20)
 
 
-def test_an_infinite_imaginary_part_leaves_the_real_part_alone(tmp_path):
+def test_an_infinite_imaginary_part_does_not_change_the_real_part(tmp_path):
     values = np.array([[complex(1, np.inf), complex(np.nan, -0.0)]])
     path = written(xr.Dataset({"floquet_multiplier": (("row", "multiplier"), values)}), tmp_path)
     read = store.read(path)["floquet_multiplier"].values
@@ -65,7 +65,7 @@ def test_an_infinite_imaginary_part_leaves_the_real_part_alone(tmp_path):
     dtype=st.sampled_from(["f8", "f4", "i1", "i2", "i4", "i8", "u1", "c16", "?"]),
     seed=st.integers(0, 1000),
 )
-def test_any_shape_and_type_comes_back(tmp_path_factory, shape, dtype, seed):
+def test_round_trip_of_any_shape_and_type(tmp_path_factory, shape, dtype, seed):
     random = np.random.default_rng(seed)
     values = (random.normal(size=shape) * 100).astype(dtype)
     if dtype == "c16":
@@ -79,7 +79,7 @@ def test_any_shape_and_type_comes_back(tmp_path_factory, shape, dtype, seed):
 
 
 @pytest.mark.parametrize("text", [["a", "bc"], ["é", "ν δ"], ["", "x"]])
-def test_text_comes_back_and_is_of_fixed_length_on_disk(tmp_path, text):
+def test_round_trip_of_text_of_fixed_length_on_disk(tmp_path, text):
     dataset = xr.Dataset({"residual": ("setting", [1.0, 2.0])}, {"setting": text})
     path = written(dataset, tmp_path)
     read = store.read(path)
@@ -98,7 +98,7 @@ def test_truth_values_are_flags_on_disk_and_bool_in_memory(tmp_path):
     assert store.read(path)["stable"].dtype == bool
 
 
-def test_attributes_netcdf_has_no_type_for_are_json(tmp_path):
+def test_attributes_without_a_netcdf_type_are_json(tmp_path):
     odd = {"solver": {"accuracy": 1e-8}, "none": None, "yes": True, "list": ["a", "b"], "empty": []}
     plain = {
         "n": 3,
@@ -143,7 +143,7 @@ def test_one_changed_number_gives_other_bytes(tmp_path):
     assert written(dataset, tmp_path, "b.nc").read_bytes() != first
 
 
-def test_the_head_of_a_file_explains_it(tmp_path):
+def test_the_header_of_a_file_describes_it(tmp_path):
     path = written(shard(rows_of_sweep(30), 0, 30, nu=1.0), tmp_path)
     with netCDF4.Dataset(path) as file:
         assert file.Conventions == "CF-1.11"
@@ -169,15 +169,17 @@ def test_no_missing_value_in_coordinates(tmp_path):
         assert np.isnan(file["displacement"]._FillValue)
 
 
-@given(shape=st.lists(st.integers(1, 5000), min_size=1, max_size=3), most=st.integers(1, 10**6))
-def test_chunks_are_blocks_in_c_order_within_bounds(shape, most):
-    chunks = chunk_shape(tuple(shape), most)
-    assert np.prod(chunks) <= most
+@given(
+    shape=st.lists(st.integers(1, 5000), min_size=1, max_size=3), max_elements=st.integers(1, 10**6)
+)
+def test_chunks_are_blocks_in_c_order_within_bounds(shape, max_elements):
+    chunks = chunk_shape(tuple(shape), max_elements)
+    assert np.prod(chunks) <= max_elements
     cut = [axis for axis, (c, n) in enumerate(zip(chunks, shape, strict=True)) if c < n]
     if cut:
         assert all(c == 1 for c in chunks[: cut[-1]])
         axis = cut[-1]
-        assert 16 * np.prod(chunks) > most or chunks[axis] == 1
+        assert 16 * np.prod(chunks) > max_elements or chunks[axis] == 1
         assert -shape[axis] % chunks[axis] <= max(shape[axis] / 8, 1)
 
 
@@ -219,7 +221,7 @@ def test_a_study_is_opened_lazily(study):
         np.testing.assert_array_equal(multiplier[3:5].values, expected)
 
 
-def test_a_study_with_words_is_opened_as_it_was_written(tmp_path):
+def test_a_study_with_text_is_opened_as_written(tmp_path):
     words = ["free, no force", "pushed for ever"]
     dataset = describe(
         xr.Dataset(
@@ -237,7 +239,7 @@ def test_a_study_with_words_is_opened_as_it_was_written(tmp_path):
 
 
 def test_a_slice_reads_a_slice(tmp_path):
-    # a fault in one chunk stops who reads it, and nobody else
+    # a damaged chunk affects only reads of that chunk
     values = np.random.default_rng(0).normal(size=400_000)
     path = written(xr.Dataset({"residual": ("row", values)}), tmp_path)
     content = bytearray(path.read_bytes())

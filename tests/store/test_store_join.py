@@ -1,4 +1,4 @@
-"""Shards joined: the grid as it should be, the same bytes however it was cut, faults named."""
+"""Joined shards: expected values on the grid, the same bytes for any cut, and named faults."""
 
 import netCDF4
 import numpy as np
@@ -22,7 +22,7 @@ def grid_of(dims, follow=None):
 
 
 def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
-    """Blocks and chunks so small that a small grid has many."""
+    """Make blocks and chunks so small that a small grid has many."""
     monkeypatch.setattr("vibropipe.store.joining.BLOCK_ROWS", rows)
     monkeypatch.setattr("vibropipe.store.joining.CHUNK_BYTES", chunk_bytes)
 
@@ -34,8 +34,8 @@ def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", **scala
     return folder / name
 
 
-def agrees(dataset, values, dims, follow):
-    """The joined dataset is what the slow twin makes of the same rows."""
+def check_joined(dataset, values, dims, follow):
+    """Check the joined dataset against values placed row by row."""
     gridded, impacts = expected_grid(values, dims, follow)
     for name, expected in gridded.items():
         assert dataset[name].dims[: len(dims)] == tuple(dims)
@@ -49,13 +49,13 @@ def agrees(dataset, values, dims, follow):
 
 @pytest.mark.parametrize("follow", [None, "nu", "f", "delta"])
 @pytest.mark.parametrize("small", [True, False])
-def test_rows_come_to_their_places(tmp_path, monkeypatch, follow, small):
+def test_rows_are_placed_on_the_grid(tmp_path, monkeypatch, follow, small):
     if small:
         small_blocks(monkeypatch)
     values = rows_of_sweep(ROWS, phases=5)
     path = joined(tmp_path, values, DIMS, follow, cuts=[5, 6, 20])
     dataset = store.read(path)
-    agrees(dataset, values, DIMS, follow)
+    check_joined(dataset, values, DIMS, follow)
     for name, expected in DIMS.items():
         np.testing.assert_array_equal(dataset[name].values, expected)
         assert dataset[name].attrs["units"] == "1"
@@ -68,7 +68,7 @@ def test_rows_come_to_their_places(tmp_path, monkeypatch, follow, small):
 
 @settings(max_examples=40)
 @given(data=st.data())
-def test_any_grid_cut_anywhere_gives_the_twin_and_the_same_bytes(tmp_path_factory, data):
+def test_any_grid_and_cut_gives_expected_values_and_the_same_bytes(tmp_path_factory, data):
     sizes = data.draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
     dims = {name: np.arange(size) / 7 for name, size in zip(DIMS, sizes, strict=False)}
     follow = data.draw(st.sampled_from([None, *dims]))
@@ -82,10 +82,10 @@ def test_any_grid_cut_anywhere_gives_the_twin_and_the_same_bytes(tmp_path_factor
         one = joined(folder, values, dims, follow, name="one.nc")
         many = joined(folder, values, dims, follow, cuts, name="many.nc")
     assert one.read_bytes() == many.read_bytes()
-    agrees(store.read(many), values, dims, follow)
+    check_joined(store.read(many), values, dims, follow)
 
 
-def test_a_large_grid_is_cut_anywhere_with_the_blocks_of_the_default_run(tmp_path):
+def test_a_large_grid_with_blocks_of_default_size_and_any_cut(tmp_path):
     dims = {"nu": np.linspace(0.3, 3, 500), "f": np.linspace(0.05, 2, 400)}
     values = rows_of_sweep(200_000)
     one = joined(tmp_path, values, dims, "nu", name="one.nc")
@@ -98,7 +98,7 @@ def test_a_large_grid_is_cut_anywhere_with_the_blocks_of_the_default_run(tmp_pat
     assert dataset["impact_velocity"].size == values["row_size"].sum()
 
 
-def test_a_join_tells_how_far_it_has_come(tmp_path, monkeypatch):
+def test_a_join_reports_progress(tmp_path, monkeypatch):
     monkeypatch.setattr(joining, "BLOCK_ROWS", 7)
     rows, seen = 60, []
     dims = {"nu": np.arange(10.0), "f": np.arange(6.0)}
@@ -129,7 +129,7 @@ def test_a_sweep_without_impacts_is_joined(tmp_path):
     assert dataset["impact_velocity"].size == 0
 
 
-def test_a_sweep_whose_impacts_were_not_asked_for_is_joined(tmp_path):
+def test_a_sweep_without_the_output_impacts_is_joined(tmp_path):
     values = rows_of_sweep(ROWS)
     dropped = ["row_size", "impact_velocity", "impact_support"]
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
@@ -142,7 +142,7 @@ def test_a_sweep_whose_impacts_were_not_asked_for_is_joined(tmp_path):
 
 
 def with_other_value(dims, follow, name, point):
-    """The grid with one value moved by its last bit."""
+    """Return the grid with one value changed in its last bit."""
     values = dims[name].copy()
     values[point] = np.nextafter(values[point], 9)
     return grid_of(dims | {name: values}, follow)
@@ -176,7 +176,7 @@ def test_one_shard_of_another_order_of_rows_is_refused(tmp_path):
 
 @pytest.mark.parametrize("values", [{"h": 0.3}, {"h": 0.2, "R1": 0.7}])
 def test_shards_of_other_shared_values_are_refused(tmp_path, shards, values):
-    """... and those that do not hold a parameter, though they agree with each other."""
+    """The same holds for shards that lack a parameter but agree with each other."""
     told = {
         1: r"0000\.nc: h of every row differs from the study \(must be 0\.3, got 0\.2\): recompute",
         2: r"0000\.nc: does not hold the R1 of its rows: delete it",
@@ -207,8 +207,8 @@ def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
     assert "row_start" not in attrs
 
 
-def test_chunks_are_written_once_and_whole(tmp_path, monkeypatch):
-    # a chunk cut by a block would be written twice, and its first copy stay as a hole in the file
+def test_chunks_are_written_once_and_complete(tmp_path, monkeypatch):
+    # a chunk split between blocks would be written twice, and its first copy would waste space in the file
     small_blocks(monkeypatch, rows=1000, chunk_bytes=4096)
     dims = {"nu": np.arange(70) / 70, "f": np.arange(90) / 90}
     random = np.random.default_rng(0)
@@ -273,12 +273,12 @@ def test_a_missing_shard_is_named(tmp_path, shards):
     refused(shards, tmp_path, r"0010\.nc: cannot be read: No such file")
 
 
-def test_a_dataset_that_is_no_shard_is_named(tmp_path, shards):
+def test_a_dataset_other_than_a_shard_is_named(tmp_path, shards):
     store.write(motion(), tmp_path / "shards" / "motion.nc")
     refused([*shards, tmp_path / "shards" / "motion.nc"], tmp_path, r"motion\.nc: is no shard")
 
 
-def test_a_shard_that_lies_about_its_rows_is_named(tmp_path, shards):
+def test_a_shard_with_a_wrong_row_range_is_named(tmp_path, shards):
     wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID).assign_attrs(row_stop=31)
     store.write(wrong, shards[2])
     refused(shards, tmp_path, r"0020\.nc: must hold rows 20 to 30, got 10 rows")
@@ -320,7 +320,7 @@ def test_shards_of_another_fingerprint_than_the_study_s_are_not_joined(tmp_path,
     assert not (tmp_path / "joined.nc").exists()
 
 
-def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch):
+def test_a_failed_join_keeps_the_previous_file(tmp_path, shards, monkeypatch):
     store.join(shards, tmp_path / "joined.nc", GRID)
     before = (tmp_path / "joined.nc").read_bytes()
 
@@ -337,27 +337,29 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path, shards, monkeypatch)
 @given(
     sizes=st.lists(st.integers(1, 9), min_size=1, max_size=4),
     follow=st.integers(0, 4),
-    most=st.integers(1, 200),
-    fewer=st.integers(1, 200),
+    block_elements=st.integers(1, 200),
+    chunk_elements=st.integers(1, 200),
 )
-def test_blocks_of_a_grid_are_its_rows_in_order_and_never_cut_chunks(sizes, follow, most, fewer):
+def test_blocks_of_a_grid_are_its_rows_in_order_and_contain_whole_chunks(
+    sizes, follow, block_elements, chunk_elements
+):
     names = list("abcd")[: len(sizes)]
     dims = {name: np.arange(size) for name, size in zip(names, sizes, strict=True)}
     grid = grid_of(dims, names[follow] if follow < len(names) else None)
-    fewer = min(most, fewer)
-    reached = 0
+    chunk_elements = min(block_elements, chunk_elements)
+    stop_of_previous = 0
     rows = np.arange(grid.rows)
     filled = np.full(grid.shape, -1)
-    chunks = grid.in_grid_order(chunk_shape(grid.row_shape, fewer))
-    for block in grid.blocks(chunk_shape(grid.row_shape, most)):
-        assert block.start == reached
-        assert block.stop - block.start <= most
-        reached = block.stop
+    chunks = grid.in_grid_order(chunk_shape(grid.row_shape, chunk_elements))
+    for block in grid.blocks(chunk_shape(grid.row_shape, block_elements)):
+        assert block.start == stop_of_previous
+        assert block.stop - block.start <= block_elements
+        stop_of_previous = block.stop
         filled[block.where] = grid.to_box(block, rows[block.start : block.stop])
         for box, chunk, size in zip(block.where, chunks, grid.shape, strict=True):
             assert box.start % chunk == 0
             assert box.stop % chunk == 0 or box.stop == size
-    assert reached == grid.rows
-    start, stop = sorted((fewer % (grid.rows + 1), most % (grid.rows + 1)))
+    assert stop_of_previous == grid.rows
+    start, stop = sorted((chunk_elements % (grid.rows + 1), block_elements % (grid.rows + 1)))
     np.testing.assert_array_equal(filled.ravel()[grid.points(start, stop)], rows[start:stop])
     np.testing.assert_array_equal(filled.ravel(), grid.rows_of_points())

@@ -44,7 +44,7 @@ rows = open_study(f"{sys.argv[1]}/joined")["map"]
 for variable in rows.data_vars.values():
     variable.max().compute()
 """
-TOLD = """
+PRINT_PEAK = """
 print([line.split()[1] for line in open("/proc/self/status") if "VmHWM" in line][0])
 """
 
@@ -55,15 +55,15 @@ pytestmark = [
 
 
 def peak(script: str, *arguments: str) -> float:
-    """The largest memory of a process that runs the script, in MB."""
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", script + TOLD, *arguments],
+    """Return the peak memory of a process that runs the script, in MB."""
+    process = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", script + PRINT_PEAK, *arguments],
         env=os.environ,
         capture_output=True,
         text=True,
         check=True,
     )
-    return int(done.stdout.split()[-1]) / 1e3
+    return int(process.stdout.split()[-1]) / 1e3
 
 
 @pytest.fixture(scope="module", params=["", "nu"])

@@ -1,4 +1,4 @@
-"""What a dataset holds in plain text, and where it comes from."""
+"""Summary of a dataset as text, and its provenance."""
 
 import json
 import subprocess
@@ -40,7 +40,7 @@ def test_every_symbol_has_a_plain_form():
         assert not set(plain_symbol(entry.symbol)) & set("\\{}$"), name
 
 
-def test_a_summary_tells_sizes_quantities_and_regimes():
+def test_a_summary_lists_sizes_quantities_and_regimes():
     values = rows_of_sweep(40)
     values["regime"][:] = [Regime.TWO_SIDED] * 30 + [Regime.APERIODIC] * 10
     lines = store.summary(shard(values, 0, 40)).splitlines()
@@ -71,11 +71,11 @@ def test_a_summary_is_short_whatever_the_study():
     assert "versions: numba 1" in text
 
 
-def test_a_summary_of_nothing_is_a_line():
+def test_the_summary_of_an_empty_dataset_is_a_line():
     assert store.summary(xr.Dataset()) == "\n"
 
 
-def test_provenance_says_what_is_needed_to_do_it_again():
+def test_provenance_suffices_to_recompute_a_dataset():
     text = "title: ν\n"
     attrs = store.provenance(text, "abc", "exact", accuracy_asked=1e-8, outputs=["impacts"])
     assert attrs["study"] == text

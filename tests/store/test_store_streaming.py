@@ -1,4 +1,4 @@
-"""Rows written as they come: the file is that of rows written at once, and a failure leaves nothing."""
+"""Rows written as they are solved: the same file as written at once, and no leftovers after a failure."""
 
 import os
 import signal
@@ -30,12 +30,12 @@ def blocks(
     return [shard(values, first, last, grid) for first, last in pairwise(ends)]
 
 
-def write_rows(given: Iterable[xr.Dataset], path: Path) -> None:
-    store.write_rows(given, path, ROWS)
+def write_rows(datasets: Iterable[xr.Dataset], path: Path) -> None:
+    store.write_rows(datasets, path, ROWS)
 
 
-def write_grid(given: Iterable[xr.Dataset], path: Path) -> None:
-    store.write_grid(given, path, GRID)
+def write_grid(datasets: Iterable[xr.Dataset], path: Path) -> None:
+    store.write_grid(datasets, path, GRID)
 
 
 @pytest.fixture(params=[encoding.CHUNK_BYTES, 64], ids=["usual chunks", "tiny chunks"])
@@ -56,7 +56,7 @@ def test_blocks_of_any_size_give_the_rows_written_at_once(tmp_path, chunks, star
 
 @pytest.mark.parametrize("follow", [None, "nu"])
 @pytest.mark.parametrize("size", [6, 25, ROWS])
-def test_a_grid_is_that_of_joined_shards_byte_for_byte(tmp_path, chunks, follow, size):
+def test_a_grid_is_bitwise_that_of_joined_shards(tmp_path, chunks, follow, size):
     grid = SweepGrid(DIMS, follow and (follow, "up"))
     store.join(write_shards(tmp_path, VALUES, [20, 50], grid), tmp_path / "joined.nc", grid)
     before = set(tmp_path.iterdir())
@@ -65,7 +65,7 @@ def test_a_grid_is_that_of_joined_shards_byte_for_byte(tmp_path, chunks, follow,
     assert (tmp_path / "grid.nc").read_bytes() == (tmp_path / "joined.nc").read_bytes()
 
 
-def test_rows_written_as_they_come_are_a_shard_to_the_join(tmp_path, chunks):
+def test_rows_written_in_blocks_can_be_joined(tmp_path, chunks):
     store.write_rows(blocks(7, 0, 30), tmp_path / "1.nc", 30)
     store.write_rows(blocks(9, 30), tmp_path / "2.nc", 30)
     store.join([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "a.nc", GRID)
@@ -82,7 +82,7 @@ def test_rows_without_impacts_are_written(tmp_path):
     xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
 
 
-def test_a_block_is_written_before_the_next_one_is_asked_for(tmp_path):
+def test_a_block_is_written_before_the_next_one_is_requested(tmp_path):
     rows, sizes = rows_of_sweep(ROWS, phases=4096), []
 
     def watched():
@@ -138,8 +138,8 @@ def test_the_scratch_of_a_killed_writer_is_removed_by_the_next_one(tmp_path):
         "    scratch.write_bytes(b'half')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=False)
-    assert done.returncode == -signal.SIGKILL
+    process = subprocess.run([sys.executable, "-c", code], check=False)
+    assert process.returncode == -signal.SIGKILL
     assert len(os.listdir(tmp_path)) == 1
     store.write_rows(blocks(20), path, ROWS)
     assert list(tmp_path.iterdir()) == [path]

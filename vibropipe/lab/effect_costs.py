@@ -87,9 +87,7 @@ def measure_effects(
         for name, by_kernel in works.items()
     }
     time_in_rounds(
-        [timer for by_kernel in timers.values() for timer in by_kernel.values()],
-        rounds,
-        progress,
+        [timer for by_kernel in timers.values() for timer in by_kernel.values()], rounds, progress
     )
     columns = []
     for name, case in cases.items():

@@ -122,7 +122,7 @@ def row_calls(
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, new_impact_buffer(ROWS_PER_CALL))
-    scratch = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
+    arrays = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
 
     def solve(n_calls: int) -> None:
         for first in range(0, n_calls, ROWS_PER_CALL):
@@ -132,7 +132,7 @@ def row_calls(
             solve_piece(effects, row[piece], starts[piece], 1, MAX_PERIODS, MAX_PERIODS, out)
 
     return (
-        partial(solve_row_repeatedly, ALL_EFFECTS, row, motion.x0, motion.v0, *scratch),
+        partial(solve_row_repeatedly, ALL_EFFECTS, row, motion.x0, motion.v0, *arrays),
         solve,
         out,
     )

@@ -97,24 +97,17 @@ def row_log(logs, row):
 
 
 @jit
-def save_state(state, saved) -> None:
+def save_state(state, data) -> None:
     """Write a State into a row of numbers."""
-    saved[0], saved[1], saved[2], saved[3] = state.period, state.step, state.theta, state.home
-    saved[4], saved[5], saved[6], saved[7] = state.y, state.w, state.mode, state.rest_start
+    data[0], data[1], data[2], data[3] = state.period, state.step, state.theta, state.home
+    data[4], data[5], data[6], data[7] = state.y, state.w, state.mode, state.rest_start
 
 
 @jit
-def load_state(saved):
+def load_state(data):
     """Return the State that `save_state` wrote."""
     return State(
-        int(saved[0]),
-        int(saved[1]),
-        saved[2],
-        int(saved[3]),
-        saved[4],
-        saved[5],
-        int(saved[6]),
-        saved[7],
+        int(data[0]), int(data[1]), data[2], int(data[3]), data[4], data[5], int(data[6]), data[7]
     )
 
 
@@ -164,20 +157,20 @@ def advance_lane(e, inputs, results, logs, scratch, row, i, now) -> bool:
     """Advance the motion in lane i through the stride that begins at step `now`; return whether it continues."""
     p = row_parameters(inputs.parameters, row)
     grid, log = row_grid(inputs, p), row_log(logs, row)
-    saved, row_end, block = results.state[row], inputs.ends[row], scratch.block
+    data, row_end, block = results.state[row], inputs.ends[row], scratch.block
     end = Instant(int(row_end[0]), int(row_end[1]), row_end[2])
-    state = load_state(saved)
+    state = load_state(data)
     if state.period * grid.steps + state.step < now:
         # it has flown in the block since it was saved
         y, w, steps = block[Y + i], block[W + i], grid.steps
         state = State(now // steps, now % steps, 0.0, state.home, y, w, FLIGHT, 0.0)
     after = now + STRIDE
-    events_left = inputs.max_events - int(saved[EVENTS])
+    events_left = inputs.max_events - int(data[EVENTS])
     state, events, status, goes_on = march_until_step(
         e, p, grid, state, after, end, log, scratch.c, events_left
     )
-    save_state(state, saved)
-    saved[EVENTS] += events
+    save_state(state, data)
+    data[EVENTS] += events
     results.status[row] = status
     at_step = state.period * grid.steps + state.step
     if not goes_on:

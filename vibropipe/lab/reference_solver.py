@@ -50,7 +50,7 @@ def period_of(nu: float) -> Decimal:
         return TWO * PI / Decimal(nu)
 
 
-def series_value(series: Sequence[Decimal], t: Decimal) -> Decimal:
+def value_at(series: Sequence[Decimal], t: Decimal) -> Decimal:
     """Return the value of a power series at t."""
     total = ZERO
     for coefficient in reversed(series):
@@ -58,7 +58,7 @@ def series_value(series: Sequence[Decimal], t: Decimal) -> Decimal:
     return total
 
 
-def series_derivative(series: Series) -> Series:
+def derivative(series: Series) -> Series:
     """Return the derivative of a power series."""
     return [n * coefficient for n, coefficient in enumerate(series)][1:]
 
@@ -126,11 +126,10 @@ class ReferenceSolver:
             return
         round_trip = self.tau - earlier[0]
         rounds = int((self.times_left[0] - self.tau) / round_trip) - 1
-        impacts_of_cycle = self.motion.impacts[earlier[2] :]
+        cycle = self.motion.impacts[earlier[2] :]
         for k in range(1, rounds + 1):
             self.motion.impacts += [
-                (tau + k * round_trip, struck_support, before, after)
-                for tau, struck_support, before, after in impacts_of_cycle
+                (tau + k * round_trip, side, before, after) for tau, side, before, after in cycle
             ]
         self.tau += max(0, rounds) * round_trip
         self.last_contact.clear()
@@ -166,10 +165,8 @@ class ReferenceSolver:
             scale = (n + 1) * (n + 2)
             x.append((force[n] - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
             force.append(-square * force[n] / scale)
-            last_terms = (abs(x[-1]) + abs(x[-2])) * power + (
-                abs(force[-1]) + abs(force[-2])
-            ) * power
-            if n > 8 and last_terms <= self.half_distance.scaleb(-DIGITS):
+            tail = (abs(x[-1]) + abs(x[-2])) * power + (abs(force[-1]) + abs(force[-2])) * power
+            if n > 8 and tail <= self.half_distance.scaleb(-DIGITS):
                 return x, force
             power *= self.reach
             n += 1
@@ -178,12 +175,12 @@ class ReferenceSolver:
         """Advance by `span` along a series and record the states at requested times within it."""
         while self.times_left and self.times_left[0] < self.tau + span:
             t = self.times_left.popleft() - self.tau
-            self.motion.states.append((series_value(x, t), series_value(series_derivative(x), t)))
+            self.motion.states.append((value_at(x, t), value_at(derivative(x), t)))
         while span > 0:
             step = min(span, self.reach)
             if force is None or step < span:
                 _x, force = self.series()
-            self.force = series_value(force, step), series_value(series_derivative(force), step)
+            self.force = value_at(force, step), value_at(derivative(force), step)
             self.tau, span, force = self.tau + step, span - step, None
 
     def advance_rest(self, support: int) -> None:
@@ -214,13 +211,13 @@ class ReferenceSolver:
             if n_zeros == 3:
                 x[2] = ZERO
             span, contact = self.reach, 0
-            for candidate, side in SIDE.items():
-                gap = [side * (self.bound[candidate] - x[0]), *(-side * c for c in x[1:])]
-                t = self.first_zero(gap[n_zeros:] if candidate == support else gap, span)
-                span, contact = (span, contact) if t is None else (t, candidate)
+            for other, side in SIDE.items():
+                gap = [side * (self.bound[other] - x[0]), *(-side * c for c in x[1:])]
+                t = self.first_zero(gap[n_zeros:] if other == support else gap, span)
+                span, contact = (span, contact) if t is None else (t, other)
             self.pass_time(span, x, force)
-            self.v = series_value(series_derivative(x), span)
-            self.x = self.bound[contact] if contact else series_value(x, span)
+            self.v = value_at(derivative(x), span)
+            self.x = self.bound[contact] if contact else value_at(x, span)
             if contact:
                 return contact
             support, n_zeros = 0, 0
@@ -228,12 +225,12 @@ class ReferenceSolver:
 
     def first_zero(self, gap: Series, span: Decimal) -> Decimal | None:
         """Return the first time in (0, span] at which a series, positive at first, falls through zero."""
-        rate, second = series_derivative(gap), ZERO
+        rate, second = derivative(gap), ZERO
         for n in range(len(gap) - 1, 1, -1):
             second = second * span + n * (n - 1) * abs(gap[n])
         t = ZERO
         while t <= span:
-            height, fall = series_value(gap, t), -series_value(rate, t)
+            height, fall = value_at(gap, t), -value_at(rate, t)
             if height <= 0 and t > 0:
                 return t
             # the series lies above a parabola of the largest curvature, which has no zero before `step`
@@ -245,7 +242,7 @@ class ReferenceSolver:
             else:
                 step = span
             if step <= TIME_TOLERANCE * self.reach + t * TIME_TOLERANCE:
-                curvature = series_value(series_derivative(rate), t)
+                curvature = value_at(derivative(rate), t)
                 if fall > 0 and fall * fall >= TWO * curvature * height:
                     return t + step
                 # grazing: continue beyond the minimum

@@ -95,18 +95,20 @@ def simulate_rows(
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
     turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
-    found = march_rows(parameters, starts, turns, steps, max_impacts)
-    variables = {name: (_dim_of(name), values) for name, values in found.items()}
+    columns = march_rows(parameters, starts, turns, steps, max_impacts)
+    variables = {name: (_dim_of(name), values) for name, values in columns.items()}
     coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
     return describe(xr.Dataset(variables, coords))
 
 
 def _dim_of(name: str) -> str:
+    """Return the dimension of a variable of the dataset."""
     first = name.partition("_")[0]
     return first if first in ("impact", "rest") else "row"
 
 
 def _per_row(name: str, value: Any, rows: int) -> np.ndarray:
+    """Return a value for each row, from a number or one per row."""
     array = np.asarray(value)
     if array.ndim > 1 or (array.ndim == 1 and array.size != rows):
         allowed = f"a number, or one for each of {rows} exciters"
@@ -173,6 +175,8 @@ def march_rows(
 
 
 def _empty_results(rows: int, capacity: int) -> tuple[LaneResult, Log]:
+    """Return empty results and logs of `rows` rows."""
+
     def zeros(kind: type = float, share: int = 1) -> np.ndarray:
         return np.zeros((rows, capacity // share), kind)
 
@@ -216,16 +220,11 @@ def _in_order(columns: dict[str, np.ndarray], period: np.ndarray) -> dict[str, n
     state, counts, status, end = (
         columns[name][permutation] for name in ("state", "counts", "status", "end")
     )
-    has_short_flights = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
+    is_short = (status == Status.OK) & (counts[:, SHORT_FLIGHTS] > 0)
     end[~np.isin(status, (Status.OK, Status.SHORT_FLIGHTS))] = math.nan
-    status[has_short_flights] = Status.SHORT_FLIGHTS
-    resting_rows = np.flatnonzero(state[:, 6] == REST)
-    open_rests = (
-        state[resting_rows, 7],
-        np.full(resting_rows.size, math.inf),
-        state[resting_rows, 3],
-        resting_rows,
-    )
+    status[is_short] = Status.SHORT_FLIGHTS
+    resting = np.flatnonzero(state[:, 6] == REST)
+    open_rests = (state[resting, 7], np.full(resting.size, math.inf), state[resting, 3], resting)
     for name, values in zip((*COLUMNS[RESTS], f"row_of_{RESTS}"), open_rests, strict=True):
         columns[name] = np.append(columns[name], values.astype(columns[name].dtype))
     for count_index, names in COLUMNS.items():

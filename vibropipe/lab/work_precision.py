@@ -81,10 +81,8 @@ class MotionReference:
         if result.outcome == Outcome.DID_NOT_END:
             return result.outcome, [math.nan] * len(ERRORS)
         end_error = np.abs(np.array(result.end) - self.end) / (self.size, self.speed)
-        harmonic_errors = (
-            np.abs(np.fft.rfft(result.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
-        )
-        outcome, tau_error, velocity_error = result.outcome, math.nan, math.nan
+        harmonics = np.abs(np.fft.rfft(result.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
+        outcome, tau_error, speed_error = result.outcome, math.nan, math.nan
         if self.tau.size:
             is_fast = np.abs(result.impact_velocity) > 0.5 * SLOW_IMPACT_RATIO * self.speed
             tau, support = result.impact_tau[is_fast], result.impact_support[is_fast]
@@ -93,16 +91,12 @@ class MotionReference:
                 outcome = max(outcome, Outcome.MISSED_IMPACT)
             if (partners >= 0).all():
                 tau_error = np.abs(tau[partners] - self.tau).max() / self.motion.exciter.period
-                velocity_error = (
+                speed_error = (
                     np.abs(result.impact_velocity[is_fast][partners] - self.velocity).max()
                     / self.speed
                 )
-        return outcome, [
-            float(end_error.max()),
-            tau_error,
-            velocity_error,
-            float(harmonic_errors.max() / self.size),
-        ]
+        errors = end_error.max(), tau_error, speed_error, harmonics.max() / self.size
+        return outcome, [float(error) for error in errors]
 
 
 def entries(
@@ -239,18 +233,14 @@ def solve_accuracy(
     run = 0
     for i, motion in enumerate(motions.values()):
         short = motion._replace(periods=min(motion.periods, peer_periods))
-        for solved_motion, is_own in ((motion, True), (short, False)):
-            entries_of_motion = [
-                entry for entry in listed if (entry.method in OWN_METHODS) == is_own
-            ]
-            for entry, values_by_name in run_methods(
-                solved_motion, entries_of_motion, repeats
-            ).items():
+        for solved, is_own in ((motion, True), (short, False)):
+            tried = [entry for entry in listed if (entry.method in OWN_METHODS) == is_own]
+            for entry, measured in run_methods(solved, tried, repeats).items():
                 index = (i, methods.index(entry.method), entry.setting)
-                values[index[1:]], periods[index[:2]] = entry.value, solved_motion.periods
-                for name, value in values_by_name.items():
+                values[index[1:]], periods[index[:2]] = entry.value, solved.periods
+                for name, value in measured.items():
                     columns[name][index] = value
-            run += len(entries_of_motion)
+            run += len(tried)
             if progress is not None:
                 progress(run, len(motions) * len(listed))
     variables: dict[str, Any] = {name: (dims, column) for name, column in columns.items()}

@@ -50,24 +50,18 @@ def work_precision_seconds(
     assumed to use up the work that they may do.
     """
     listed = entries(methods, steps, tolerances)
-    own_entries = [entry for entry in listed if entry.method in OWN_METHODS]
+    own = [entry for entry in listed if entry.method in OWN_METHODS]
     runs = [run_motion(motion.exciter, motion.request()) for motion in motions.values()]
     has_rests = [run.contacts["rest_start"].size > 0 for run in runs]
-    sampled_motion = list(motions.values())[has_rests.index(min(has_rests))]
-    sampled_runs = [
-        sample_run(sampled_motion, entry) for entry in listed if entry.method not in OWN_METHODS
-    ]
+    plain = list(motions.values())[has_rests.index(min(has_rests))]
+    samples = [sample_run(plain, entry) for entry in listed if entry.method not in OWN_METHODS]
     seconds = 0.0
     for motion, run, has_rest in zip(motions.values(), runs, has_rests, strict=True):
         periods = min(motion.periods, peer_periods)
-        seconds += own_seconds(run, motion.periods, own_entries, repeats) + reference_seconds(
-            run, 1.0
-        )
-        if sampled_runs:
+        seconds += own_seconds(run, motion.periods, own, repeats) + reference_seconds(run, 1.0)
+        if samples:
             seconds += reference_seconds(run, periods / motion.periods)
-        seconds += sum(
-            peer_seconds(sampled_run, periods, has_rest, repeats) for sampled_run in sampled_runs
-        )
+        seconds += sum(peer_seconds(sample, periods, has_rest, repeats) for sample in samples)
     return seconds
 
 

@@ -135,14 +135,10 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
             for item in counted
         }
         rows = range(int(shard.attrs["row_start"]), int(shard.attrs["row_stop"]))
-        for (shard_index, row), item in product(enumerate(rows), items):
+        for (index, row), item in product(enumerate(rows), items):
             if item.name not in shared:
-                stored, recomputed = _row_of(
-                    file.variables[item.name], item, shard_index, row, grid, ends
-                )
-                differences += _differences(
-                    item.name, np.asarray(stored), recomputed, grid.text(row)
-                )
+                stored, new = _row_of(file.variables[item.name], item, index, row, grid, ends)
+                differences += _differences(item.name, np.asarray(stored), new, grid.text(row))
     return differences
 
 
@@ -164,6 +160,7 @@ def _row_of(
 
 
 def _values(item: StoredVariable) -> np.ndarray:
+    """Return the values of a variable as encoded."""
     return np.asarray(item.values)
 
 
@@ -189,6 +186,7 @@ def _differences(
 
 
 def _is_equal(stored: np.ndarray, recomputed: np.ndarray) -> np.ndarray:
+    """Return where two arrays are bitwise equal, all nan alike."""
     if stored.dtype.kind != "f":
         return np.asarray(stored == recomputed)
     same_signs = np.signbit(stored) == np.signbit(recomputed)
@@ -202,4 +200,5 @@ def _joined_characters(letters: np.ndarray) -> np.ndarray:
 
 
 def _type_text(values: np.ndarray) -> str:
+    """Return type and shape as text."""
     return f"{values.dtype} of shape {values.shape}"

@@ -92,8 +92,8 @@ def coordinates_attribute(
     """Return CF's attribute `coordinates` of a variable over `dims`, or nothing."""
     names = [
         name
-        for name, coordinate_dims in coords.items()
-        if coordinate_dims != (name,) and set(coordinate_dims) <= set(dims)
+        for name, own_dims in coords.items()
+        if own_dims != (name,) and set(own_dims) <= set(dims)
     ]
     return {"coordinates": " ".join(names)} if names else {}
 
@@ -109,6 +109,7 @@ def storable(attrs: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 def _storable(value: Any) -> Any:
+    """Return the value of an attribute as netCDF can hold it."""
     if isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "iuf":
         return value
     if isinstance(value, str | int | float) and not isinstance(value, bool):
@@ -128,6 +129,7 @@ def _plain(value: Any) -> Any:
 
 
 def _names(dims: Iterable[Any]) -> tuple[str, ...]:
+    """Return the names of dimensions as a tuple of text."""
     return tuple(str(dim) for dim in dims)
 
 
@@ -142,10 +144,10 @@ def _encode_values(
             _stored(
                 part,
                 dims,
-                values_of_part,
-                attrs | {"long_name": f"{long_name}, {part_text} part", PART_OF: name},
+                part_values,
+                attrs | {"long_name": f"{long_name}, {word} part", PART_OF: name},
             )
-            for part, (part_text, values_of_part) in zip(part_names(name), parts, strict=True)
+            for part, (word, part_values) in zip(part_names(name), parts, strict=True)
         ]
     if values.dtype.kind == "b":
         meanings = attrs.get("flag_meanings", "false true")
@@ -166,6 +168,7 @@ def _encode_values(
 def _stored(
     name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]
 ) -> StoredVariable:
+    """Return a variable with its values."""
     return StoredVariable(name, dims, values.shape, values.dtype, attrs, values)
 
 

@@ -174,15 +174,6 @@ def read_scenes(
 def scene_files(path: str | PathLike[str]) -> list[Path]:
     """Return the files of a study's scenes in order of their names; for a file, itself.
 
-    Parameters
-    ----------
-    path : path-like
-        Folder of results, or one file.
-
-    Returns
-    -------
-    list of Path
-
     Raises
     ------
     StoreError
@@ -212,16 +203,9 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
 
 
 def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
-    """Return the number of values of a variable that equal `value`, reading one chunk at a time.
+    """Return how many values of the variable `name` equal `value`; 0 without such a variable.
 
-    Parameters
-    ----------
-    path : path-like
-        File to read.
-    name : str
-        Variable; the result is 0 if the file has none of this name.
-    value : int
-        Value to count.
+    One chunk at a time is in memory.
 
     Raises
     ------
@@ -237,11 +221,13 @@ def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
 
 
 def _check_folder(folder: Path) -> None:
+    """Raise unless a folder exists."""
     if not folder.is_dir():
         raise StoreError(f"{folder}: does not exist{_nearest(folder)}: solve the study first")
 
 
 def _files_in(folder: Path) -> list[Path]:
+    """Return the files of scenes in a folder."""
     _check_folder(folder)
     # names of temporary files begin with a dot, and shards are in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
@@ -260,14 +246,12 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
         with dask.config.set({"array.chunk-size": DASK_BYTES}), _chunk_cache(CACHE_BYTES):
             dataset = open_it(chunks=None)
             variables = dict(dataset.data_vars)
-            text_names = [
-                str(name) for name, values in variables.items() if values.dtype.kind == "O"
-            ]
+            texts = [str(name) for name, values in variables.items() if values.dtype.kind == "O"]
             if chunks is not None:
                 # dask cannot estimate the size of text, which is small: read it at once
-                text_variables = dataset[text_names].load()
+                text_variables = dataset[texts].load()
                 dataset.close()
-                dataset = open_it(chunks=chunks, drop_variables=text_names)
+                dataset = open_it(chunks=chunks, drop_variables=texts)
                 all_variables = {**text_variables, **dataset}
                 variables = {name: all_variables[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
@@ -301,22 +285,20 @@ def _join_parts(dataset: xr.Dataset) -> xr.Dataset:
             variables[key] = variable
         elif key == part_names(name)[0]:
             other = dataset[part_names(name)[1]]
-            combined = xr.apply_ufunc(
+            joined = xr.apply_ufunc(
                 _complex, variable, other, dask="parallelized", output_dtypes=[np.complex128]
             )
-            combined.attrs = {k: v for k, v in variable.attrs.items() if k != PART_OF}
-            combined.attrs["long_name"] = str(combined.attrs["long_name"]).removesuffix(
-                ", real part"
-            )
-            variables[name] = combined
+            joined.attrs = {k: v for k, v in variable.attrs.items() if k != PART_OF}
+            joined.attrs["long_name"] = str(joined.attrs["long_name"]).removesuffix(", real part")
+            variables[name] = joined
     return xr.Dataset(variables, dataset.coords, dataset.attrs)
 
 
 def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
     """Combine real and imaginary part; real + 1j * imaginary would turn an infinite part into nan."""
-    combined = np.empty(np.shape(real), np.complex128)
-    combined.real, combined.imag = real, imaginary
-    return combined
+    joined = np.empty(np.shape(real), np.complex128)
+    joined.real, joined.imag = real, imaginary
+    return joined
 
 
 def _nearest(folder: Path) -> str:

@@ -114,6 +114,7 @@ def _alternatives(value: Any) -> list[str]:
 
 
 def _listed(value: Any) -> str:
+    """Return the values of an attribute, joined as text."""
     return " and ".join(_alternatives(value))
 
 
@@ -156,6 +157,7 @@ def read_sidecar(path: str | PathLike[str]) -> dict[str, Any]:
 
 
 def _number(value: float | None) -> float | str:
+    """Return an accuracy as an attribute, "none" if there is none."""
     return "none" if value is None else float(value)
 
 
@@ -167,6 +169,7 @@ def _versions(more: tuple[str, ...] = ()) -> str:
 
 
 def _version(package: str) -> str:
+    """Return the version of an installed package."""
     try:
         return version(package)
     except PackageNotFoundError:

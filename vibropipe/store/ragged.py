@@ -55,6 +55,7 @@ class SequentialWriter:
             self._write(name, values)
 
     def _write(self, name: str, values: np.ndarray) -> None:
+        """Append samples to a variable."""
         if len(values):
             start = self._written[name]
             self._written[name] = start + len(values)
@@ -144,6 +145,7 @@ class ScratchArray:
             yield start, np.array(self._mapped()[start : start + length])
 
     def _mapped(self) -> np.ndarray:
+        """Map the array."""
         return np.memmap(self._file, dtype=self._dtype, mode="r+", shape=self._shape)
 
 

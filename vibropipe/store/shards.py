@@ -137,6 +137,7 @@ def read_headers(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
 
 
 def _head(path: Path, grid: SweepGrid) -> Shard:
+    """Read and check the header of a shard."""
     check_intact(path)
     with open_raw(path) as file:
         attrs = {name: file.getncattr(name) for name in file.ncattrs()}
@@ -192,14 +193,15 @@ def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> Non
             rows = np.arange(first, min(first + ROWS_AT_ONCE, stop))
             for name, values in zip(grid.dims, grid.parameters(grid.dims, rows).T, strict=True):
                 stored = file[name][rows[0] - start : rows[-1] + 1 - start]
-                if (is_different := stored != values).any():
-                    index = int(is_different.argmax())
+                if (differs := stored != values).any():
+                    index = int(differs.argmax())
                     raise _other_value(
                         path, name, stored[index], f"row {rows[index]}", values[index]
                     )
 
 
 def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> StoreError:
+    """Return the error of a parameter that differs from the study."""
     return StoreError(
         f"{path}: {name} of {where} differs from the study (must be {float(wanted)!r}, got {float(held)!r}): "
         f"recompute this shard ({AGAIN})"
@@ -264,6 +266,7 @@ def _check_alike(first: Shard, other: Shard) -> None:
 
 
 def _bytes(item: StoredVariable) -> bytes:
+    """Return the bytes of the values of a variable, if it holds them."""
     return b"" if item.values is None else item.values.tobytes()
 
 
@@ -272,26 +275,26 @@ def read_rows(shards: Iterable[Shard], stops: Iterable[int]) -> Generator[Values
 
     In memory are the rows since the previous stop; one shard is open at a time.
     """
-    remaining, start, shard_stop = iter(shards), 0, 0
+    remaining, start, end = iter(shards), 0, 0
     with ExitStack() as opened_shard:
         for stop in stops:
             parts: list[Values] = []
             while start < stop:
-                if start == shard_stop:
+                if start == end:
                     opened_shard.close()
                     shard = next(remaining)
-                    file, shard_stop = opened_shard.enter_context(raw(shard.path)), shard.stop
+                    file, end = opened_shard.enter_context(raw(shard.path)), shard.stop
                     bounds = {
                         dim: np.concatenate([[0], np.cumsum(file[name][...], dtype=np.int64)])
                         for dim, name in shard.samples.items()
                     }
-                row_range = [start - shard.start, min(stop, shard_stop) - shard.start]
-                ranges = {ROW: row_range} | {dim: ends[row_range] for dim, ends in bounds.items()}
+                span = [start - shard.start, min(stop, end) - shard.start]
+                ranges = {ROW: span} | {dim: ends[span] for dim, ends in bounds.items()}
                 items = [*shard.gridded, *shard.ragged]
                 parts.append(
                     {item.name: file[item.name][slice(*ranges[item.dims[0]])] for item in items}
                 )
-                start = min(stop, shard_stop)
+                start = min(stop, end)
             yield {
                 name: values if len(parts) == 1 else np.concatenate([part[name] for part in parts])
                 for name, values in parts[0].items()

@@ -54,10 +54,12 @@ def plain_symbol(symbol: str) -> str:
 
 
 def _title(dataset: xr.Dataset) -> str:
+    """Return the title."""
     return str(dataset.attrs.get("title", ""))
 
 
 def _sizes(dataset: xr.Dataset) -> str:
+    """Return the dimensions with their sizes."""
     if not dataset.sizes:
         return ""
     lines = [f"  {name}: {size}" for name, size in dataset.sizes.items()]
@@ -65,6 +67,7 @@ def _sizes(dataset: xr.Dataset) -> str:
 
 
 def _quantities(dataset: xr.Dataset) -> str:
+    """Return a table of the quantities."""
     rows = []
     for name in [*dataset.coords, *dataset.data_vars]:
         variable = dataset[name]
@@ -74,6 +77,7 @@ def _quantities(dataset: xr.Dataset) -> str:
 
 
 def _symbol(name: str) -> str:
+    """Return the symbol of a quantity as plain text, empty if it has none."""
     try:
         return plain_symbol(quantity(name).symbol)
     except KeyError:
@@ -81,6 +85,7 @@ def _symbol(name: str) -> str:
 
 
 def _long_name(variable: xr.DataArray) -> str:
+    """Return the name of a variable with its unit."""
     units = variable.attrs.get("units", "1")
     return str(variable.attrs.get("long_name", "")) + ("" if units == "1" else f" ({units})")
 
@@ -112,6 +117,7 @@ def _counts(dataset: xr.Dataset, name: str) -> str:
 
 
 def _attributes(dataset: xr.Dataset) -> str:
+    """Return the attributes, one on each line."""
     lines = [f"  {name}: {_text(value)}" for name, value in dataset.attrs.items()]
     return "\n".join(["Origin", *lines]) if lines else ""
 

@@ -1,4 +1,4 @@
-"""Hard cases, each with what is known of it, measured by both methods: `solve_hard_cases`."""
+"""Hard cases: motions with known properties, measured by both methods (`solve_hard_cases`)."""
 
 from __future__ import annotations
 
@@ -25,31 +25,34 @@ def solve_hard_cases(
     by: Sequence[Solver] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Measure each case by each solver: the exact method, and Newmark's from coarse steps to fine.
+    """Measure each case by each solver: the exact method, and Newmark's with coarse to fine steps.
 
     Parameters
     ----------
     cases : sequence of Case
-        What is measured.
+        Cases to measure.
     by : sequence of Solver, optional
-        What measures it; `solvers()` if left out.
+        Solvers; default `solvers()`.
     progress : callable, optional
-        Called as progress(done, total) with the number of cases.
+        Called as `progress(done, total)` with the number of cases.
 
     Returns
     -------
     xarray.Dataset
-        Over `case` and `solver` (their names): `asked` and `known` as text over `case`; `measured`, its `bound`,
-        `passed` (not_passed, passed, not_asked where a case is not for a solver), `worst_status`, and the work:
-        `motions` solved, `impacts` in them, `short_flight_motions`, those with flights shorter than the step.
+        Over `case` and `solver`: `measured` deviation, its `bound`, `passed` (not_passed, passed, or not_asked where
+        the case does not apply to the solver), `worst_status`, and the effort: `motions` solved, `impacts` in them, and
+        `short_flight_motions`, those with flights shorter than the step. Over `case`, as text: `asked`, the
+        description, and `known`, the known property.
     """
     import xarray as xr
 
     by = solvers() if by is None else by
     rows = []
     for case in cases:
-        found = [evaluate_case(case, solver) for solver in by]
-        rows.append([[NOT_ASKED if value is None else value for value in one] for one in found])
+        results = [evaluate_case(case, solver) for solver in by]
+        rows.append(
+            [[NOT_ASKED if value is None else value for value in result] for result in results]
+        )
         if progress is not None:
             progress(len(rows), len(cases))
     table = np.array(rows, float)
@@ -57,10 +60,10 @@ def solve_hard_cases(
         "asked": ("case", np.array([case.description for case in cases])),
         "known": ("case", np.array([case.expected for case in cases])),
     }
-    for place, name in enumerate(Measured._fields):
-        short = name in ("passed", "worst_status")
-        dtype = float if name in ("measured", "bound") else np.int8 if short else np.int64
-        variables[name] = (("case", "solver"), table[..., place].astype(dtype))
+    for index, name in enumerate(Measured._fields):
+        is_code = name in ("passed", "worst_status")
+        dtype = float if name in ("measured", "bound") else np.int8 if is_code else np.int64
+        variables[name] = (("case", "solver"), table[..., index].astype(dtype))
     names = ", ".join(solver.name for solver in by)
     coords = {"case": [case.name for case in cases], "solver": [solver.name for solver in by]}
     return describe(xr.Dataset(variables, coords, {"method": f"{names} steps per forcing period"}))

@@ -1,4 +1,4 @@
-"""What a hard case is: what is asked, what must hold, how it is measured, and by which solvers."""
+"""Hard case: description, known property, measure and bound; and the solvers that are measured."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from vibropipe.words.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
+# Steps per forcing period of Newmark's method: too coarse, usual, fine.
 NEWMARK_STEPS = (8, 60, 2000)
 
 Measure = Callable[["Solver"], float]
@@ -25,9 +26,9 @@ Measure = Callable[["Solver"], float]
 
 @dataclass
 class Solver:
-    """One way to solve a case; `runs` keeps the status and the number of impacts of each motion it has solved.
+    """A method that solves cases; `runs` collects status and number of impacts of each motion.
 
-    steps: Newmark steps per forcing period, None for the exact method. simulate, steady_state: the faces.
+    steps : Newmark steps per forcing period, None for the exact method; simulate, steady_state : public functions used.
     """
 
     name: str
@@ -37,28 +38,29 @@ class Solver:
     runs: list[tuple[Status, int]] = field(default_factory=list)
 
     def motion(
-        self, exciter: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **more: Any
+        self, exciter: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **settings: Any
     ) -> xr.Dataset:
-        """One motion by this solver, without samples unless they are asked for."""
-        options: dict[str, Any] = {"samples_per_period": 0, **more}
+        """Solve one motion, by default without samples."""
+        options: dict[str, Any] = {"samples_per_period": 0, **settings}
         if self.steps is not None:
             options |= {"method": "newmark", "steps_per_period": self.steps}
         return self._counted(self.simulate(exciter, tau_end=tau_end, x0=x0, v0=v0, **options))
 
     def solve_steady(self, exciter: Exciter, x0: float = 0.0, v0: float = 0.0) -> xr.Dataset:
-        """The steady state from a start."""
+        """Return the steady state from a start."""
         return self._counted(self.steady_state(exciter, x0=x0, v0=v0))
 
-    def _counted(self, found: xr.Dataset) -> xr.Dataset:
-        self.runs.append((Status(int(found["status"])), int(found.sizes.get("impact", 0))))
-        return found
+    def _counted(self, dataset: xr.Dataset) -> xr.Dataset:
+        """Record status and number of impacts of a dataset."""
+        self.runs.append((Status(int(dataset["status"])), int(dataset.sizes.get("impact", 0))))
+        return dataset
 
 
 class Bound(NamedTuple):
-    """How large the measured value may be.
+    """Largest accepted measure.
 
-    newmark: times (2 pi/steps)^order, the step in radians of the forcing; None where closed orbits are asked,
-    which are found by no step.
+    newmark : factor of (2 pi / steps)**order, the step in radians of the forcing; None for cases of periodic orbits,
+    which are found without steps.
     """
 
     exact: float
@@ -66,7 +68,7 @@ class Bound(NamedTuple):
     order: int = 0
 
     def of(self, solver: Solver) -> float:
-        """The bound for one solver, nan where the case is not for it."""
+        """Return the bound for a solver, nan if the case does not apply to it."""
         if solver.steps is None:
             return self.exact
         if self.newmark is None:
@@ -75,7 +77,7 @@ class Bound(NamedTuple):
 
 
 class Case(NamedTuple):
-    """asked and known are text for people; measure gives one number >= 0, inf where what happens is wrong."""
+    """A hard case; `measure` returns a deviation >= 0, inf for a wrong outcome. Descriptions are text for readers."""
 
     name: str
     description: str
@@ -85,7 +87,7 @@ class Case(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What came of one case by one solver; passed is None where the case is not for it."""
+    """Result of a case by a solver; `passed` is None where the case does not apply."""
 
     measured: float
     bound: float
@@ -97,47 +99,47 @@ class Measured(NamedTuple):
 
 
 class WrongOutcomeError(Exception):
-    """Something happens in a case that must not, or does not that must."""
+    """A required outcome of a case is missing, or an excluded one occurs."""
 
 
 def expect(holds: bool) -> None:
-    """End the measure of a case with inf unless something holds."""
+    """Raise WrongOutcomeError, so that the measure becomes inf, unless the condition holds."""
     if not holds:
         raise WrongOutcomeError
 
 
-def largest(errors: Callable[..., Iterator[float]]) -> Callable[..., float]:
-    """Make the measure that is the largest of all errors yielded; nan if one is."""
+def largest_error(errors: Callable[..., Iterator[float]]) -> Callable[..., float]:
+    """Decorate a generator of errors: the measure is the largest of them, nan if one is nan."""
 
     @wraps(errors)
-    def measure(*given: Any, **named: Any) -> float:
-        return float(np.max([0.0, *errors(*given, **named)]))
+    def measure(*arguments: Any, **options: Any) -> float:
+        return float(np.max([0.0, *errors(*arguments, **options)]))
 
     return measure
 
 
-def count(wrong: Callable[..., Iterator[int]]) -> Callable[..., float]:
-    """Make the measure that is the sum of all wrong answers yielded."""
+def count_wrong(wrong: Callable[..., Iterator[int]]) -> Callable[..., float]:
+    """Decorate a generator of wrong answers: the measure is their sum."""
 
     @wraps(wrong)
-    def measure(*given: Any, **named: Any) -> float:
-        return float(sum(wrong(*given, **named)))
+    def measure(*arguments: Any, **options: Any) -> float:
+        return float(sum(wrong(*arguments, **options)))
 
     return measure
 
 
 def end_state(motion: xr.Dataset) -> tuple[float, float]:
-    """(x, x') at the end of a motion."""
+    """Return (x, x') at the end of a motion."""
     return float(motion["displacement_end"]), float(motion["velocity_end"])
 
 
 def solvers() -> list[Solver]:
-    """The exact method, and Newmark's at steps from coarse to fine."""
+    """Return the exact method and Newmark's with coarse to fine steps."""
     return [Solver("exact"), *(Solver(f"newmark {n}", n) for n in NEWMARK_STEPS)]
 
 
 def evaluate_case(case: Case, solver: Solver) -> Measured:
-    """Measure one case by one solver; nan, or an error where none is allowed, does not pass."""
+    """Measure one case by one solver; nan, or an error that must not occur, does not pass."""
     bound = case.bound.of(solver)
     if math.isnan(bound):
         return Measured(math.nan, bound, None, Status.OK, 0, 0, 0)

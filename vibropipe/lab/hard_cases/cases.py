@@ -1,4 +1,4 @@
-"""All hard cases: what is asked, what is known of it, how it is measured and how large that may be."""
+"""Table of hard cases: description, known property, measure and bound."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vibropipe.lab.hard_cases import chatter, contacts, energy, labels, smooth
 from vibropipe.lab.hard_cases.case import Bound, Case
 from vibropipe.lab.hard_cases.invariants import flight_check
 
-STRIKES_AS_IT_IS = "struck above, missed below, by the method's own peak"
+STRIKES_AS_IT_IS = "impact above, none below the method's own peak"
 FLIGHTS = (
     "exact: each flight is the closed form from impact to impact; newmark: inside, reset by eq. (6)"
 )
@@ -19,17 +19,17 @@ CASES = (
          f"{STRIKES_AS_IT_IS}; wrong answers of 20", contacts.grazes_free, Bound(0.0, 0.0)),
     Case("grazing_forced", "forced, damped motion, the same depths",
          f"{STRIKES_AS_IT_IS}; wrong answers of 10", contacts.grazes_forced, Bound(0.0, 0.0)),
-    Case("start_on_support", "start on a support moving out, at rest, in; pushed, pulled, balanced",
-         "one impact if it moves in, else none; rests if not pulled; wrong of 18",
+    Case("start_on_support", "start on a support moving out, at rest, in; pressed, pulled, balanced",
+         "one impact if it moves in, else none; sticks if not pulled; wrong of 18",
          contacts.starts, Bound(0.0, 0.0)),
     Case("end_on_impact", "impact and end at one instant, and 1e-9 apart; R = 0 and 0.6",
          "an impact at the end is counted; wrong of 12", contacts.ends_on_impact, Bound(0.0, 0.0)),
-    Case("impact_at_release", "R = 0, reached as the force turns, and 1e-9 before and after",
+    Case("impact_at_release", "R = 0, reached at the release time, and 1e-9 before and after",
          "one impact, then off the support; wrong of 6", contacts.strikes_at_release, Bound(0.0, 0.0)),
     Case("supports_together", "100 ideal impacts, l = 1e-3 to 1e-12",
          "strikes in turn, every 2 arcsin l", contacts.supports_together, Bound(1e-10, 1e-4)),
-    Case("chatter_complete", "complete chatter, R = 0.05 to 0.99, pressed for ever",
-         "accumulates at the sum of its half turns; rests for ever; bounded impacts",
+    Case("chatter_complete", "complete chatter, R = 0.05 to 0.99, pressed permanently",
+         "accumulation at the sum of its half turns; sticks to the end; bounded impacts",
          chatter.chatter_ends, Bound(1e-12, 0.1, 2)),
     Case("chatter_cut", "chatter ended by the end, or by a period's end, after 12 impacts; R = 0.5, 0.8, 0.95",
          "exact: impact 12 by the sum of half turns; newmark: inside, reset by eq. (6)",
@@ -40,13 +40,14 @@ CASES = (
     Case("chatter_interrupted", "chatter interrupted by release, R = 0.9 to 0.99",
          FLIGHTS, partial(flight_check, tasks=chatter.INTERRUPTED), Bound(1e-12, 0.0)),
     Case("plastic", "R = 0 on either or both supports",
-         "rests from the impact on; released where the force turns", chatter.plastic, Bound(1e-12, 1e-12)),
-    Case("plastic_for_ever", "R = 0, pushed for ever",
-         "one impact at arccos(2/3), then rest without end", chatter.plastic_for_ever, Bound(1e-14, 0.1, 2)),
+         "sticks from the impact on; released where the force equals the spring's",
+         chatter.plastic, Bound(1e-12, 1e-12)),
+    Case("plastic_for_ever", "R = 0, pressed permanently",
+         "one impact at arccos(2/3), then sticking to the end", chatter.plastic_for_ever, Bound(1e-14, 0.1, 2)),
     Case("ideal_free", "R = 1, h = 0, f = 0 over 1e6 impacts",
-         "x^2 + x'^2 stays, without drift", partial(smooth.keeps_energy, f=0.0), Bound(1e-10, 1e-8)),
-    Case("ideal_marched", "the same with f = 1e-300: every impact is marched to",
-         "x^2 + x'^2 stays, without drift", partial(smooth.keeps_energy, f=1e-300), Bound(1e-10, 1e-8)),
+         "x^2 + x'^2 is constant, without drift", partial(smooth.keeps_energy, f=0.0), Bound(1e-10, 1e-8)),
+    Case("ideal_marched", "the same with f = 1e-300: time marching from impact to impact",
+         "x^2 + x'^2 is constant, without drift", partial(smooth.keeps_energy, f=1e-300), Bound(1e-10, 1e-8)),
     Case("growth_resonance", "resonance without loss, 50 periods",
          "x = (sin tau - tau cos tau)/2; newmark: powers of its one-step matrix",
          smooth.grows_at_resonance, Bound(1e-12, 1e-10)),
@@ -67,7 +68,7 @@ CASES = (
     Case("scale_of_length", "l, f, delta times 2^-1000 to 2^500",
          "the same motion, scaled", smooth.scales, Bound(1e-12, 1e-12)),
     Case("million_periods", "1e6 periods, nu = 0.7, 1, 3^(1/2); newmark as many as 1e8 steps are",
-         "phase of the settled motion; newmark's own by its transfer function",
+         "phase of the steady motion; newmark's own by its transfer function",
          smooth.holds_phase, Bound(1e-9, 1e-8)),
     Case("energy_of_motions", "five motions, with impacts, chatter, rest, without damping, without impacts",
          "work of the force = damping + losses at the supports + stored; newmark: over its own steps",
@@ -75,24 +76,24 @@ CASES = (
     Case("energy_of_orbits", "three orbits, with impacts and rest",
          "work of the force = damping + losses at the supports, per orbit",
          energy.balance_of_orbits, Bound(1e-11, None)),
-    Case("unbounded", "resonance at R = 1, h = 0: the motion grows for ever",
+    Case("unbounded", "resonance at R = 1, h = 0: unbounded growth",
          "labelled unbounded, with and without impacts; newmark: at its own resonance; wrong of 2",
          labels.unbounded, Bound(0.0, 0.0)),
     Case("period_multiples", "orbits of 1, 2, 3, 4, 5, 8, 16, 32 periods",
          "struck once in m periods, nu = 2m, stable; wrong of 8", labels.multiples, Bound(0.0, 0.0)),
     Case("weakly_stable", "multipliers 0.9 to 0.9999, started far off",
-         "amplitude |f|/|1 - nu^2 + i h nu| and multiplier; newmark: its own settled motion",
+         "amplitude |f|/|1 - nu^2 + i h nu| and multiplier; newmark: its own steady motion",
          labels.weakly_stable, Bound(1e-10, 1e-5)),
-    Case("slow_drift", "struck mass that goes 1 - R of its way in a period, R = 0.9 to 0.9999",
-         "impact velocity (4/3)/(1 - R), or said not to have settled; newmark: settled is settled",
+    Case("slow_drift", "struck mass that covers 1 - R of its remaining distance in a period, R = 0.9 to 0.9999",
+         "impact velocity (4/3)/(1 - R), or labelled as not settled; newmark: no drift once settled",
          labels.drifts, Bound(1e-9, 1e-5)),
     Case("coexisting", "two attractors of one exciter",
-         "no impact from its own orbit, two-sided if started hard; wrong of 2",
+         "no impact from its own orbit, two-sided if started fast; wrong of 2",
          labels.coexisting, Bound(0.0, 0.0)),
     Case("mirrored", "five exciters and their mirror images",
-         "mirrored to the last bit; numbers that differ", labels.mirrored, Bound(0.0, 0.0)),
-    Case("split", "motions cut in two and gone on with",
-         "the same end", labels.split, Bound(1e-9, 1e-9)),
+         "bitwise mirrored; number of differing values", labels.mirrored, Bound(0.0, 0.0)),
+    Case("split", "motions split in two",
+         "the end of the unsplit motion", labels.split, Bound(1e-9, 1e-9)),
     Case("refused", "nan, inf, negative h or l, R outside [0, 1], nu < 0, start outside the supports",
-         f"refused by name; wrong of {len(labels.BAD)}", labels.rejects_bad_input, Bound(0.0, 0.0)),
+         f"rejected by name; wrong of {len(labels.BAD)}", labels.rejects_bad_input, Bound(0.0, 0.0)),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Hard cases of the energy balance: work of the force = lost by damping + lost at the supports + stored."""
+"""Hard cases of the energy balance: work of the force = damping + losses at the supports + stored energy."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.lab.hard_cases.analytic import Floats, flights, propagators, rests_of, with_force
-from vibropipe.lab.hard_cases.case import Solver, end_state, largest
+from vibropipe.lab.hard_cases.analytic import Floats, add_force, flights, propagators, rests_of
+from vibropipe.lab.hard_cases.case import Solver, end_state, largest_error
 from vibropipe.physics.exciter import Exciter
 
 if TYPE_CHECKING:
@@ -25,28 +25,28 @@ MOTIONS = (
 )
 
 
-def work_of_flights(exciter: Exciter, came: Floats, arrived: Floats) -> tuple[float, float]:
-    """Work of the force and loss by damping over flights of the exact motion, by Gauss quadrature."""
-    spans = arrived[:, 0] - came[:, 0]
+def flight_energy(exciter: Exciter, starts: Floats, ends: Floats) -> tuple[float, float]:
+    """Return work of the force and damping loss over flights of the exact motion, by Gauss quadrature."""
+    spans = ends[:, 0] - starts[:, 0]
     pieces = max(1, math.ceil(float(spans.max(initial=0.0)) * max(1.0, exciter.nu, exciter.h)))
-    part = propagators(exciter, spans / pieces)
-    inner = [propagators(exciter, spans / pieces * (0.5 + 0.5 * node)) for node in NODES]
-    states = with_force(exciter, came)
+    propagator = propagators(exciter, spans / pieces)
+    to_nodes = [propagators(exciter, spans / pieces * (0.5 + 0.5 * node)) for node in NODES]
+    states = add_force(exciter, starts)
     work = loss = 0.0
     for _ in range(pieces):
-        for weight, to_node in zip(WEIGHTS, inner, strict=True):
+        for weight, to_node in zip(WEIGHTS, to_nodes, strict=True):
             _, v, force, _ = np.einsum("nij,nj->in", to_node, states)
-            share = 0.5 * weight * spans / pieces
-            work += float(np.sum(share * force * v))
-            loss += float(np.sum(share * exciter.h * v * v))
-        states = np.einsum("nij,nj->ni", part, states)
+            weights = 0.5 * weight * spans / pieces
+            work += float(np.sum(weights * force * v))
+            loss += float(np.sum(weights * exciter.h * v * v))
+        states = np.einsum("nij,nj->ni", propagator, states)
     return work, loss
 
 
-def work_of_steps(exciter: Exciter, motion: xr.Dataset) -> tuple[float, float]:
-    """The same by Newmark's steps, from samples at their ends and the contacts between them.
+def step_energy(exciter: Exciter, motion: xr.Dataset) -> tuple[float, float]:
+    """Return work of the force and damping loss of Newmark's steps, from samples at their ends and contacts.
 
-    A step of constant average acceleration closes its own balance: its mean force works over its way.
+    A step of constant average acceleration satisfies its own balance with its mean force times its displacement.
     """
     support_x = {1: exciter.upper, 2: exciter.lower}
     columns = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
@@ -64,26 +64,26 @@ def work_of_steps(exciter: Exciter, motion: xr.Dataset) -> tuple[float, float]:
     return float(np.sum(work)), float(np.sum(0.5 * exciter.h * (v[1:] + v[:-1]) * path))
 
 
-@largest
+@largest_error
 def balance(solver: Solver) -> Iterator[float]:
-    """Largest gap in the balance of a motion, relative to all that was put in and stored."""
+    """Largest residual of the balance of a motion, relative to all energy supplied and stored."""
     for exciter, tau_end, x0, v0 in MOTIONS:
-        found = solver.motion(exciter, tau_end, x0, v0, samples_per_period=solver.steps or 0)
+        motion = solver.motion(exciter, tau_end, x0, v0, samples_per_period=solver.steps or 0)
         if solver.steps is None:
-            work, damped = work_of_flights(exciter, *flights(exciter, found, tau_end, x0, v0))
+            work, damped = flight_energy(exciter, *flights(exciter, motion, tau_end, x0, v0))
         else:
-            work, damped = work_of_steps(exciter, found)
-        lost = found["impact_velocity"].values ** 2 - found["impact_velocity_after"].values ** 2
+            work, damped = step_energy(exciter, motion)
+        lost = motion["impact_velocity"].values ** 2 - motion["impact_velocity_after"].values ** 2
         at_supports = 0.5 * float(np.sum(lost))
-        x, v = end_state(found)
+        x, v = end_state(motion)
         stored = 0.5 * (x * x + v * v - x0 * x0 - v0 * v0)
-        gap = work - damped - at_supports - stored
-        yield abs(gap) / (abs(work) + damped + at_supports + abs(stored))
+        residual = work - damped - at_supports - stored
+        yield abs(residual) / (abs(work) + damped + at_supports + abs(stored))
 
 
-@largest
+@largest_error
 def balance_of_orbits(solver: Solver) -> Iterator[float]:
-    """Largest gap in the balance of an orbit, relative to the work of the force in it."""
+    """Largest residual of the balance of an orbit, relative to the work of the force."""
     for exciter, _, _, _ in MOTIONS[:3]:
-        found = solver.solve_steady(exciter)
-        yield abs(float(found["energy_residual"]) / float(found["energy_input"]))
+        orbit = solver.solve_steady(exciter)
+        yield abs(float(orbit["energy_residual"]) / float(orbit["energy_input"]))

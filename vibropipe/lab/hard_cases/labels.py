@@ -1,4 +1,4 @@
-"""Hard cases of what is said of a motion: labels of steady states, symmetries, and input that is refused."""
+"""Hard cases of labels of steady states, of symmetry, of restarts, and of rejected input."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.lab.hard_cases.analytic import effective_frequency, transfer
-from vibropipe.lab.hard_cases.case import Solver, count, end_state, expect, largest
-from vibropipe.lab.hard_cases.long_march import fate_of, marched_state
+from vibropipe.lab.hard_cases.analytic import effective_frequency, response
+from vibropipe.lab.hard_cases.case import Solver, count_wrong, end_state, expect, largest_error
+from vibropipe.lab.hard_cases.long_march import classify, marched_state
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.words.regimes import Regime
 
@@ -31,131 +31,135 @@ BAD = (
 )  # fmt: skip
 
 
-# Forcing periods that Newmark's method is marched for, and most steps.
+# Forcing periods that Newmark's method marches (of slow drift: many), and the limit of its steps in one motion.
 PERIODS, MANY_PERIODS, MAX_STEPS = 1000, 8000, 100_000_000
 
 
-@count
+@count_wrong
 def unbounded(solver: Solver) -> Iterator[bool]:
-    """Wrong labels of motions that grow without bound: with supports never reached, and with impacts; by newmark,
-    of the first at the frequency at which that method resonates."""
+    """Wrong labels of motions that grow without bound, without and with impacts.
+
+    By newmark, only the first, at the frequency at which that method resonates.
+    """
     cases = [Exciter(l=1e9, f=1.0), Exciter(l=1e9, delta=1e9, nu=2.0, f=1.0)]
     if solver.steps is not None:
         cases = [Exciter(l=1e9, f=1.0, nu=1.0 / effective_frequency(Exciter(l=1.0), solver.steps))]
     for exciter in cases:
-        yield fate_of(solver, exciter, PERIODS).regime != Regime.UNBOUNDED
+        yield classify(solver, exciter, PERIODS).regime != Regime.UNBOUNDED
 
 
-@count
+@count_wrong
 def multiples(solver: Solver) -> Iterator[bool]:
-    """Wrong period multiples of 1, 2, 4, ..., 32: a mass on its own half period is struck once in m of the force."""
+    """Wrong period multiples 1 to 32: a mass with half its own period between impacts, struck once in m periods."""
     for m in (1, 2, 3, 4, 5, 8, 16, 32):
         exciter = Exciter(l=50.0, delta=50.0, nu=2.0 * m, f=1.0, h=0.01, R2=0.6)
-        ended = fate_of(solver, exciter, PERIODS, v0=1.0)
-        yield ended.period_multiple != m or ended.regime != Regime.ONE_SIDED_2
-        yield ended.orbit is not None and not bool(ended.orbit["stable"])
+        state = classify(solver, exciter, PERIODS, v0=1.0)
+        yield state.period_multiple != m or state.regime != Regime.ONE_SIDED_2
+        yield state.orbit is not None and not bool(state.orbit["stable"])
 
 
-@largest
+@largest_error
 def weakly_stable(solver: Solver) -> Iterator[float]:
-    """Error of amplitude and multipliers of linear motions that forget their start slowly, from far off; by
-    newmark, of the section of its own settled motion, the slowest of which it may not have reached."""
+    """Error of amplitude and multipliers of linear motions with long transients, started far off.
+
+    By newmark, of the section of its own steady motion; the slowest transient need not have decayed.
+    """
     for multiplier in (0.9, 0.99, 0.999, 0.9999):
         nu = 1.5
         exciter = Exciter(nu=nu, f=0.1, h=-math.log(multiplier) * nu / math.pi, l=2.0)
         periods = min(int(20.0 / -math.log(multiplier)), MAX_STEPS // (solver.steps or 1))
-        ended, expected = fate_of(solver, exciter, periods, x0=1.0), transfer(exciter, solver.steps)
-        if solver.steps is not None and ended.period_multiple == 0 and multiplier > 0.999:
+        state = classify(solver, exciter, periods, x0=1.0)
+        expected = response(exciter, solver.steps)
+        if solver.steps is not None and state.period_multiple == 0 and multiplier > 0.999:
             continue
-        expect(ended.regime == Regime.NO_IMPACT and ended.period_multiple == 1)
-        if ended.orbit is None:
-            yield abs(ended.section[0] - expected.imag) / abs(expected)
+        expect(state.regime == Regime.NO_IMPACT and state.period_multiple == 1)
+        if state.orbit is None:
+            yield abs(state.section[0] - expected.imag) / abs(expected)
         else:
-            yield abs(float(ended.orbit["displacement_amplitude"][0]) / abs(expected) - 1.0)
-            off = np.abs(ended.orbit["floquet_multiplier"].values) / multiplier - 1.0
-            yield float(np.max(np.abs(off)))
+            yield abs(float(state.orbit["displacement_amplitude"][0]) / abs(expected) - 1.0)
+            deviation = np.abs(state.orbit["floquet_multiplier"].values) / multiplier - 1.0
+            yield float(np.max(np.abs(deviation)))
 
 
-@largest
+@largest_error
 def drifts(solver: Solver) -> Iterator[float]:
-    """Error of the impact velocity (4/3)/(1 - R) that a struck mass comes nearer to by 1 - R in a period.
+    """Error of the impact velocity (4/3)/(1 - R) that a struck mass approaches by 1 - R in a period.
 
-    Not to have settled within the bound on periods is no error where that takes longer; "settled" elsewhere, or
-    "unbounded", is. By newmark, how far what is said to have settled goes on to drift.
+    A row that has not settled within the limit of periods is no error where settling takes longer; "settled" elsewhere,
+    or "unbounded", is. By newmark, the drift of motions reported as settled.
     """
     for R in (0.9, 0.99, 0.999, 0.9999):
         exciter = Exciter(l=1e5, delta=1e5, nu=2.0, f=1.0, R2=R)
-        soon = fate_of(solver, exciter, PERIODS)
-        if soon.orbit is None:
-            late = marched_state(solver, exciter, MANY_PERIODS)
-            expect(R >= 0.99 or soon.period_multiple == late.period_multiple == 1)
-            expect(Regime.UNBOUNDED not in (soon.regime, late.regime))
-            if soon.period_multiple > 0:
-                expect(soon.regime == Regime.ONE_SIDED_2)
-                yield abs(soon.last_impact / late.last_impact - 1.0)
-        elif soon.period_multiple == 0 and R >= 0.99:
-            expect(soon.regime in (Regime.APERIODIC, Regime.UNRESOLVED))
+        state = classify(solver, exciter, PERIODS)
+        if state.orbit is None:
+            later_state = marched_state(solver, exciter, MANY_PERIODS)
+            expect(R >= 0.99 or state.period_multiple == later_state.period_multiple == 1)
+            expect(Regime.UNBOUNDED not in (state.regime, later_state.regime))
+            if state.period_multiple > 0:
+                expect(state.regime == Regime.ONE_SIDED_2)
+                yield abs(state.last_impact / later_state.last_impact - 1.0)
+        elif state.period_multiple == 0 and R >= 0.99:
+            expect(state.regime in (Regime.APERIODIC, Regime.UNRESOLVED))
         else:
-            expect(soon.period_multiple == 1 and soon.orbit.sizes["impact"] == 1)
+            expect(state.period_multiple == 1 and state.orbit.sizes["impact"] == 1)
             expected = -4.0 / 3.0 / (1.0 - R)
-            yield abs(float(soon.orbit["impact_velocity"][0]) / expected - 1.0)
+            yield abs(float(state.orbit["impact_velocity"][0]) / expected - 1.0)
 
 
-@count
+@count_wrong
 def coexisting(solver: Solver) -> Iterator[bool]:
-    """Wrong labels of two attractors of one exciter: left alone it strikes nothing, started hard it strikes."""
+    """Wrong labels of two attractors: without impact from its own orbit, two-sided if started at high velocity."""
     exciter = Exciter(nu=1.6, f=0.25, h=0.05, l=0.5, R1=0.8, R2=0.8)
-    expected = transfer(exciter, solver.steps)
-    rate = effective_frequency(exciter, solver.steps) * expected.real
-    yield fate_of(solver, exciter, PERIODS, expected.imag, rate).regime != Regime.NO_IMPACT
-    hard = (fate_of(solver, exciter, PERIODS, 0.5, -v0) for v0 in (1.0, 1.5, 2.0))
-    yield all(ended.regime != Regime.TWO_SIDED for ended in hard)
+    expected = response(exciter, solver.steps)
+    velocity = effective_frequency(exciter, solver.steps) * expected.real
+    yield classify(solver, exciter, PERIODS, expected.imag, velocity).regime != Regime.NO_IMPACT
+    fast_starts = (classify(solver, exciter, PERIODS, 0.5, -v0) for v0 in (1.0, 1.5, 2.0))
+    yield all(state.regime != Regime.TWO_SIDED for state in fast_starts)
 
 
-@count
+@count_wrong
 def mirrored(solver: Solver) -> Iterator[int]:
-    """Numbers that differ, in the last bit or more, between a motion and the mirrored one of the mirrored exciter."""
+    """Number of values that differ in any bit between a motion and the mirrored motion of the mirrored exciter."""
     for exciter in MIRRORED:
         x0, v0 = 0.5 * (exciter.upper + exciter.lower), 0.3
-        one = solver.motion(exciter, 40.0, x0, v0)
-        two = solver.motion(exciter.mirrored(), 40.0, -x0, -v0)
-        for name in one.data_vars:
-            expect(one[name].shape == two[name].shape)
-            held = two[name].values
+        motion = solver.motion(exciter, 40.0, x0, v0)
+        mirrored_motion = solver.motion(exciter.mirrored(), 40.0, -x0, -v0)
+        for name in motion.data_vars:
+            expect(motion[name].shape == mirrored_motion[name].shape)
+            values = mirrored_motion[name].values
             if name in SWAPPED:
-                held = 3 - held
+                values = 3 - values
             elif "velocity" in str(name) or "displacement" in str(name):
-                held = -held
-            yield int(np.count_nonzero(one[name].values != held))
+                values = -values
+            yield int(np.count_nonzero(motion[name].values != values))
 
 
-@largest
+@largest_error
 def split(solver: Solver) -> Iterator[float]:
-    """Largest change of the end of a motion when it is cut in two, at five instants: by exact, at any; by newmark,
-    at the ends of its steps."""
+    """Largest change of the end of a motion that is split in two: at any time (exact), at ends of steps (newmark)."""
     for exciter in MIRRORED[:3]:
-        whole = end_state(solver.motion(exciter, 20.0))
-        for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-            cut = 20.0 * share
+        unsplit = end_state(solver.motion(exciter, 20.0))
+        for fraction in (0.1, 0.3, 0.5, 0.7, 0.9):
+            tau_cut = 20.0 * fraction
             if solver.steps is not None:
                 dt = 2.0 * math.pi / exciter.nu / solver.steps
-                cut = round(cut / dt) * dt
-            first = end_state(solver.motion(exciter, cut))
-            second = end_state(solver.motion(exciter, 20.0, *first, tau_start=cut))
-            yield from (abs(b - a) for a, b in zip(whole, second, strict=True))
+                tau_cut = round(tau_cut / dt) * dt
+            first = end_state(solver.motion(exciter, tau_cut))
+            second = end_state(solver.motion(exciter, 20.0, *first, tau_start=tau_cut))
+            yield from (abs(b - a) for a, b in zip(unsplit, second, strict=True))
 
 
-@count
+@count_wrong
 def rejects_bad_input(solver: Solver) -> Iterator[bool]:
-    """Bad input that is taken, or refused without its name."""
-    good: dict[str, Any] = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.1, "R1": 0.5, "R2": 0.5}
+    """Bad input that is accepted, or rejected without its name."""
+    parameters: dict[str, Any] = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.1, "R1": 0.5, "R2": 0.5}
     for name, value in BAD:
-        given: dict[str, Any] = {"x0": 0.0, "v0": 0.0, "tau_end": 1.0}
+        start: dict[str, Any] = {"x0": 0.0, "v0": 0.0, "tau_end": 1.0}
         try:
-            if name in given:
-                solver.motion(Exciter(**good), **given | {name: value})
+            if name in start:
+                solver.motion(Exciter(**parameters), **start | {name: value})
             else:
-                Exciter(**good | {name: value})
+                Exciter(**parameters | {name: value})
             yield True
         except ParameterError as error:
             yield name not in str(error)

@@ -1,4 +1,4 @@
-"""Hard cases of the motion between impacts: energy kept, growth, neighbours of resonance, scales, long times."""
+"""Hard cases of motion between impacts: energy, growth, neighbours of resonance, scales, long times."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from vibropipe.lab.hard_cases.analytic import effective_frequency, linear, transfer
-from vibropipe.lab.hard_cases.case import Solver, end_state, expect, largest
+from vibropipe.lab.hard_cases.analytic import effective_frequency, linear_end, response
+from vibropipe.lab.hard_cases.case import Solver, end_state, expect, largest_error
 from vibropipe.physics.exciter import Exciter
 
 TURN = 2.0 * math.pi
@@ -22,33 +22,33 @@ MAX_STEPS = 100_000_000
 def keeps_energy(solver: Solver, f: float) -> float:
     """Largest relative error of the energy over a million ideal impacts under force f.
 
-    Newmark's flights are kept longer than its step: slower motions at coarser steps.
+    For Newmark's method flights must be longer than its step: coarser steps get slower motions.
     """
-    half = 0.05 if solver.steps is None else max(0.05, 1.25 * TURN / solver.steps)
-    speed = 0.5 / math.sin(half)
-    found = solver.motion(Exciter(l=0.5, f=f), 1.01 * IMPACTS * 2.0 * half, v0=speed)
-    expect(found.sizes["impact"] >= IMPACTS * (1.0 if solver.steps is None else 0.9))
-    kept = 0.25 + found["impact_velocity"].values ** 2
-    return float(np.max(np.abs(kept / speed**2 - 1.0)))
+    half_flight = 0.05 if solver.steps is None else max(0.05, 1.25 * TURN / solver.steps)
+    speed = 0.5 / math.sin(half_flight)
+    motion = solver.motion(Exciter(l=0.5, f=f), 1.01 * IMPACTS * 2.0 * half_flight, v0=speed)
+    expect(motion.sizes["impact"] >= IMPACTS * (1.0 if solver.steps is None else 0.9))
+    energy = 0.25 + motion["impact_velocity"].values ** 2
+    return float(np.max(np.abs(energy / speed**2 - 1.0)))
 
 
 def end_error(
     solver: Solver, exciter: Exciter, tau_end: float, expected: tuple[float, float]
 ) -> float:
-    """Error of (x, x') at the end of the motion from rest, relative to their size."""
+    """Error of (x, x') at the end of the motion from rest, relative to the magnitude of the expected state."""
     x, v = end_state(solver.motion(exciter, tau_end))
     return math.hypot(x - expected[0], v - expected[1]) / math.hypot(*expected)
 
 
 def grows_at_resonance(solver: Solver) -> float:
-    """Error after 50 periods, relative to the size: x = (sin tau - tau cos tau)/2, or newmark's own state."""
+    """Error after 50 periods, relative to the size of x = (sin tau - tau cos tau)/2, or of newmark's own state."""
     tau, exciter = 50.0 * TURN, Exciter(l=1e9, f=1.0)
     expected = 0.5 * (math.sin(tau) - tau * math.cos(tau)), 0.5 * tau * math.sin(tau)
     return end_error(
         solver,
         exciter,
         tau,
-        expected if solver.steps is None else linear(exciter, 50, solver.steps),
+        expected if solver.steps is None else linear_end(exciter, 50, solver.steps),
     )
 
 
@@ -56,48 +56,53 @@ def grows_by_impacts(solver: Solver) -> float:
     """Error of the impact velocities 4n/3, n = 1 to 1000: support at the equilibrium, nu = 2, no loss."""
     exciter = Exciter(l=1e9, delta=1e9, nu=2.0, f=1.0)
     count = 1000 if solver.steps is None else 20
-    found = solver.motion(exciter, (count + 0.5) * math.pi)
+    motion = solver.motion(exciter, (count + 0.5) * math.pi)
     expected = -4.0 / 3.0 * np.arange(1, count + 1)
-    expect(found.sizes["impact"] == count)
-    return float(np.max(np.abs(found["impact_velocity"].values / expected - 1.0)))
+    expect(motion.sizes["impact"] == count)
+    return float(np.max(np.abs(motion["impact_velocity"].values / expected - 1.0)))
 
 
-@largest
+@largest_error
 def linear_check(solver: Solver, exciters: Sequence[Exciter], periods: int) -> Iterator[float]:
-    """Error of (x, x') after so many periods, relative to their size."""
+    """Error of (x, x') after `periods` forcing periods, relative to their magnitude."""
     for exciter in exciters:
         yield end_error(
-            solver, exciter, periods * TURN / exciter.nu, linear(exciter, periods, solver.steps)
+            solver, exciter, periods * TURN / exciter.nu, linear_end(exciter, periods, solver.steps)
         )
 
 
-@largest
+@largest_error
 def scales(solver: Solver) -> Iterator[float]:
-    """How far a motion scaled in length by 2^-30, 2^30, ... is from the scaled motion."""
+    """Deviation of a motion scaled in length by powers of 2 from the scaled motion."""
     base = {"nu": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
-    one = solver.motion(Exciter(**base, l=0.5, f=-1.0, delta=0.01), 40.0)
+    motion = solver.motion(Exciter(**base, l=0.5, f=-1.0, delta=0.01), 40.0)
     for exponent in (-1000, -300, -30, 30, 300, 500):
-        by = 2.0**exponent
-        exciter = Exciter(**base, l=0.5 * by, f=-by, delta=0.01 * by)
-        other = solver.motion(exciter, 40.0)
-        for name, size in (("impact_velocity", by), ("impact_tau", 1.0), ("displacement_end", by)):
-            expect(one[name].shape == other[name].shape)
-            miss = np.abs(other[name].values / size - one[name].values)
-            yield float(np.max(miss, initial=0.0))
+        scale = 2.0**exponent
+        exciter = Exciter(**base, l=0.5 * scale, f=-scale, delta=0.01 * scale)
+        scaled = solver.motion(exciter, 40.0)
+        for name, size in (
+            ("impact_velocity", scale),
+            ("impact_tau", 1.0),
+            ("displacement_end", scale),
+        ):
+            expect(motion[name].shape == scaled[name].shape)
+            error = np.abs(scaled[name].values / size - motion[name].values)
+            yield float(np.max(error, initial=0.0))
 
 
-@largest
+@largest_error
 def holds_phase(solver: Solver) -> Iterator[float]:
-    """Error of phase of the settled linear motion after a million periods (newmark: as many as 1e8 steps are)."""
+    """Phase error of the steady linear motion after a million periods (newmark: as many as 1e8 steps allow)."""
     periods = PERIODS if solver.steps is None else min(PERIODS, MAX_STEPS // solver.steps)
     for nu in (1.0, 0.7, math.sqrt(3.0)):
         exciter, tau = Exciter(nu=nu, f=0.3, h=0.3, l=2.0), periods * TURN / nu
         x, v = end_state(solver.motion(exciter, tau))
-        # tau is a number of 53 bits: what it is short of whole periods, in exact arithmetic
-        left = float(Fraction(tau) * Fraction(nu) - periods * Fraction(EXACT_TURN))
-        rate, settled = effective_frequency(exciter, solver.steps), transfer(exciter, solver.steps)
-        settled *= complex(math.cos(left), math.sin(left))
-        yield math.hypot(x - settled.imag, v / rate - settled.real) / abs(settled)
+        # tau has 53 bits: its distance to whole periods, in exact arithmetic
+        offset = float(Fraction(tau) * Fraction(nu) - periods * Fraction(EXACT_TURN))
+        frequency = effective_frequency(exciter, solver.steps)
+        amplitude = response(exciter, solver.steps)
+        amplitude *= complex(math.cos(offset), math.sin(offset))
+        yield math.hypot(x - amplitude.imag, v / frequency - amplitude.real) / abs(amplitude)
 
 
 NEUTRAL = [

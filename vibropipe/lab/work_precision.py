@@ -112,7 +112,7 @@ def entries(
 
 
 def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidate | Outcome:
-    """Return a method with its setting on a motion, or the outcome that tells why it cannot run."""
+    """Return a method with its setting on a motion, or the outcome that states why it cannot run."""
     if method in OWN_METHODS and value * motion.periods > MAX_STEPS:
         return Outcome.NOT_TRIED
     if method not in OWN_METHODS and not peers.is_installed(method):

@@ -83,7 +83,7 @@ def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, sec
 def test_rows_take_no_more_memory_than_planned(grid, R, keys):
     scene = sweep_of(grid, R, points=4, **keys)
     solved = solve_rows(scene, 0, scene.row_count)
-    assert solved["row_size"].values.mean() <= plan.most_impacts(scene)
+    assert solved["row_size"].values.mean() <= plan.max_impacts(scene)
     fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
     planned = costs.steady_bytes(scene.outputs, scene.harmonics, 0)
     assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)

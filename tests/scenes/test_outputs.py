@@ -150,7 +150,7 @@ def test_every_subset_is_drawn_and_typeset(scenes, variants, name, tmp_path):
         ("unstruck", ["impacts"], ["add motion to outputs", "No support is struck"]),
     ],
 )
-def test_a_motion_without_anything_to_draw_says_what_was_not_asked_for(
+def test_a_motion_without_anything_to_draw_says_what_is_not_stored(
     variant, outputs, said, tmp_path
 ):
     study, datasets = solved(motions({variant: MOTIONS[variant]}, [outputs]), tmp_path)
@@ -168,7 +168,7 @@ def test_a_motion_without_its_impacts_is_drawn_and_its_caption_says_so(tmp_path)
     assert "impact_tau" not in dataset
     assert [ax.get_ylabel() for ax in draw("motion", dataset).axes][1:] != []
     said = caption(study.scenes[name], dataset, datasets)
-    assert said.endswith("Impacts were not asked for: add impacts to outputs.")
+    assert said.endswith("Impacts are not stored: add impacts to outputs.")
 
 
 def test_grazings_alone_are_drawn(tmp_path):
@@ -195,18 +195,20 @@ def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
     dataset["period_multiple"][:] = 2
     said = words(draw("sweep", dataset))
     assert "m>1" not in said
-    told = caption(study.scenes[name], dataset, datasets)
-    assert "neither harmonics nor impacts were asked for" in told
-    assert "an orbit of m > 1 forcing periods" in told
-    assert "(circles)" not in told
+    text = caption(study.scenes[name], dataset, datasets)
+    assert "outputs include neither harmonics nor impacts" in text
+    assert "an orbit of m > 1 forcing periods" in text
+    assert "(circles)" not in text
 
 
-def test_a_sweep_of_impacts_alone_is_told_by_the_hardest(tmp_path):
+def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_path):
     study, datasets = solved(sweeps({"one": SWEEPS["one"]}, [["impacts"]]), tmp_path)
     ((name, dataset),) = datasets.items()
-    hardest = dataset["impact_velocity_max"].sel(support=1)
-    told = caption(study.scenes[name], dataset, datasets)
-    assert f"Support 1 is struck hardest, {float(hardest.max()):.4g}, at ν = " in told
+    largest = dataset["impact_velocity_max"].sel(support=1)
+    text = caption(study.scenes[name], dataset, datasets)
+    assert (
+        f"The largest impact velocity on support 1 is {float(largest.max()):.4g}, at ν = " in text
+    )
 
 
 def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
@@ -214,4 +216,4 @@ def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
     subsets = [["stability"], ["energy"]]
     study, datasets = solved(motions({"still": MOTIONS["still"]}, subsets), tmp_path)
     said = report_data(study, datasets, {})["sections"][0]["closing"]
-    assert said.endswith("% of the harder one.")
+    assert said.endswith("% of the larger one.")

@@ -1,4 +1,4 @@
-"""A kind of scene is a folder: one of these tests' own goes from YAML to PDF, and nobody else asks for kinds."""
+"""A kind of scene is a folder: a kind of these tests goes from YAML to PDF, and no module tests for a kind."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_its_keys_are_checked_and_documented(folder):
         load_study("clock.yaml")
     assert sorted(str(error.value).splitlines()) == [
         "clock.yaml: scenes.swing.exciter.h: must be left out, since a pendulum has no exciter, got 1.0",
-        "clock.yaml: scenes.swing.gravity: must be a finite number above 0 up to 100, got 0",
+        "clock.yaml: scenes.swing.gravity: must be a number above 0 up to 100, got 0",
     ]
     assert "### `kind: pendulum`" in table_of_keys()
     assert "PendulumScene" in json_schema()["$defs"]
@@ -91,8 +91,8 @@ def test_two_kinds_of_one_name_are_refused(known):
         pass
 
 
-def test_nobody_asks_which_kind_a_scene_is():
-    asked = [
+def test_no_module_tests_which_kind_a_scene_is():
+    tests_of_kind = [
         f"{path.relative_to(PACKAGE)}:{node.lineno}"
         for path in PACKAGE.rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text()))
@@ -104,4 +104,4 @@ def test_nobody_asks_which_kind_a_scene_is():
             for name in ast.walk(node.args[1])
         )
     ]
-    assert asked == []
+    assert tests_of_kind == []

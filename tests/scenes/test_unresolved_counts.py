@@ -48,7 +48,7 @@ def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
     tree = yaml.safe_load(STUDY)["exciter"]
     line = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0]})
     grid = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0], "f": [9.0, 10.0]})
-    why = "more impacts in a forcing period than are marched"
+    why = "too many impacts in a forcing period"
     assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line)
     assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid)
     # Also where the author wrote the caption.

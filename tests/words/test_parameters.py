@@ -33,9 +33,10 @@ TINY = math.ulp(0.0)
         (Range(0, above=True), "a finite number > 0", (TINY, 1e308), (0.0, -1.0)),
         (Range(0, 1), "a number from 0 to 1", (0.0, 0.5, 1.0), (-TINY, math.nextafter(1.0, 2.0))),
         (Range(-0.5, 2, True), "a number above -0.5 up to 2", (-0.25, 2.0), (-0.5, 2.5)),
+        (Range(1, 1e8, whole=True), "a whole number from 1 to 1e8", (1.0, 1e8), (0.0, 1.5)),
     ],
 )
-def test_a_range_says_what_it_contains(within, text, inside, outside):
+def test_text_of_a_range_and_its_numbers(within, text, inside, outside):
     assert within.text == text
     assert all(within.contains(value) for value in inside)
     assert not any(within.contains(value) for value in (*outside, math.nan, math.inf, -math.inf))
@@ -53,8 +54,8 @@ def test_defaults_are_those_of_an_exciter():
     assert vars(vp.Exciter(l=0.5)) == {**DEFAULTS, "l": 0.5}
     for name, value in DEFAULTS.items():
         assert PARAMETERS[name].range.contains(value)
-        said = ExciterKeys.model_fields[name].description or ""
-        assert f"({value:g})." in said
+        description = ExciterKeys.model_fields[name].description or ""
+        assert f"({value:g})." in description
 
 
 def test_effects_are_the_fields_that_kernels_read():

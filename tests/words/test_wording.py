@@ -10,7 +10,7 @@ from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import Verdict
 from vibropipe.scenes.costs import PlanError
-from vibropipe.scenes.hard_cases.report import hard_case_words
+from vibropipe.scenes.hard_cases.report import verdict_summary
 from vibropipe.scenes.recompute import part_text
 from vibropipe.scenes.sweep.captions import odd_words
 from vibropipe.scenes.sweep.cut import row_range
@@ -79,6 +79,6 @@ def test_checks_of_one_motion():
         "measured": 0.0, "passed": 1, "motions": 1, "impacts": 1, "short_flight_motions": 0,
         "worst_status": 0,
     }  # fmt: skip
-    assert "1 of 1 check is passed, over 1 motion with 1 impact." in hard_case_words(
+    assert "1 of 1 check is passed, over 1 motion with 1 impact." in verdict_summary(
         {"s": xr.Dataset(data)}
     )

@@ -1,1 +1,1 @@
-"""Style and pieces of pictures: the only folder, beside the pictures of each kind of scene, that knows matplotlib."""
+"""Style and parts of figures. Only this folder and the pictures of each kind of scene import matplotlib."""

@@ -11,8 +11,9 @@ from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new
 from vibropipe.words.vocabulary import label
 
 HEIGHT_CM = 7.0
-FLAT = 0.1
-MEMORY_ASKED = 500.0
+# Half width of the band around the mean time per point, relative; limit on the memory of a job, in MB.
+BAND = 0.1
+MAX_MEMORY = 500.0
 MEMORIES = {
     "solving_memory": "a job that solves",
     "joining_memory": "the join",
@@ -21,27 +22,27 @@ MEMORIES = {
 
 
 def draw_growth(dataset: xr.Dataset) -> Figure:
-    """Draw what `vibropipe.bench.growth` measured; bands and dashed line are what is asked."""
+    """Draw the growth of time and memory that `vibropipe.bench.growth` measures, with bands and limit."""
     figure = new_figure(HEIGHT_CM)
     time, memory = figure.subplots(1, 2)
     points = dataset["points"].values
-    for place, threads in enumerate(dataset["threads"].values):
+    for index, threads in enumerate(dataset["threads"].values):
         values = dataset["time_per_point"].sel(threads=threads).values
-        style = {**line_style(place), "marker": LINE_MARKERS[place]}
+        style = {**line_style(index), "marker": LINE_MARKERS[index]}
         middle = np.exp(np.log(values).mean())
-        time.fill_between(points, middle * (1 - FLAT), middle * (1 + FLAT), color=NEUTRAL, lw=0)
+        time.fill_between(points, middle * (1 - BAND), middle * (1 + BAND), color=NEUTRAL, lw=0)
         time.plot(
-            points, values, **style, label=f"solved by {threads} thread{'s' if threads > 1 else ''}"
+            points, values, **style, label=f"{threads} thread{'s' if threads > 1 else ''}, solving"
         )
-    place = dataset.sizes["threads"]
-    style = {**line_style(place), "marker": LINE_MARKERS[place]}
+    index = dataset.sizes["threads"]
+    style = {**line_style(index), "marker": LINE_MARKERS[index]}
     stored = dataset["storing_per_point"].isel(threads=-1).values
-    time.plot(points, stored, **style, label=f"by {threads}, and stored")
-    for place, (name, words) in enumerate(MEMORIES.items()):
-        style = {**line_style(place), "marker": LINE_MARKERS[place]}
-        memory.plot(points, dataset[name].values, **style, label=words)
-    asked = f"asked of a job: below {MEMORY_ASKED:g}"
-    memory.axhline(MEMORY_ASKED, color=GREY, linestyle=(0, (2, 2)), label=asked)
+    time.plot(points, stored, **style, label=f"{threads} threads, including writing")
+    for index, (name, job) in enumerate(MEMORIES.items()):
+        style = {**line_style(index), "marker": LINE_MARKERS[index]}
+        memory.plot(points, dataset[name].values, **style, label=job)
+    limit = f"limit per job: {MAX_MEMORY:g} MB"
+    memory.axhline(MAX_MEMORY, color=GREY, linestyle=(0, (2, 2)), label=limit)
     for ax, name in ((time, "time_per_point"), (memory, "solving_memory")):
         ax.set(xscale="log", yscale="log", xlabel=label("points"), ylabel=label(name))
         ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

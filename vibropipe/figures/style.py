@@ -1,7 +1,7 @@
-"""One look for all figures: sizes, fonts, colours, and files that are the same to the byte.
+"""Common style of all figures: sizes, fonts, colours, and files that are reproducible to the byte.
 
-Colours are those of Okabe and Ito, told apart by colour-blind readers; what they tell apart
-is told a second time by line style, hatch, marker or a label, for print in grey.
+The colours are those of Okabe and Ito, which colour-blind readers can distinguish. Line style, hatch,
+marker or label repeat the distinction, for print in grey.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ PRINT_WIDTH_CM = 16.0
 FONT_SIZE = 9.0
 SMALL_FONT_SIZE = 8.0
 CM_PER_INCH = 2.54
-PLACES = 6  # decimals of the figure's width or height: below what a printer shows
-ROUNDING = 1e-9  # curves below this share of their neighbours are zero
+DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
+ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
@@ -79,7 +79,7 @@ SETTINGS: Mapping[str, Any] = {
     "pdf.compression": 6,
     "path.simplify": True,
 }
-# what a file says of itself, without the instant it was made
+# Metadata of files, without the time of writing.
 METADATA: Mapping[str, Mapping[str, None]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
@@ -88,14 +88,14 @@ METADATA: Mapping[str, Mapping[str, None]] = {
 
 @dataclass(frozen=True)
 class RegimeStyle:
-    """How one regime looks on a map, in a strip and as a line, in colour and in grey."""
+    """Colour, hatch and line style of a regime on maps, in strips and as a line."""
 
     colour: str
     hatch: str
     linestyle: Any = "-"
 
 
-# the brightness rises from unbounded to no impact in steps that survive a grey printer
+# Brightness rises from unbounded to no impact in steps that remain distinct in grey.
 REGIME_STYLES: Mapping[str, RegimeStyle] = {
     "no_impact": RegimeStyle("#EFEFEF", "", (0, (1, 1))),
     "one_sided_1": RegimeStyle(SKY, "////", (0, (5, 1.5))),
@@ -110,7 +110,7 @@ REGIME_STYLES: Mapping[str, RegimeStyle] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Draw and save inside this: the settings above over matplotlib's own, the user's left out."""
+    """Apply SETTINGS over matplotlib's defaults, ignoring the user's; draw and save inside."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(dict[Any, Any](SETTINGS))
@@ -118,21 +118,21 @@ def house_style() -> Iterator[None]:
 
 
 def new_figure(height_cm: float, width_cm: float = PRINT_WIDTH_CM) -> Figure:
-    """Make an empty figure of a printed size, laid out so that nothing overlaps."""
+    """Return an empty figure of a printed size with constrained layout."""
     figure = Figure(figsize=(width_cm / CM_PER_INCH, height_cm / CM_PER_INCH), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def line_style(position: int) -> dict[str, Any]:
-    """Return colour and dashes of the line at ``position``; they repeat after seven."""
+    """Return colour and dashes of the line at `position`; they repeat after seven."""
     return dict(LINES[position % len(LINES)])
 
 
 def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = "") -> None:
-    """Put one legend outside the axes, above or below (``edge``: upper, lower), as wide as fits.
+    """Add a legend above or below the axes (`edge`: upper, lower), in as few rows as fit.
 
-    Its rows are filled evenly; ``title`` stands over it, also where there is nothing to list.
+    The rows have equal numbers of entries where possible. The title is drawn even without handles.
     """
     if not handles:
         figure.suptitle(title)
@@ -151,31 +151,31 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
-def write_text(ax: Axes, *lines: str) -> None:
-    """Write in the middle of an axis why nothing is drawn there."""
+def write_centred(ax: Axes, *lines: str) -> None:
+    """Write centred lines on an axis, the reason why it is empty."""
     ax.text(
         0.5, 0.5, "\n".join(lines), transform=ax.transAxes, ha="center", va="center", color=GREY
     )
 
 
 def keep_zero_scale(ax: Axes, size: float, largest_value: float) -> None:
-    """Keep an axis that shows nothing but rounding from being blown up to it.
+    """Keep an axis on which only rounding errors are drawn from being scaled to them.
 
-    ``size`` is the largest magnitude it shows, ``largest_value`` that of the axes beside it.
+    `size` is the largest magnitude on the axis, `largest_value` that on the neighbouring axes.
     """
     if size <= ROUNDING * largest_value:
         ax.set_ylim(-0.05 * largest_value or -1.0, 0.05 * largest_value or 1.0)
 
 
 def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
-    """Reorder for a legend, which fills its columns first, so that it reads along its rows."""
+    """Return handles in an order that reads along rows, since a legend fills its columns first."""
     return [handle for column in range(columns) for handle in handles[column::columns]]
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write ``folder/name.svg`` and ``.pdf``; each appears only when whole.
+    """Write `folder/name.svg` and `.pdf` atomically and return their paths; call it inside `house_style`.
 
-    The bytes depend on the figure alone. Call it inside ``house_style``.
+    The bytes depend on the figure alone.
     """
     freeze_layout(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
@@ -185,22 +185,24 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
 
 def freeze_layout(figure: Figure) -> None:
-    """Lay the figure out once and for all, every place rounded.
+    """Compute the layout once and round the positions of axes and title.
 
-    The layout's solver leaves the last bits of a place to chance, and names in an SVG file are made
-    from places.
+    The last bits of a position vary between runs of the layout solver, and names in an SVG file are
+    made from positions.
     """
     figure.draw_without_rendering()
-    figure.set_layout_engine(None)  # "none" keeps a placeholder, and costs a draw per file
+    figure.set_layout_engine(
+        None
+    )  # "none" would keep a placeholder engine, which draws once more per file
     for ax in figure.axes:
-        ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), PLACES)))
+        ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), DECIMALS)))
     title = figure._suptitle  # type: ignore[attr-defined]
     if title is not None:
-        title.set_y(round(title.get_position()[1], PLACES))
+        title.set_y(round(title.get_position()[1], DECIMALS))
 
 
 def save_as(figure: Figure, path: Path) -> None:
-    """Write one file, in the format its ending names; it appears only when whole."""
+    """Write one file atomically, in the format of its suffix."""
     kind = path.suffix.removeprefix(".").lower()
     with atomic_file(path) as temporary:
         figure.savefig(temporary, format=kind, metadata=dict(METADATA.get(kind, {})))

@@ -1,6 +1,6 @@
-"""Words and numbers as figures and the report spell them: plain text or mathtext, never markup.
+"""Text of numbers, parameters and regimes in figures and reports: plain text or mathtext, never markup.
 
-A user's own text never passes through here: only values and names of the vocabulary do.
+Only values and names of the vocabulary pass through here, never a user's own text.
 """
 
 from __future__ import annotations
@@ -15,52 +15,32 @@ from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, REGIMES, quantity
 
-REGIME_WORDS = {
-    "no_impact": "no impact",
+REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
     "one_sided_1": "one-sided, support 1",
     "one_sided_2": "one-sided, support 2",
     "two_sided": "two-sided",
-    "with_rest": "with rest",
-    "aperiodic": "aperiodic",
-    "unbounded": "unbounded",
-    "unresolved": "unresolved",
 }
-REGIME_SHORT = {
-    "no_impact": "no impact",
-    "one_sided_1": "one-sided 1",
-    "one_sided_2": "one-sided 2",
-    "two_sided": "two-sided",
-    "with_rest": "rest",
-    "aperiodic": "aperiodic",
-    "unbounded": "unbounded",
-    "unresolved": "unresolved",
-}
-# Why a row is unresolved, by status.
-UNRESOLVED_WORDS = {
-    Status.MAX_IMPACTS: "more impacts in a forcing period than are marched",
+# Reason why a row is unresolved, by status.
+UNRESOLVED_TEXT = {
+    Status.MAX_IMPACTS: "too many impacts in a forcing period",
     Status.MAX_PERIODS: "still growing at the end of the march",
-    Status.ROOT_BOUND: "an impact was not located",
-    Status.NOT_FINITE: "numbers out of range",
-    Status.LOG_FULL: "more contacts than are kept",
-    Status.SUPPORT_REACHED: "a support is reached that was left out",
-    Status.MAX_STEPS: "more steps in a forcing period than are marched",
+    Status.ROOT_BOUND: "impact not located",
+    Status.NOT_FINITE: "floating-point overflow",
+    Status.LOG_FULL: "more contacts than the log holds",
+    Status.SUPPORT_REACHED: "a support left out of the effects is reached",
+    Status.MAX_STEPS: "too many steps in a forcing period",
 }
-# what stands where there is nothing to draw
-SAMPLES_NOT_ASKED = (
-    "Displacement and velocity were not asked for: add motion to outputs, "
-    "with samples_per_period above 0"
-)
-IMPACTS_NOT_ASKED = "Impacts were not asked for: add impacts to outputs"
-CURVES_NOT_ASKED = (
-    "Only the regimes are drawn: neither harmonics nor impacts were asked for in outputs"
-)
+# Text in place of a missing curve.
+NO_SAMPLES = "Displacement and velocity are not stored: add motion to outputs, with samples_per_period above 0"
+NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
+NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
 def regime_name(code: int) -> str:
-    """Return the name of a regime's integer value; KeyError on a value without one."""
+    """Return the name of a regime's integer value; raises KeyError for an unknown value."""
     for name, value in REGIMES.items():
         if value == code:
             return name
@@ -68,11 +48,11 @@ def regime_name(code: int) -> str:
 
 
 def format_number(value: float, digits: int = 4) -> str:
-    """Write ``value`` with ``digits`` significant digits, a true minus and powers of ten.
+    """Write a number with `digits` significant digits, a true minus sign and powers of ten.
 
-    >>> number(-0.035367)
+    >>> format_number(-0.035367)
     '−0.03537'
-    >>> number(1.5e-13)
+    >>> format_number(1.5e-13)
     '1.5 × 10⁻¹³'
     """
     if math.isnan(value):
@@ -88,7 +68,7 @@ def format_number(value: float, digits: int = 4) -> str:
 
 
 def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
-    """Return the exciter's parameters that have one value in ``dataset`` (swept ones have not)."""
+    """Return the parameters of the exciter that are not swept in a dataset."""
     return {
         name: float(dataset[name])
         for name in PARAMETERS
@@ -97,7 +77,7 @@ def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
-    """Write the scalar parameters of ``dataset`` as one line of mathtext: nu = 1, f = -1, ..."""
+    """Write the parameters that are not swept as one line of mathtext: nu = 1, f = -1, ..."""
     left_out = set(leave_out)
     parts = [
         f"{quantity(name).symbol} = {mathtext(value)}"
@@ -115,7 +95,7 @@ def plain_parameters(values: dict[str, float]) -> str:
 
 
 def mathtext(value: float) -> str:
-    """Write a number for matplotlib: as ``format_number`` does, powers of ten raised by mathtext."""
+    """Write a number as `format_number` does, with powers of ten in mathtext."""
     text = format_number(value)
     if " × 10" not in text:
         return text
@@ -124,27 +104,27 @@ def mathtext(value: float) -> str:
 
 
 def sentences(*parts: str) -> str:
-    """Join what there is to say, each part a sentence without its full stop."""
+    """Join sentences, given without their full stops; empty ones are left out."""
     return " ".join(f"{part}." for part in parts if part)
 
 
 def grid_text(values: np.ndarray) -> str:
-    """Write a grid: its values, or where there are many its ends and their number."""
+    """Write the values of a grid; of more than FEW_VALUES, the ends and the number."""
     if values.size <= FEW_VALUES:
         return ", ".join(format_number(float(value)) for value in values)
     return f"{format_number(float(values.min()))} … {format_number(float(values.max()))} ({values.size} values)"
 
 
 def times(amount: int) -> str:
-    """Write how often: once, twice, 7 times."""
+    """Write a number of occurrences: once, twice, 7 times."""
     return {1: "once", 2: "twice"}.get(amount, f"{amount} times")
 
 
 def departure(dataset: xr.Dataset) -> float:
-    """Return the largest difference in displacement from the exact motion."""
+    """Return the largest deviation of displacement from the exact motion."""
     return float(np.abs(dataset["displacement"] - dataset["displacement_exact"]).max())
 
 
 def digits(value: float) -> str:
-    """Write a number with three digits, whole ones in full up to six."""
+    """Write a number with three significant digits, in full from 100 to 1e6."""
     return f"{value:.0f}" if 100 <= value < 1e6 else format_number(value, 3)

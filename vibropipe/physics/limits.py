@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from vibropipe.words.parameters import Range
+
 # Requested error. One that double precision cannot reach is accepted; the result has the status `inaccurate`.
 ACCURACY = (1e-15, 0.1)
 # Newmark steps per forcing period, and steps of a whole march (some minutes of one core).
@@ -19,7 +21,6 @@ HARMONICS = (1, 1000)
 PATIENCE = (256, 1000)
 
 
-def within_text(limits: tuple[float, float], kind: str = "a whole number") -> str:
-    """Return limits as text, for example "a whole number from 1 to 1000"."""
-    least, most = (f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in limits)
-    return f"{kind} from {least} to {most}"
+def within_text(limits: tuple[float, float], whole: bool = True) -> str:
+    """Return limits as a noun phrase: "a whole number from 1 to 1000"."""
+    return Range(*limits, whole=whole).text

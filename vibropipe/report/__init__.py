@@ -1,7 +1,7 @@
 """The report of a study: one PDF typeset from its datasets and figures.
 
-The template is the project's own; what differs between studies reaches it as JSON, so that a
-user's text is text whatever it holds. Equal results give equal bytes.
+Data reach the template as JSON, so that a user's text is never read as markup. Equal results give
+equal bytes.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ TEMPLATE_FILES = ("template.typ", "exciter.typ")
 
 @contextmanager
 def template_folder(data: dict[str, Any], pictures: Mapping[str, Path]) -> Iterator[Path]:
-    """Yield a folder with all the typesetter sees: template, ``data``, ``pictures`` by name."""
-    with TemporaryDirectory(prefix="vibropipe-report-") as made:
-        folder = Path(made)
+    """Yield a temporary folder with the template, `data` as JSON, and the pictures by name."""
+    with TemporaryDirectory(prefix="vibropipe-report-") as path_text:
+        folder = Path(path_text)
         (folder / "figures").mkdir()
         for name in TEMPLATE_FILES:
             shutil.copyfile(TEMPLATE / name, folder / name)
@@ -36,10 +36,22 @@ def template_folder(data: dict[str, Any], pictures: Mapping[str, Path]) -> Itera
 
 
 def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
-    """Return the PDF of ``data`` (see `jobs.reporting`) with the ``pictures`` by name.
+    """Typeset a report.
 
-    Fonts are those the typesetter carries, not the machine's, so that the bytes are the same
+    Only fonts of the typesetter are used, not those of the machine, so that the bytes are the same
     everywhere.
+
+    Parameters
+    ----------
+    data : dict
+        Contents, as `jobs.reporting.report_data` returns them.
+    pictures : mapping of str to Path
+        PDF files of the figures by scene.
+
+    Returns
+    -------
+    bytes
+        The PDF.
     """
     import typst
 

@@ -1,4 +1,4 @@
-"""How far the datasets can be trusted, what they cost, and what they were made from."""
+"""Accuracy, run time and provenance of the datasets."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vibropipe.words.wording import series
 
 Sidecars = Mapping[str, Mapping[str, Any]]
 
-HEAD = ["scene", "method", "asked", "reached", "from exact", "residual", "seconds"]
-# attribute of a dataset -> how the report calls it
+HEAD = ["scene", "method", "requested", "achieved", "error vs exact", "residual", "seconds"]
+# Attribute of a dataset -> its name in the report.
 SOURCES = {
-    "source": "made by",
+    "source": "program",
     "git_commit": "commit",
     "kernel_hash": "kernels",
     "study_hash": "study text",
@@ -29,7 +29,7 @@ HASH_LENGTH = 12
 
 
 def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
-    """Return one row per scene: method, accuracy asked for and reached, measures, time taken."""
+    """Return a table of one row per scene: method, requested and achieved accuracy, residual, run time."""
     rows = []
     for name, dataset in datasets.items():
         rows.append(
@@ -37,27 +37,27 @@ def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
                 breakable(name),
                 str(dataset.attrs.get("method", DASH)),
                 attribute(dataset, "accuracy_asked"),
-                reached(dataset),
+                achieved(dataset),
                 format_number(departure(dataset), 2) if "displacement_exact" in dataset else DASH,
                 format_number(largest_residual(dataset), 2),
                 seconds_text(sidecars.get(name, {})),
             ]
         )
     caption = (
-        "Method, accuracy asked for and reached, and what was measured on each dataset. A dash: not asked, or nothing "
-        "to measure."
+        "Method, requested and achieved accuracy, largest deviation from the exact motion, largest residual of an "
+        "orbit, and run time. A dash: not applicable."
     )
     return Table(HEAD, rows, caption, ("1fr", *["auto"] * (len(HEAD) - 1)))
 
 
 def attribute(dataset: xr.Dataset, name: str) -> str:
-    """Write a number kept as an attribute; a dash where there is none."""
+    """Write a numeric attribute; a dash if there is none."""
     value = dataset.attrs.get(name, "none")
     return DASH if isinstance(value, str) else format_number(float(value), 2)
 
 
-def reached(dataset: xr.Dataset) -> str:
-    """Write the accuracy that was reached; of a sweep the largest error of a row with an orbit."""
+def achieved(dataset: xr.Dataset) -> str:
+    """Write the achieved accuracy; for a sweep, the largest error of a row with an orbit."""
     if "error" not in dataset:
         return attribute(dataset, "accuracy_reached")
     error = dataset["error"].values[dataset["period_multiple"].values > 0]
@@ -65,14 +65,14 @@ def reached(dataset: xr.Dataset) -> str:
 
 
 def seconds_text(sidecar: Mapping[str, Any]) -> str:
-    """Write the time a scene took, before it the time that was expected where that is known."""
+    """Write the run time of a scene, after its estimate if there is one."""
     elapsed, estimate = sidecar.get("seconds"), sidecar.get("expected_seconds")
     text = DASH if elapsed is None else format_number(float(elapsed), 2)
     return text if estimate is None else f"{format_number(float(estimate), 2)} / {text}"
 
 
 def largest_residual(dataset: xr.Dataset) -> float:
-    """Return the largest distance by which an orbit of ``dataset`` fails to close, or nan."""
+    """Return the largest residual of an orbit, nan if there is none."""
     if "residual" not in dataset:
         return float("nan")
     residual = dataset["residual"].values
@@ -81,48 +81,47 @@ def largest_residual(dataset: xr.Dataset) -> float:
 
 
 def accuracy_text(datasets: Datasets, notes: Iterable[str] = ()) -> str:
-    """Say how well orbits close, then the notes of the kinds of scenes."""
+    """Write the largest residual of an orbit, then the notes of the kinds of scenes."""
     residuals = {n: r for n, d in datasets.items() if np.isfinite(r := largest_residual(d))}
-    said = []
+    texts = []
     if residuals:
         worst = max(residuals, key=lambda name: residuals[name])
-        said.append(
-            "An orbit is refined until it returns to its own start; the largest distance left is "
+        texts.append(
+            "Orbits are closed by Newton's method; the largest residual is "
             f"{format_number(residuals[worst], 2)}, in {breakable(worst)}."
         )
-    said += notes
-    said.append(
-        "Seconds are those one run took, on the machine it ran on; where a plan was made there before, "
-        "behind those it expected (expected / taken)."
+    texts += notes
+    texts.append(
+        "Times are wall-clock seconds, all jobs together, as estimated / measured where an estimate exists."
     )
-    return " ".join(said)
+    return " ".join(texts)
 
 
 def provenance_table(datasets: Datasets) -> Table:
-    """Return what the datasets were made from; where they differ, with the scenes of each."""
+    """Return the table of provenance; where datasets differ, each value with its scenes."""
     rows = []
-    for key, says in SOURCES.items():
-        found: dict[str, list[str]] = {}
+    for key, title in SOURCES.items():
+        values: dict[str, list[str]] = {}
         for name, dataset in datasets.items():
             if key in dataset.attrs:
-                found.setdefault(plain(key, dataset.attrs[key]), []).append(breakable(name))
-        if len(found) == 1:
-            rows.append([says, next(iter(found))])
-        elif found:
-            rows.append([says, "; ".join(f"{v} ({series(names)})" for v, names in found.items())])
+                values.setdefault(plain(key, dataset.attrs[key]), []).append(breakable(name))
+        if len(values) == 1:
+            rows.append([title, next(iter(values))])
+        elif values:
+            rows.append([title, "; ".join(f"{v} ({series(names)})" for v, names in values.items())])
     fingerprints = [
         f"{breakable(name)} {str(dataset.attrs['fingerprint'])[:HASH_LENGTH]}"
         for name, dataset in datasets.items()
         if "fingerprint" in dataset.attrs
     ]
     if fingerprints:
-        rows.append(["what was asked", ", ".join(fingerprints)])
-    caption = "What the datasets were made from and with."
+        rows.append(["scene fingerprint", ", ".join(fingerprints)])
+    caption = "Program, sources and versions that the datasets were computed with."
     return Table(["", "value"], rows, caption, ("auto", "1fr"), left=2)
 
 
 def plain(key: str, value: Any) -> str:
-    """Write an attribute in one line: JSON as a list of names and values, hashes shortened."""
+    """Write an attribute in one line: versions as a list, hashes shortened."""
     text = str(value)
     if key == "versions":
         try:

@@ -1,4 +1,4 @@
-"""What the report says of every study: its parameters, effects and outputs."""
+"""Parts of the report that every study has: parameters, effects and outputs of its scenes."""
 
 from __future__ import annotations
 
@@ -18,55 +18,59 @@ OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
 
 
 def subtitle(name: str, datasets: Datasets) -> str:
-    """Write one line: the study's name, its size, and the program that made it."""
+    """Write the study's name, its number of scenes, and the program that computed it."""
     sources = {str(d.attrs["source"]) for d in datasets.values() if "source" in d.attrs}
     return " · ".join([name, count(len(datasets), "scene"), *sorted(sources)])
 
 
 def paragraphs(text: str) -> list[str]:
-    """Cut text at its empty lines."""
+    """Split text at empty lines."""
     blocks = [" ".join(block.split()) for block in text.replace("\r\n", "\n").split("\n\n")]
     return [block for block in blocks if block]
 
 
 def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
-    """Return one row per scene: its kind (by scene) and grids, and its value or range of each parameter."""
+    """Return a table of one row per scene: kind, grids, and value or range of each parameter."""
     rows = []
-    for name, dataset in one_by_one(kinds, datasets):
+    for name, dataset in named_datasets(kinds, datasets):
         cells = [
             grid_text(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
             for key in PARAMETERS
         ]
         rows.append([name, *cells])
-    caption = "Parameters of each scene; those with several values are swept. A dash: the parameter plays no part."
+    caption = (
+        "Parameters of each scene; those with several values are swept. A dash: not applicable."
+    )
     return Table(["scene", *PARAMETERS], rows, caption, ("1fr", *["auto"] * len(PARAMETERS)))
 
 
-def one_by_one(kinds: Mapping[str, str], datasets: Datasets) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield each scene with what it is called in the table; motions that are raced one by one."""
+def named_datasets(
+    kinds: Mapping[str, str], datasets: Datasets
+) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield (name, dataset) of each row of the table; a scene of several motions has one row per motion."""
     for name, dataset in datasets.items():
         if "motion" in dataset.dims:
-            for raced in dataset["motion"].values:
-                yield f"{breakable(name)}: {breakable(str(raced))}", dataset.sel(motion=raced)
+            for motion in dataset["motion"].values:
+                yield f"{breakable(name)}: {breakable(str(motion))}", dataset.sel(motion=motion)
         else:
             yield f"{breakable(name)}: {kind_text(kinds[name], dataset)}", dataset
 
 
 def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:
-    """Return one row per scene: the effects its kernels had, and the outputs (by scene) that were asked."""
+    """Return a table of one row per scene: effects of its kernels, and its outputs."""
     rows = []
     for name, dataset in datasets.items():
         effects = str(dataset.attrs.get("effects", DASH)) or "none"
         rows.append([breakable(name), breakable(effects), ", ".join(outputs[name] or [DASH])])
     caption = (
-        "What each scene calls for, and nothing else is computed: effects of the physics, by its parameters and by "
-        "proven bounds of its motions, and outputs."
+        "Physical effects and outputs computed for each scene. An effect is left out where the study, the parameters "
+        "or a proven bound on the motion exclude it."
     )
     return Table(["scene", "effects", "outputs"], rows, caption, ("auto", "1fr", "auto"), left=3)
 
 
 def kind_text(kind: str, dataset: xr.Dataset) -> str:
-    """Write the kind of scene and what it runs over beside parameters."""
+    """Write the kind of a scene with its span of tau or its grids that are no parameters."""
     if dataset.sizes.get("tau"):
         begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
         return f"{kind}, τ = {format_number(begin)} … {format_number(end)}"

@@ -1,4 +1,4 @@
-"""A section of the report as the template takes it."""
+"""A section of the report, in the form that the template reads."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from vibropipe.report.table import Table
 
 @dataclass(frozen=True)
 class Section:
-    """A title, then paragraphs, tables, and a list of named items between two more paragraphs; each may be missing.
+    """A section: title, paragraphs, tables, and a list of named items between `opening` and `closing`.
 
-    is_landscape: on a page of its own that is turned, for wide tables.
+    All but the title may be empty. `is_landscape` gives it a landscape page of its own, for wide tables.
     """
 
     title: str
@@ -24,7 +24,7 @@ class Section:
     is_landscape: bool = False
 
     def as_data(self) -> dict[str, Any]:
-        """Return what goes to the template."""
+        """Return the section as JSON data for the template."""
         return {
             "title": self.title,
             "paragraphs": [text for text in self.paragraphs if text],

@@ -1,4 +1,4 @@
-"""A table as the template takes it: a head and rows of text."""
+"""A table of text, in the form that the template reads."""
 
 from __future__ import annotations
 
@@ -10,18 +10,29 @@ import xarray as xr
 
 DASH = "–"
 ZERO_WIDTH_SPACE = "\u200b"
-SIDE_BY_SIDE = 5
+MAX_COLUMNS = 5  # scenes beside each other on the width of a page
 
 Datasets = Mapping[str, xr.Dataset]
 
 
 @dataclass(frozen=True)
 class Table:
-    """``head`` has one entry per column; the first cell of each row names the row.
+    """A table; the first cell of each row names the row.
 
-    A head or first cell that the template knows as a name (``delta``, ``harmonic 2``) is set as its
-    symbol; everything else is set as it stands. ``widths`` are those of the typesetter by column, all
-    "auto" if empty; the first ``left`` columns are set flush left, the others flush right.
+    The template sets symbols for known names (`delta`, `harmonic 2`) in the head and in first cells.
+
+    Attributes
+    ----------
+    head : list of str
+        One entry per column.
+    rows : list of list of str
+        Cells, as many per row as `head` has entries.
+    caption : str
+        Caption of the table.
+    widths : tuple of str
+        Column widths as typst expressions; all "auto" if empty.
+    left : int
+        Number of columns that are flush left; the others are flush right.
     """
 
     head: list[str]
@@ -31,7 +42,7 @@ class Table:
     left: int = 1
 
     def as_data(self) -> dict[str, Any]:
-        """Return what goes to the template; ValueError if a row has not one cell per column."""
+        """Return the table as JSON data; raises ValueError if a row has not one cell per column."""
         for row in self.rows:
             if len(row) != len(self.head):
                 raise ValueError(
@@ -50,14 +61,14 @@ class Table:
 
 
 def blocks(datasets: Datasets) -> list[Datasets]:
-    """Cut scenes that stand side by side into as many as a page is wide for."""
+    """Split scenes into groups of at most MAX_COLUMNS."""
     names = list(datasets)
     return [
-        {name: datasets[name] for name in names[at : at + SIDE_BY_SIDE]}
-        for at in range(0, len(names), SIDE_BY_SIDE)
+        {name: datasets[name] for name in names[at : at + MAX_COLUMNS]}
+        for at in range(0, len(names), MAX_COLUMNS)
     ]
 
 
 def breakable(name: str) -> str:
-    """Let a scene's name be broken after its underscores, in a narrow column."""
+    """Allow line breaks after the underscores of a name."""
     return name.replace("_", f"_{ZERO_WIDTH_SPACE}")

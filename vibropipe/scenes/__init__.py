@@ -1,1 +1,1 @@
-"""Kinds of scenes: a folder for each, bound in one record that the registry knows."""
+"""Kinds of scenes: one folder each, and a registry of all kinds."""

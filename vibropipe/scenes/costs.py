@@ -1,4 +1,4 @@
-"""What scenes cost: planned from their keys alone, estimated by samples solved on this machine."""
+"""Cost of scenes: planned from their keys, and estimated from samples solved on this machine."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from vibropipe.compiler.cache import cache_root
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
 
-# Seconds in which a job loads libraries and compiled kernels, at least.
+# Least seconds in which a job loads libraries and compiled kernels.
 MIN_LOAD_SECONDS = 0.7
+# Bytes of a row without outputs and of an impact; usual impacts of an orbit; samples of an orbit.
 ROW_BYTES = 80
 IMPACT_BYTES = 21
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
-# Heads of some thirty variables are most of a small file.
+# Bytes of the headers of some thirty variables, most of a small file.
 HEAD_BYTES = 9e4
 
 
@@ -32,11 +33,26 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True)
 class Work:
-    """What a scene comes to, by its keys alone, so that every machine cuts it alike.
+    """Planned work of a scene, from its keys alone, so that every machine cuts it into the same shards.
 
-    size: in words; rows: steady states, or points of a curve, or 1 for a motion; seconds: rough work of one
-    core; bytes: in the dataset before compression; pieces: into how many parts it can be cut; is_parallel:
-    whether threads share it.
+    Attributes
+    ----------
+    size : str
+        Grids of the scene as text.
+    rows : int
+        Number of steady states or of points of a curve; 1 for a motion.
+    method : str
+        Method by name.
+    outputs : tuple of str
+        Stored outputs.
+    seconds : float
+        Rough seconds on one core.
+    bytes : float
+        Bytes of the dataset before compression.
+    pieces : int
+        Largest number of shards.
+    is_parallel : bool
+        Whether threads share the work.
     """
 
     size: str
@@ -51,8 +67,19 @@ class Work:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a scene will come to on this machine: seconds of one core, seconds to load the kernels once per job,
-    bytes on disk, whether threads share the work, and the method chosen where an accuracy was asked."""
+    """Estimated work of a scene on this machine.
+
+    Attributes
+    ----------
+    core_seconds, load_seconds : float
+        Seconds on one core, and seconds in which each job loads the kernels.
+    bytes : float
+        Bytes on disk.
+    parallel : bool
+        Whether threads share the work.
+    method : str
+        Method by name, as selected if the scene requests an accuracy.
+    """
 
     core_seconds: float
     load_seconds: float
@@ -61,7 +88,7 @@ class Estimate:
     method: str
 
     def seconds(self, threads: int = 1, share: float = 1.0) -> float:
-        """Seconds of one job with so many threads that does such a share of the scene."""
+        """Return the seconds of a job that solves a share of the scene on some threads."""
         return self.load_seconds + share * self.core_seconds / (threads if self.parallel else 1)
 
 
@@ -69,8 +96,14 @@ class Estimate:
 class Sampler:
     """Solves samples of scenes on one thread and measures their seconds and bytes.
 
-    budget: seconds of one core that the samples of a scene may take; loads: seconds to load kernels, by what
-    they do; file: the dataset of the sample solved last.
+    Attributes
+    ----------
+    budget : float
+        Seconds that the samples of a scene may take.
+    file : Path
+        Dataset of the last sample.
+    loads : dict
+        Seconds to load kernels, by name of the set of kernels.
     """
 
     budget: float
@@ -78,7 +111,7 @@ class Sampler:
     loads: dict[str, float] = field(default_factory=dict)
 
     def solved(self, sample: BaseScene) -> float:
-        """Solve a sample into a file; return the seconds of this process alone: others may be at work."""
+        """Solve a sample into a file and return the CPU seconds of this process, since others may run beside it."""
         from vibropipe.scenes.registry import kind_of
         from vibropipe.store import write
 
@@ -87,25 +120,25 @@ class Sampler:
         return time.process_time() - begin
 
     def warm(self, small: BaseScene, kernels: str) -> tuple[float, float]:
-        """Solve a small sample twice; return the seconds of the second, and those to load what it calls.
+        """Solve a small sample twice and return the seconds of the second run and of loading its kernels.
 
-        Scenes of one name in `kernels` load the same.
+        `kernels` names the set of kernels; scenes with the same name load the same set.
         """
         compiled = compiled_kernels()
         first, again = self.solved(small), self.solved(small)
-        # What had to be compiled will be there for the jobs; what was loaded for a scene before, will not.
+        # Jobs load kernels from the cache, so seconds of compiling do not count.
         measured = first - again if compiled_kernels() == compiled else 0.0
         return again, self.loads.setdefault(kernels, max(measured, MIN_LOAD_SECONDS))
 
     @property
     def bytes(self) -> int:
-        """Size of the file of the sample solved last."""
+        """Size of the file of the last sample."""
         return self.file.stat().st_size
 
 
 @contextmanager
 def sampling() -> Iterator[Sampler]:
-    """Give a sampler, with one thread for kernels inside this."""
+    """Yield a sampler; kernels run on one thread inside."""
     import numba
 
     before = numba.get_num_threads()
@@ -118,17 +151,17 @@ def sampling() -> Iterator[Sampler]:
 
 
 def compiled_kernels() -> int:
-    """How many kernels of this version lie compiled on this machine."""
+    """Return the number of compiled kernels of this version in the cache."""
     return sum(1 for _ in cache_root().rglob("*.nbc"))
 
 
 def grid_size(scene: BaseScene) -> str:
-    """Write the grids of a scene as a product: 200 nu x 3 f."""
+    """Write the sizes of the grids as a product: 200 nu x 3 f."""
     return " x ".join(f"{grid.size} {name}" for name, grid in scene.grids().items())
 
 
 def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS) -> float:
-    """Return the bytes of one steady state with these outputs and so many impacts."""
+    """Return the bytes of one steady state with some outputs and a number of impacts."""
     costs = {
         "harmonics": 2 * 8 + 4 * 8 * harmonics,
         "impacts": 4 + 2 * 8 + impacts * IMPACT_BYTES,
@@ -139,13 +172,13 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
     return ROW_BYTES + sum(costs[output] for output in outputs)
 
 
-def thinned(values: NDArray[np.float64], most: int) -> ValueGrid:
-    """Return at most `most` of the values, the first and the last among them."""
-    places = np.unique(np.linspace(0, values.size - 1, most).round().astype(int))
-    return ValueGrid(values=values[places].tolist())
+def thinned(values: NDArray[np.float64], n_values: int) -> ValueGrid:
+    """Return at most `n_values` of the values, including the first and the last."""
+    indices = np.unique(np.linspace(0, values.size - 1, n_values).round().astype(int))
+    return ValueGrid(values=values[indices].tolist())
 
 
 def planned(work: Work, core_seconds: float | None = None) -> Estimate:
-    """Return an estimate by the plan of a scene, where no sample says more."""
+    """Return the plan as an estimate, with measured seconds if there are any."""
     seconds = work.seconds if core_seconds is None else core_seconds
     return Estimate(seconds, MIN_LOAD_SECONDS, work.bytes, work.is_parallel, work.method)

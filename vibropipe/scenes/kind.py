@@ -1,15 +1,15 @@
-"""A kind of scene: one record that binds the rooms of its folder.
+"""A kind of scene: one record that binds the modules of its folder.
 
-A kind is a package with these modules; all but `keys` are imported on first use, so that a command that only
-reads studies loads neither kernels nor matplotlib:
+A kind is a package with the following modules. All but `keys` are imported on first use, so that a command that
+only reads studies loads neither kernels nor matplotlib.
 
-`keys`      the model of its keys and the rules that tie them (`CHECKS`)
-`plan`      `plan(scene) -> Work` and `estimate(scene, sampler) -> Estimate`: what it will cost
-`solve`     `solve(scene, progress) -> Dataset`: the scene, whole and in memory
-`pictures`  `PICTURES`: its pictures, the first that fits drawn where the study chooses none
+`keys`      the model of its keys and the checks that involve several keys (`CHECKS`)
+`plan`      `plan(scene) -> Work` and `estimate(scene, sampler) -> Estimate`: its cost
+`solve`     `solve(scene, progress) -> Dataset`: its solution in memory
+`pictures`  `PICTURES`: its pictures; by default the first that fits the data is drawn
 `report`    `REPORT`: its part of the report
-`verify`    `recompute(path, scene, rows, generator) -> Recomputed`: a sample computed again and compared
-`cut`       of a kind that can be cut into shards: `store`, `join` and `row_range`
+`verify`    `recompute(path, scene, rows, generator) -> Recomputed`: a sample recomputed and compared
+`cut`       only for a kind that can be cut into shards: `store`, `join` and `row_range`
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from vibropipe.scenes.costs import Estimate, Sampler, Work
     from vibropipe.scenes.recompute import Recomputed
 
-Progress = Callable[[int, int], None]  # called as progress(done, total); total is 0 where unknown
+Progress = Callable[[int, int], None]  # called as progress(done, total); total is 0 if unknown
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ class Picture:
     Parameters
     ----------
     name : str
-        What a study chooses it by.
+        Name in the key `figure.pictures`.
     fits : callable
-        Whether a dataset can be drawn so.
+        Takes a dataset; returns whether the picture can show it.
     draw, describe : callable
-        Take the dataset, the scene's figure options (None for none) and the study's datasets by scene; return
-        the figure, and what to see in it.
+        Take the dataset, the scene's figure options (or None) and the study's datasets by scene; return the
+        figure, and its caption.
     """
 
     name: str
@@ -67,7 +67,7 @@ def only_picture(
     describe: Callable[[xr.Dataset], str],
     fits: Callable[[xr.Dataset], bool] = lambda dataset: True,
 ) -> Picture:
-    """Return a picture that has no options."""
+    """Return a picture without options."""
     return Picture(
         name,
         fits,
@@ -86,9 +86,9 @@ def _no_notes(datasets: Mapping[str, xr.Dataset]) -> list[str]:
 
 @dataclass(frozen=True)
 class ReportPart:
-    """What a kind of scene adds to the report of a study, from the datasets of that kind by scene.
+    """Part of a study's report, written from the datasets of one kind by scene.
 
-    sections: further sections; accuracy_notes: sentences about how far the numbers can be trusted.
+    `sections` returns further sections, `accuracy_notes` sentences on the accuracy of the data.
     """
 
     sections: Callable[[Mapping[str, xr.Dataset]], list[Section]] = _no_sections
@@ -108,21 +108,21 @@ class Kind:
     Parameters
     ----------
     package : str
-        The package that holds its rooms; its last part is the name of the kind, as `kind:` in a study says it.
+        The package of its modules; its last part is the name of the kind in the key `kind`.
     keys : type of BaseScene
         The model of its keys.
     checks : tuple of Check
-        Rules that tie keys of one scene.
+        Checks that involve several keys of one scene.
     unit : str
-        What progress counts, in the plural.
+        Unit of progress, in the plural.
     check_among : callable
-        Yields faults of a scene among the scenes of its study, told the names of those already known as faulty.
+        Takes a scene, the scenes of its study and the names of invalid ones; yields problems of the scene.
     can_be_cut : bool
-        Whether shards of it can be solved apart; the room `cut` is there.
+        Whether its shards can be solved independently; it then has the module `cut`.
     is_timed : bool
-        Whether its data are times; such a scene has all cores to itself and is told apart by `lab_hash`.
+        Whether its data are times; such a scene runs alone on all cores.
     packages : tuple of str
-        Packages that take part beside the usual ones, for the provenance.
+        Further packages that its data depend on, for the provenance.
     """
 
     package: str
@@ -138,40 +138,40 @@ class Kind:
 
     @property
     def name(self) -> str:
-        """The kind as a study says it."""
+        """Name of the kind in a study."""
         return self.package.rpartition(".")[2]
 
-    def _room(self, name: str) -> Any:
+    def _module(self, name: str) -> Any:
         return import_module(f"{self.package}.{name}")
 
     def plan(self, scene: Any) -> Work:
-        """Return the work of a scene; the same on every machine."""
-        work: Work = self._room("plan").plan(scene)
+        """Return the planned work of a scene, the same on every machine."""
+        work: Work = self._module("plan").plan(scene)
         return work
 
     def estimate(self, scene: Any, sampler: Sampler) -> Estimate:
-        """Return what a scene will take on this machine."""
-        estimate: Estimate = self._room("plan").estimate(scene, sampler)
+        """Return the estimated work of a scene on this machine."""
+        estimate: Estimate = self._module("plan").estimate(scene, sampler)
         return estimate
 
     def solve(self, scene: Any, progress: Progress | None = None) -> xr.Dataset:
         """Solve a scene in memory."""
-        dataset: xr.Dataset = self._room("solve").solve(scene, progress)
+        dataset: xr.Dataset = self._module("solve").solve(scene, progress)
         return dataset
 
     def recompute(self, path: Path, scene: Any, rows: int, generator: Any) -> Recomputed:
-        """Compute at least `rows` rows of a dataset again, where there are as many, and compare them."""
-        found: Recomputed = self._room("verify").recompute(path, scene, rows, generator)
-        return found
+        """Recompute at least `rows` rows of a dataset, or all if there are fewer, and compare them."""
+        recomputed: Recomputed = self._module("verify").recompute(path, scene, rows, generator)
+        return recomputed
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
         """All its pictures."""
-        pictures: tuple[Picture, ...] = self._room("pictures").PICTURES
+        pictures: tuple[Picture, ...] = self._module("pictures").PICTURES
         return pictures
 
     def pictures_of(self, dataset: xr.Dataset, chosen: tuple[str, ...] = ()) -> list[Picture]:
-        """Return the pictures chosen, or the first that fits a dataset."""
+        """Return the chosen pictures, or the first that fits a dataset."""
         if chosen:
             by_name = {picture.name: picture for picture in self.pictures}
             return [by_name[name] for name in chosen]
@@ -180,17 +180,17 @@ class Kind:
     @property
     def report(self) -> ReportPart:
         """Its part of the report."""
-        part: ReportPart = self._room("report").REPORT
+        part: ReportPart = self._module("report").REPORT
         return part
 
     @property
     def cut(self) -> Any:
-        """The room of a kind that can be cut."""
-        return self._room("cut")
+        """The module `cut` of a kind that can be cut."""
+        return self._module("cut")
 
     @functools.cached_property
     def code_hash(self) -> str:
-        """Hash (16 hex digits) of what turns a scene of this kind into numbers, beside the solvers' kernel_hash."""
+        """Hash (16 hex digits) of the module `solve`, which maps a scene to calls of the solvers."""
         spec = find_spec(self.package)
         if spec is None or spec.origin is None:
             raise ModuleNotFoundError(f"{self.package}: there is no such package")

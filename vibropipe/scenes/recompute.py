@@ -1,4 +1,4 @@
-"""A sample of a dataset computed again: what a kind of scene says of it."""
+"""Result of recomputing a sample of a dataset."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vibropipe.store import Difference
 
 
 class Recomputed(NamedTuple):
-    """What was computed again in words, how the file differs from it, and what was not compared."""
+    """The recomputed part as text, its differences from the file, and the part that is not compared."""
 
     checked: str
     differences: list[Difference]
@@ -18,19 +18,19 @@ class Recomputed(NamedTuple):
 
 
 TIMES = ("time_", "kernel_time", "target_ratio", "target_met")
-TIMES_NOT_COMPARED = "times, which are of the run that took them"
+TIMES_NOT_COMPARED = "times, which differ from run to run"
 
 
 def is_timing(name: str) -> bool:
-    """Whether a quantity is of the run that took it, such as a time."""
+    """Return whether a quantity is a time or follows from times."""
     return name.startswith(TIMES)
 
 
-def sample_indices(count: int, wanted: int, generator: np.random.Generator) -> list[int]:
-    """Return indices below `count` chosen at random, in order; all of them if no more are there."""
-    if wanted >= count:
+def sample_indices(count: int, n_samples: int, generator: np.random.Generator) -> list[int]:
+    """Return a sorted random sample of the indices below `count`; all of them if there are no more."""
+    if n_samples >= count:
         return list(range(count))
-    return sorted(int(index) for index in generator.choice(count, wanted, replace=False))
+    return sorted(int(index) for index in generator.choice(count, n_samples, replace=False))
 
 
 def part_text(part: int, whole: int, noun: str) -> str:

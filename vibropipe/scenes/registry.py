@@ -1,4 +1,4 @@
-"""The kinds of scenes there are: a line for each."""
+"""Registry of the kinds of scenes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KINDS = {
 
 
 def kinds() -> dict[str, Kind]:
-    """Return all kinds by name, in the order of the documents."""
+    """Return all kinds by name, in the order of the documentation."""
     return dict(_KINDS)
 
 
@@ -34,7 +34,7 @@ def kind_of(scene: BaseScene) -> Kind:
 
 @contextmanager
 def registered(kind: Kind) -> Iterator[None]:
-    """Let a further kind of scene be known inside this."""
+    """Register a further kind of scene inside this context; raises ValueError for a name in use."""
     if kind.name in _KINDS:
         raise ValueError(f"there is a kind {kind.name!r} already")
     _KINDS[kind.name] = kind

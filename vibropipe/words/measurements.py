@@ -1,6 +1,6 @@
-"""What measurements of the program name: methods set side by side, and what became of a run or a check.
+"""Methods that are compared with each other, and outcomes of runs and checks.
 
-`crude` is Newmark's method with impacts at the ends of steps; RK45, DOP853 and Radau are those of scipy.
+`crude` is Newmark's method with impacts at the ends of steps; RK45, DOP853 and Radau are scipy's integrators.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ OWN_METHODS, SCIPY, PEER_METHODS = (
 
 
 class Outcome(IntEnum):
-    """How a method got through a motion it was timed on."""
+    """Outcome of a run of a method on a motion."""
 
     OK = 0
     MISSED_IMPACT = 1
@@ -29,7 +29,7 @@ class Outcome(IntEnum):
 
 
 class Passed(IntEnum):
-    """Whether a check is passed, or a target met."""
+    """Whether a check is passed or a target met; NOT_ASKED means "not applicable"."""
 
     NOT_PASSED = 0
     PASSED = 1

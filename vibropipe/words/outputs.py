@@ -1,4 +1,4 @@
-"""What can be asked for of a motion or of a steady state, and which of it each face takes."""
+"""Outputs of a motion and of a steady state, and which of them each function returns."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Literal, get_args
 
 Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
 OUTPUTS: tuple[str, ...] = get_args(Output)
-"""All of them, as a sweep takes them; a result holds them in this order."""
+"""All outputs, in the order in which a dataset holds them; a sweep can have each."""
 
 SWEEP_DEFAULT: tuple[Output, ...] = ("harmonics", "impacts", "stability")
 MOTION_DEFAULT: tuple[Output, ...] = ("motion", "impacts")
 OF_STEADY_STATE: tuple[Output, ...] = ("harmonics", "impacts", "stability", "energy")
-"""What `steady_state` returns: its motion is that of a sweep of one row."""
+"""Outputs of `steady_state`; the motion over one orbit is an output of `sweep` only."""
 
 OF_MOTION: tuple[Output, ...] = ("impacts", "motion")
-"""What is there of a motion without its steady state."""
+"""Outputs of a motion that need no steady state."""
 
 OF_ORBIT: frozenset[str] = frozenset(OUTPUTS) - frozenset(OF_MOTION)
-"""What needs the steady state on which a motion settles."""
+"""Outputs that need the steady state."""

@@ -1,39 +1,48 @@
 """The parameters of the exciter, eqs. (1)-(6): names, ranges, and defaults, which mean "effect absent".
 
-Numbers depend on all that stands here; symbols and long names are in `quantities.toml`.
+Stored numbers depend on this module; symbols and long names are in `quantities.toml`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 
-class Range(NamedTuple):
-    """Finite numbers from `low` to `high`; without `low` itself if `above`."""
+@dataclass(frozen=True)
+class Range:
+    """Finite numbers from `low` to `high`: without `low` itself if `above`, without fractions if `whole`."""
 
     low: float = -math.inf
     high: float = math.inf
     above: bool = False
+    whole: bool = False
 
     def contains(self, value: float) -> bool:
         """Return whether a number lies in the range; nan and infinities lie in none."""
         reaches = value > self.low if self.above else value >= self.low
-        return math.isfinite(value) and reaches and value <= self.high
+        fits = math.isfinite(value) and reaches and value <= self.high
+        return fits and not (self.whole and value != math.floor(value))
 
     @property
     def text(self) -> str:
-        """What is allowed, in words: "a finite number > 0"."""
+        """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8"."""
+        low, high = (
+            f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
+        )
         if math.isfinite(self.high):
-            ends = "above {:g} up to {:g}" if self.above else "from {:g} to {:g}"
-            return f"a number {ends.format(self.low, self.high)}"
-        end = f" {'>' if self.above else '>='} {self.low:g}" if math.isfinite(self.low) else ""
-        return f"a finite number{end}"
+            kind = "a whole number" if self.whole else "a number"
+            return (
+                f"{kind} above {low} up to {high}" if self.above else f"{kind} from {low} to {high}"
+            )
+        kind = "a whole number" if self.whole else "a finite number"
+        return f"{kind} {'>' if self.above else '>='} {low}" if math.isfinite(self.low) else kind
 
 
 class Parameter(NamedTuple):
-    """What a parameter may be, and what it is where nothing is said of it (None: it must be given)."""
+    """Range of a parameter and its default (None: the parameter is required)."""
 
     range: Range
     default: float | None
@@ -52,8 +61,8 @@ PARAMETERS: Mapping[str, Parameter] = {
     "R1": Parameter(FRACTION, 1.0),
     "R2": Parameter(FRACTION, 1.0),
 }
-"""In the order in which rows of numbers, tables and files hold them."""
+"""The order of parameters in rows of numbers, tables and files."""
 
 DEFAULTS: Mapping[str, float] = {
-    name: known.default for name, known in PARAMETERS.items() if known.default is not None
+    name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }

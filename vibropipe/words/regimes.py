@@ -1,4 +1,4 @@
-"""Kinds of motion that settle, by the numbers that kernels write and datasets hold."""
+"""Regimes of motion: the integers that kernels write and datasets hold."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Regime(IntEnum):
-    """The kind of motion that settles."""
+    """Regime of a steady state, or why a row has none."""
 
     NO_IMPACT = 0
     ONE_SIDED_1 = 1

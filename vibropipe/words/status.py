@@ -1,4 +1,4 @@
-"""What became of a row: a kernel never raises and never returns a plausible number on failure."""
+"""Status of a motion or row: a kernel reports every failure here, since it never raises."""
 
 from __future__ import annotations
 

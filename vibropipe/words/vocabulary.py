@@ -1,7 +1,7 @@
 """Every quantity that a dataset can hold: dimensions, units, long name, symbol (`quantities.toml`).
 
-Datasets, figures, reports and documents read their words here, so that a quantity is spelled in one way everywhere.
-No number depends on what stands here.
+Datasets, figures, reports and documents take names and symbols from here, so that they agree everywhere. No stored
+number depends on this module.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is known of a name; `quantities.toml` says what each of these means."""
+    """One entry of the table; `quantities.toml` defines the fields."""
 
     long_name: str
     symbol: str
@@ -68,16 +68,21 @@ PLAIN_SYMBOLS: Mapping[str, str] = {
 
 
 def quantity(name: str) -> Quantity:
-    """Return what is known of `name`; `<name>_error` is the error estimate of `<name>`.
+    """Return the table's entry of a quantity.
+
+    Parameters
+    ----------
+    name : str
+        Name of a variable. `<name>_error` is the error estimate of `<name>`, in its units.
 
     Raises
     ------
     KeyError
         If the table has no such quantity.
     """
-    found = VOCABULARY.get(name)
-    if found is not None:
-        return found
+    entry = VOCABULARY.get(name)
+    if entry is not None:
+        return entry
     base = VOCABULARY.get(name.removesuffix(ERROR_SUFFIX))
     if base is None:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
@@ -85,7 +90,7 @@ def quantity(name: str) -> Quantity:
 
 
 def label(name: str) -> str:
-    """Return what an axis says: long name, symbol, and units where there are any."""
+    """Return the label of an axis: long name, symbol, and units unless dimensionless."""
     entry = quantity(name)
     units = "" if entry.units == "1" else f" ({entry.units})"
     return f"{entry.long_name} {entry.symbol}{units}"
@@ -112,7 +117,7 @@ def attributes(name: str) -> dict[str, Any]:
 def describe(dataset: Described) -> Described:
     """Set the attributes of every variable of a dataset in place, and return it.
 
-    Attributes that are not of the vocabulary stay. `flag_values` take the type of the variable, as CF asks.
+    Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require.
 
     Raises
     ------
@@ -122,7 +127,7 @@ def describe(dataset: Described) -> Described:
     for name, variable in dataset.variables.items():
         attrs = attributes(str(name))
         if "flag_values" in attrs:
-            # truth values lie on disk as int8
+            # Truth values are stored as int8.
             dtype = variable.dtype if variable.dtype.kind in "iu" else "int8"
             attrs["flag_values"] = attrs["flag_values"].astype(dtype)
         variable.attrs.update(attrs)

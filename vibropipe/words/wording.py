@@ -1,4 +1,4 @@
-"""Amounts and lists as a sentence has them, and rows of words as a table has them."""
+"""Amounts and lists in sentences, and rows of text with aligned columns."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Iterable, Sequence
 
 
 def count(amount: int, noun: str, plural: str | None = None) -> str:
-    """Write an amount with its noun: ``1 impact``, ``3 impacts``."""
+    """Write an amount with its noun: `1 impact`, `3 impacts`."""
     return f"{amount} {noun if amount == 1 else plural or noun + 's'}"
 
 
 def share(part: int, whole: int, noun: str) -> str:
-    """Write a part of an amount with its verb: ``2 of 3 checks are``, ``0 of 1 check is``."""
+    """Write a part of an amount with its verb: `2 of 3 checks are`, `0 of 1 check is`."""
     return f"{part} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"
 
 
 def series(words: Iterable[str]) -> str:
-    """Join words as a sentence does: ``a``, ``a and b``, ``a, b and c``."""
+    """Join a list for a sentence: `a`, `a and b`, `a, b and c`."""
     listed = list(words)
     if len(listed) < 2:
         return "".join(listed)
@@ -25,7 +25,7 @@ def series(words: Iterable[str]) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows of cells as lines with aligned columns; an accent stands over the letter before it."""
+    """Return rows of cells as lines with aligned columns; a combining accent takes no column."""
 
     def width(text: str) -> int:
         return sum(not unicodedata.combining(letter) for letter in text)
@@ -33,7 +33,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(map(width, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
-            cell + " " * (most - width(cell)) for cell, most in zip(row, widths, strict=True)
+            cell + " " * (widest - width(cell)) for cell, widest in zip(row, widths, strict=True)
         ).rstrip()
         for row in rows
     ]

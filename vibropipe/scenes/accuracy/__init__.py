@@ -1,4 +1,4 @@
-"""Error against time of several methods, on several motions."""
+"""Work-precision data: error and time of several methods on several motions."""
 
 from vibropipe.scenes.accuracy.keys import CHECKS, AccuracyScene
 from vibropipe.scenes.kind import Kind

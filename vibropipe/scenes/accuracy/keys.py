@@ -1,4 +1,4 @@
-"""Scenes that show what accuracy costs: motions, each by several methods at several settings."""
+"""Keys of accuracy scenes: motions, each solved by several methods at several settings."""
 
 from __future__ import annotations
 
@@ -19,40 +19,43 @@ Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
 
 
 class AccuracyScene(SetOfMotions):
-    """Error against time of several methods, on several motions."""
+    """Work-precision data: error and time of several methods on several motions."""
 
-    kind: Literal["accuracy"] = Field(description="Error against time of several methods.")
+    kind: Literal["accuracy"] = Field(
+        description="Error and time of several methods (work-precision)."
+    )
     motions: Annotated[dict[Name, MotionKeys], Field(min_length=1, max_length=24)] = Field(
-        description="The motions by name, each with `exciter`, `start` and `periods`."
+        description="Motions by name, each with `exciter`, `start` and `periods`."
     )
     methods: Methods = Field(
         default=list(COMPARED_METHODS),
-        description="What is compared; the last four are other packages.",
+        description="Methods to compare; the last four are other packages.",
     )
     steps_per_period: Annotated[list[Steps], Field(min_length=1)] = Field(
         default=[16, 64, 256, 1024, 4096, 16384],
-        description="Settings of crude and newmark: steps in a forcing period.",
+        description="Settings of crude and newmark: steps per forcing period.",
     )
     tolerances: Annotated[list[Tolerance], Field(min_length=1)] = Field(
-        default=[1e-4, 1e-7, 1e-10], description="Settings of the other packages."
+        default=[1e-4, 1e-7, 1e-10],
+        description="Settings of the other packages: relative tolerances.",
     )
     peer_periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
-        default=4, description="Forcing periods that the other packages run over at most."
+        default=4, description="Maximum number of forcing periods for the other packages."
     )
     repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(
-        default=7, description="How often each time is taken."
+        default=7, description="Number of timing rounds."
     )
 
     @property
     def row_count(self) -> int:
-        """Number of races: a motion by a method at a setting."""
+        """Number of runs, each of a motion by a method at a setting."""
         return len(self.motions) * sum(len(self.settings(method)) for method in self.methods)
 
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
         return ", ".join(self.methods)
 
     def settings(self, method: ComparedMethod) -> list[float]:
-        """Return the settings of a method; the exact one has nothing to set."""
+        """Return the settings of a method; the exact method has none, written as 0."""
         if method == "exact":
             return [0.0]
         return [*(self.steps_per_period if method in COMPARED_METHODS[:2] else self.tolerances)]

@@ -1,4 +1,4 @@
-"""What the runs of an accuracy scene will cost."""
+"""Cost of an accuracy scene."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from vibropipe.words.wording import count
 if TYPE_CHECKING:
     from vibropipe.scenes.accuracy.keys import AccuracyScene
 
-# A run of a method of this program, and of a peer, whether or not that is installed here.
+# Seconds per run of an own method, and of another package, whether or not it is installed.
 SECONDS_PER_RUN, SECONDS_PER_PEER_RUN = 0.05, 0.25
 BYTES_PER_RUN = 89
 
 
 def plan(scene: AccuracyScene) -> Work:
-    """Return the work of an accuracy scene: its runs, those of peers apart."""
+    """Return the work of an accuracy scene; runs of other packages take longer."""
     peers = len(scene.motions) * sum(
         len(scene.settings(method)) for method in scene.methods if method in PEER_METHODS
     )
@@ -32,7 +32,7 @@ def plan(scene: AccuracyScene) -> Work:
 
 
 def estimate(scene: AccuracyScene, sampler: Sampler) -> Estimate:
-    """Estimate the runs by pieces of them and by what is installed."""
+    """Estimate an accuracy scene from short runs of the installed methods."""
     from vibropipe.lab.work_precision_cost import work_precision_seconds
     from vibropipe.scenes.accuracy.solve import work_precision_arguments
 

@@ -1,4 +1,4 @@
-"""Methods on motions, each at several settings: error against time."""
+"""Solution of accuracy scenes: each method on each motion at several settings."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
-    """Run the methods of a scene on its motions; the times are of this run alone."""
+    """Run all methods of a scene on its motions; times differ from run to run."""
     return solve_accuracy(**work_precision_arguments(scene), progress=progress)
 
 
 def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:
-    """Return a scene as the arguments of `lab.work_precision.solve_accuracy`."""
+    """Return the arguments of `lab.work_precision.solve_accuracy` for a scene."""
     return {
         "motions": {name: BenchmarkMotion(*start) for name, start in scene.starts().items()},
         "methods": scene.methods,

@@ -1,4 +1,4 @@
-"""What a race of methods comes to: time to reach an accuracy, orders of convergence, failures."""
+"""Summary of work-precision data: time to reach an accuracy, orders of convergence, failures."""
 
 from __future__ import annotations
 
@@ -9,59 +9,60 @@ from vibropipe.words.measurements import Outcome
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
-# Errors between which an order is read off: below rounding enters, above steps are too coarse.
+# Errors from which an order is fitted: smaller ones contain rounding, larger ones are not asymptotic.
 CLEAN = (1e-12, 5e-2)
 MIN_POINTS, MAX_POINTS = 3, 4
 
 
 def worst_error(dataset: xr.Dataset) -> xr.DataArray:
-    """Largest of the errors of each run, over (motion, method, setting); nan where it has none."""
+    """Return the largest of the errors of each run, over (motion, method, setting); nan if it has none."""
     columns = np.stack([dataset[name].values for name in ERRORS])
-    known = np.isfinite(columns).any(axis=0)
-    worst = np.where(known, np.nanmax(np.where(known, columns, 0.0), axis=0), np.nan)
+    is_known = np.isfinite(columns).any(axis=0)
+    worst = np.where(is_known, np.nanmax(np.where(is_known, columns, 0.0), axis=0), np.nan)
     return dataset["error_end"].copy(data=worst)
 
 
-def sound(dataset: xr.Dataset) -> xr.DataArray:
-    """Whether each run got through, with every impact."""
+def succeeded(dataset: xr.Dataset) -> xr.DataArray:
+    """Return which runs finished with all impacts."""
     return dataset["outcome"] == int(Outcome.OK)
 
 
 def time_to_reach(dataset: xr.Dataset) -> xr.DataArray:
-    """Least time per forcing period, in ns, with an error of at most each of ACCURACIES.
+    """Return the shortest time per forcing period (ns) with an error of at most each of ACCURACIES.
 
-    Over (motion, method, accuracy); nan where no sound run of the method is that accurate.
+    The result is over (motion, method, accuracy); nan where no successful run is that accurate.
     """
     error, time = worst_error(dataset), dataset["time_per_period"]
     least = [
-        time.where(sound(dataset) & (error <= accuracy)).min("setting") for accuracy in ACCURACIES
+        time.where(succeeded(dataset) & (error <= accuracy)).min("setting")
+        for accuracy in ACCURACIES
     ]
     joined = xr.concat(least, xr.DataArray(list(ACCURACIES), dims="accuracy", name="accuracy"))
     return joined.transpose("motion", "method", "accuracy")
 
 
 def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray:
-    """Power of the step with which an error falls, over (motion, method), by least squares.
+    """Return orders of convergence over (motion, method), fitted by least squares.
 
-    From the MAX_POINTS finest sound runs of the methods in steps whose error is within CLEAN; nan
-    for fewer than MIN_POINTS of them, and for methods that are set by a tolerance. Where no support
-    is struck, the end state stands for impacts.
+    The fit uses the MAX_POINTS finest successful runs with an error within CLEAN. The result is nan for
+    fewer than MIN_POINTS of them and for methods with a tolerance. Without impacts, the error of the
+    end state is used.
     """
     end, setting = dataset["error_end"].values, dataset["setting_value"].values
     values = dataset[error].values
     values = np.where(np.isnan(values), end, values)
-    good = sound(dataset).values & (values > CLEAN[0]) & (values < CLEAN[1])
-    found = np.full(values.shape[:2], np.nan)
-    for place in np.ndindex(found.shape):
-        kept = np.flatnonzero(good[place] & (setting[place[1]] > 1))[-MAX_POINTS:]
+    good = succeeded(dataset).values & (values > CLEAN[0]) & (values < CLEAN[1])
+    order = np.full(values.shape[:2], np.nan)
+    for index in np.ndindex(order.shape):
+        kept = np.flatnonzero(good[index] & (setting[index[1]] > 1))[-MAX_POINTS:]
         if kept.size >= MIN_POINTS:
-            steps, errors = np.log(setting[place[1]][kept]), np.log(values[place][kept])
-            found[place] = -np.polyfit(steps, errors, 1)[0]
-    return xr.DataArray(found, {n: dataset[n] for n in ("motion", "method")}, ("motion", "method"))
+            steps, errors = np.log(setting[index[1]][kept]), np.log(values[index][kept])
+            order[index] = -np.polyfit(steps, errors, 1)[0]
+    return xr.DataArray(order, {n: dataset[n] for n in ("motion", "method")}, ("motion", "method"))
 
 
 def failures(dataset: xr.Dataset) -> dict[str, dict[Outcome, list[str]]]:
-    """For each method the motions on which all its settings failed, by how the last one failed."""
+    """Return {method: {outcome of its last setting: motions on which all its settings failed}}."""
     methods: dict[str, dict[Outcome, list[str]]] = {}
     for method in dataset["method"].values:
         runs = dataset.sel({"method": method})["outcome"]

@@ -1,136 +1,122 @@
-"""What a race of methods shows, in sentences made from its numbers."""
+"""Captions and conclusions from work-precision data."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import (
-    format_number,
-)
+from vibropipe.figures.text import format_number, sentences
 from vibropipe.scenes.accuracy.summary import (
     ACCURACIES,
     failures,
     orders,
-    sound,
+    succeeded,
     time_to_reach,
     worst_error,
 )
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.wording import count, series
 
-# for one method, for several
-OUTCOME_WORDS = {
+# Texts for one method and for several.
+OUTCOME_TEXT = {
     Outcome.MISSED_IMPACT: ("misses impacts", "miss impacts"),
     Outcome.FELL_THROUGH: ("falls through a support", "fall through a support"),
-    Outcome.DID_NOT_END: ("does not end", "do not end"),
+    Outcome.DID_NOT_END: ("does not finish", "do not finish"),
     Outcome.NOT_INSTALLED: ("was not installed", "were not installed"),
 }
-COARSE, FINE = ACCURACIES[1], ACCURACIES[3]
+COARSE, FINE = ACCURACIES[1], ACCURACIES[3]  # accuracies at which times are compared
 
 
 def describe_work_precision(dataset: xr.Dataset) -> str:
-    """Say what is drawn, then what it shows."""
+    """Return the caption: what is plotted, then the conclusion."""
     return (
-        f"Error against time per forcing period on one core, on "
-        f"{count(dataset.sizes['motion'], 'motion')}; numbers at lines are orders of convergence, "
-        f"crosses are runs that failed. {conclusion(dataset)}"
+        f"Error against time per forcing period on one core, for "
+        f"{count(dataset.sizes['motion'], 'motion')}; numbers: orders of convergence; "
+        f"crosses: failed runs. {conclusion(dataset)}"
     )
 
 
 def conclusion(dataset: xr.Dataset) -> str:
-    """Draw the conclusion from a race: every number and every name in it comes from the data."""
-    said = [
-        exact_words(dataset),
-        against_words(dataset),
-        order_words(dataset),
-        *failure_words(dataset),
-    ]
-    return " ".join(f"{text}." for text in said if text)
+    """Return the conclusion from the data: errors, times, orders of convergence and failures."""
+    return sentences(
+        exact_text(dataset),
+        *(time_ratio_text(dataset, accuracy) for accuracy in (COARSE, FINE)),
+        order_text(dataset),
+        *failure_text(dataset),
+    )
 
 
-def has(dataset: xr.Dataset, method: str) -> bool:
-    """Tell whether a method took part."""
-    return method in dataset["method"].values
-
-
-def exact_words(dataset: xr.Dataset) -> str:
-    """Say how exact the exact method is and what it costs."""
-    if not has(dataset, "exact"):
+def exact_text(dataset: xr.Dataset) -> str:
+    """Write error and time of the exact method."""
+    if "exact" not in dataset["method"].values:
         return ""
     one = dataset.sel({"method": ["exact"]})
     errors, times = worst_error(one).values[:, 0, 0], one["time_per_period"].values[:, 0, 0]
-    good = sound(one).values[:, 0, 0]
+    good = succeeded(one).values[:, 0, 0]
     if not good.any():
-        return "The exact method got through none of the motions"
+        return "The exact method finished none of the motions"
     worst = int(np.nanargmax(np.where(good, errors, -1.0)))
     return (
-        f"The exact method errs by {format_number(float(np.median(errors[good])), 2)} (median), at most by "
-        f"{format_number(float(errors[worst]), 2)} ({named(dataset, worst)}), in "
+        f"The exact method has a median error of {format_number(float(np.median(errors[good])), 2)} (largest: "
+        f"{format_number(float(errors[worst]), 2)}, {motion_name(dataset, worst)}) and takes "
         f"{format_number(float(np.median(times[good])), 3)} ns per forcing period (median)"
     )
 
 
-def named(dataset: xr.Dataset, place: int) -> str:
-    """Name a motion."""
-    return str(dataset["motion"].values[place]).replace("_", " ")
+def motion_name(dataset: xr.Dataset, index: int) -> str:
+    """Return the name of a motion, without underscores."""
+    return str(dataset["motion"].values[index]).replace("_", " ")
 
 
-def against_words(dataset: xr.Dataset) -> str:
-    """Compare the time of the exact method with what the others need for fewer digits."""
-    if not has(dataset, "exact"):
+def time_ratio_text(dataset: xr.Dataset, accuracy: float) -> str:
+    """Write the times of the methods to reach an accuracy, relative to that of the exact method."""
+    if "exact" not in dataset["method"].values:
         return ""
-    said = [text for accuracy in (COARSE, FINE) if (text := needed_words(dataset, accuracy))]
-    return ". ".join(said)
-
-
-def needed_words(dataset: xr.Dataset, accuracy: float) -> str:
-    """Say how much longer than exact each method takes for an error of ``accuracy``."""
     times = time_to_reach(dataset).sel(accuracy=accuracy)
-    mine = times.sel({"method": "exact"}).values
-    said, quicker = [], set[str]()
+    exact = times.sel({"method": "exact"}).values
+    ratios, faster = [], set[str]()
     for method in dataset["method"].values:
-        theirs = times.sel({"method": method}).values
-        both = np.isfinite(mine) & np.isfinite(theirs)
+        other = times.sel({"method": method}).values
+        both = np.isfinite(exact) & np.isfinite(other)
         if method == "exact" or not both.any():
             continue
-        ratio = theirs[both] / mine[both]
-        places = np.flatnonzero(both)[ratio < 1]
-        quicker |= {f"{method} on {named(dataset, int(place))}" for place in places}
-        often = count(int(both.sum()), "motion")
-        said.append(f"{method} {format_number(float(np.median(ratio)), 2)} ({often})")
-    if not said:
-        return f"No other method gets to an error of {format_number(accuracy, 1)}"
-    less = f"; less than exact needs {series(sorted(quicker))}" if quicker else ""
+        ratio = other[both] / exact[both]
+        indices = np.flatnonzero(both)[ratio < 1]
+        faster |= {f"{method} on {motion_name(dataset, int(index))}" for index in indices}
+        n_motions = count(int(both.sum()), "motion")
+        ratios.append(f"{method} {format_number(float(np.median(ratio)), 2)} ({n_motions})")
+    if not ratios:
+        return f"No other method reaches an error of {format_number(accuracy, 1)}"
+    exceptions = f"; faster than exact: {series(sorted(faster))}" if faster else ""
     return (
-        f"For an error of {format_number(accuracy, 1)} the others take, as a multiple of the exact "
-        f"method's time and on the motions where they get there: {series(said)}{less}"
+        f"Time to reach an error of {format_number(accuracy, 1)} relative to the exact method (median over "
+        f"the motions that reach it): {series(ratios)}{exceptions}"
     )
 
 
-def order_words(dataset: xr.Dataset) -> str:
-    """Say with which power of the step the errors of impact times fall."""
-    found = orders(dataset)
-    said = []
+def order_text(dataset: xr.Dataset) -> str:
+    """Write the orders of convergence of the impact times."""
+    by_method = orders(dataset)
+    texts = []
     for method in dataset["method"].values:
-        values = found.sel({"method": method}).values
+        values = by_method.sel({"method": method}).values
         values = values[np.isfinite(values)]
         if values.size:
             low, middle, high = (float(q) for q in np.quantile(values, [0, 0.5, 1]))
-            said.append(f"{method} {middle:.1f} (from {low:.1f} to {high:.1f})")
-    return f"Orders of convergence of the impact times: {series(said)}" if said else ""
+            texts.append(f"{method} {middle:.1f} (from {low:.1f} to {high:.1f})")
+    return f"Orders of convergence of the impact times: {series(texts)}" if texts else ""
 
 
-def failure_words(dataset: xr.Dataset) -> list[str]:
-    """Say which methods failed at every setting, on which motions and how."""
-    together: dict[tuple[Outcome, tuple[str, ...]], list[str]] = {}
-    for method, ways in failures(dataset).items():
-        for outcome, motions in ways.items():
-            together.setdefault((outcome, tuple(motions)), []).append(method)
-    said = []
-    for (outcome, where_all), methods in together.items():
-        everywhere = len(where_all) == dataset.sizes["motion"]
-        where = "" if everywhere else f" on {series(m.replace('_', ' ') for m in where_all)}"
-        words = OUTCOME_WORDS[outcome][len(methods) > 1]
-        said.append(f"{series(methods)} {words}{where}, at every setting tried")
-    return said
+def failure_text(dataset: xr.Dataset) -> list[str]:
+    """Return a sentence on each way in which methods failed at every setting, with the motions."""
+    groups: dict[tuple[Outcome, tuple[str, ...]], list[str]] = {}
+    for method, outcomes in failures(dataset).items():
+        for outcome, motions in outcomes.items():
+            groups.setdefault((outcome, tuple(motions)), []).append(method)
+    texts = []
+    for (outcome, names), methods in groups.items():
+        everywhere = len(names) == dataset.sizes["motion"]
+        where = "" if everywhere else f" on {series(name.replace('_', ' ') for name in names)}"
+        text = OUTCOME_TEXT[outcome][len(methods) > 1]
+        texts.append(f"{series(methods)} {text}{where}, at every tested setting")
+    return texts

@@ -1,4 +1,4 @@
-"""A sample of the runs of an accuracy scene repeated; times are not compared."""
+"""Verification of an accuracy scene: a sample of its runs is repeated; times are not compared."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from vibropipe.store import compare
 def recompute(
     path: Path, scene: AccuracyScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
-    """Repeat at least `rows` runs, those of whole motions."""
+    """Repeat all runs of enough motions for at least `rows` runs."""
     each = scene.row_count // len(scene.motions)
-    places = sample_indices(len(scene.motions), math.ceil(rows / each), generator)
+    indices = sample_indices(len(scene.motions), math.ceil(rows / each), generator)
     motions = list(scene.motions.items())
-    part = {"motions": dict(motions[place] for place in places), "repeats": 1}
+    part = {"motions": dict(motions[index] for index in indices), "repeats": 1}
     again = solve(scene.model_copy(update=part))
-    checked = part_text(len(places) * each, scene.row_count, "run")
-    differences = compare(path, again, ("motion", places), is_timing)
+    checked = part_text(len(indices) * each, scene.row_count, "run")
+    differences = compare(path, again, ("motion", indices), is_timing)
     return Recomputed(checked, differences, TIMES_NOT_COMPARED)

@@ -1,4 +1,4 @@
-"""Free motion without force and loss, in closed form."""
+"""Free motion without force and losses, in closed form."""
 
 from vibropipe.scenes.backbone.keys import CHECKS, BackboneScene
 from vibropipe.scenes.kind import Kind

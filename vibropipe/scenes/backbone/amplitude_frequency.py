@@ -1,7 +1,7 @@
-"""The conservative exciter over its amplitude: paper figures 5 and 8.
+"""Amplitude-frequency characteristics of the conservative exciter: figures 5 and 8 of the paper.
 
-Constant part and harmonics of displacement and velocity against the eigenfrequency. Without
-impacts the eigenfrequency is 1 at any amplitude; it grows once a support is struck.
+Constant part and harmonics of displacement and velocity against the eigenfrequency, which is 1 at any
+amplitude without impacts and grows with the amplitude once a support is struck.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.text import ORDINALS, REGIME_WORDS, parameter_line, regime_name
+from vibropipe.figures.text import ORDINALS, REGIME_TEXT, parameter_line, regime_name
 from vibropipe.words.vocabulary import label, quantity
 
 PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
 
 
 def part_style(name: str) -> dict[str, Any]:
-    """Return how the part of a curve in one regime is drawn."""
+    """Return the line style of the part of a curve in one regime."""
     style = REGIME_STYLES[name]
     colour = PART_COLOURS.get(name, style.colour)
     linestyle = "-" if name in PART_COLOURS else style.linestyle
@@ -39,10 +39,9 @@ def part_style(name: str) -> dict[str, Any]:
 
 
 def parts(regime: NDArray[np.int8]) -> list[tuple[int, slice]]:
-    """Cut the rows into runs of one regime; each run starts at the last row of the one before.
+    """Split the rows into (regime, slice) of equal regime; each slice starts at the last row before.
 
-    Drawn so, the parts join where a support is first reached, and the linear part keeps its one
-    frequency.
+    The overlap joins the parts of a curve.
     """
     cuts = [int(cut) for cut in np.flatnonzero(np.diff(regime)) + 1]
     starts, stops = [0, *cuts], [*cuts, regime.size]
@@ -50,7 +49,7 @@ def parts(regime: NDArray[np.int8]) -> list[tuple[int, slice]]:
 
 
 def rows_of(dataset: xr.Dataset, name: str) -> list[tuple[str, NDArray[np.float64]]]:
-    """Return (what the axis says, values over amplitude) of the mean and up to three harmonics."""
+    """Return (label, values over amplitude) of the mean and up to three harmonics."""
     mean, peak = f"{name}_mean", f"{name}_amplitude"
     rows = [(f"constant part\n{quantity(mean).symbol}", dataset[mean].values)]
     letter = quantity(peak).symbol
@@ -64,7 +63,7 @@ def rows_of(dataset: xr.Dataset, name: str) -> list[tuple[str, NDArray[np.float6
 def draw_parts(
     ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64], regime: NDArray[np.int8]
 ) -> None:
-    """Draw one curve in its parts, over a pale band where one support alone is struck."""
+    """Draw one curve in its parts, with a pale band where only one support is struck."""
     for code, piece in parts(regime):
         if regime_name(code).startswith("one_sided"):
             ax.axvspan(x[piece].min(), x[piece].max(), color=NEUTRAL, alpha=0.6, lw=0, zorder=0)
@@ -82,19 +81,19 @@ def draw_amplitude_frequency(dataset: xr.Dataset) -> Figure:
     for column, (name, curves) in enumerate(zip(columns, rows, strict=True)):
         largest = max(float(np.nanmax(np.abs(values))) for _, values in curves)
         grid[0, column].set_title(name)
-        for ax, (says, values) in zip(grid[:, column], curves, strict=True):
+        for ax, (text, values) in zip(grid[:, column], curves, strict=True):
             draw_parts(ax, x, values, regime)
-            ax.set_ylabel(says)
+            ax.set_ylabel(text)
             keep_zero_scale(ax, float(np.nanmax(np.abs(values))), largest)
         grid[-1, column].set_xlabel(label("eigenfrequency"))
         figure.align_ylabels(grid[:, column])
     figure.suptitle(parameter_line(dataset, leave_out=("nu", "f", "h", "R1", "R2")))
     present = list(dict.fromkeys(regime_name(code) for code, _ in parts(regime)))
-    handles = [Line2D([], [], **part_style(name), label=part_words(name)) for name in present]
+    handles = [Line2D([], [], **part_style(name), label=part_text(name)) for name in present]
     legend(figure, handles, "lower")
     return figure
 
 
-def part_words(name: str) -> str:
-    """Return what the legend says of the part in regime ``name``."""
-    return "linear: no impact" if name == "no_impact" else REGIME_WORDS[name]
+def part_text(name: str) -> str:
+    """Return the legend text of the part in a regime."""
+    return "linear: no impact" if name == "no_impact" else REGIME_TEXT[name]

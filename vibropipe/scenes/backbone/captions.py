@@ -1,4 +1,4 @@
-"""What to see in the pictures of a backbone, said from its data."""
+"""Captions of the pictures of a backbone, written from its data."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibropipe.words.wording import series
 
 
 def describe_backbone(dataset: xr.Dataset) -> str:
-    """Say where the curves of eq. (10) end and how near the simulated motions lie."""
+    """Return the caption of the curves of eq. (10), with the periods where they end."""
     ends = []
     for position, value in enumerate(dataset["delta_over_l"].values):
         drawn = np.isfinite(dataset["velocity_over_l"].isel(delta_over_l=position).values)
@@ -24,41 +24,41 @@ def describe_backbone(dataset: xr.Dataset) -> str:
             )
     return sentences(
         "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
-        "and the frequency (right) of the free vibration; drawn where both supports are struck",
-        f"The longest period drawn is {series(ends)}" if ends else "",
+        "and the frequency (right) of free vibration with impacts on both supports",
+        f"The largest period with impacts on both supports is {series(ends)}" if ends else "",
         "Markers: simulated motions" if "simulated_tau_bar" in dataset else "",
     )
 
 
 def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
-    """Say from which amplitude on each support is struck, and what that does to the frequency."""
+    """Return the caption over amplitude: which supports are struck, up to which frequency."""
     amplitude, frequency = dataset["amplitude"].values, dataset["eigenfrequency"].values
-    said: list[str] = []
+    texts: list[str] = []
     for code, piece in parts(dataset["regime"].values):
         until = (
-            f"{'then ' if said else ''}up to A = {format_number(float(amplitude[piece][-1]), 3)}"
+            f"{'then ' if texts else ''}up to A = {format_number(float(amplitude[piece][-1]), 3)}"
         )
         reaches = format_number(float(frequency[piece][-1]), 3)
         name = regime_name(code)
         if name == "no_impact":
-            said.append(f"{until} no support is reached and the frequency is 1 at any amplitude")
+            texts.append(f"{until} no support is reached and the frequency is 1")
         elif name == "two_sided":
-            said.append(f"{until} both supports are struck and the frequency grows to {reaches}")
+            texts.append(f"{until} both supports are struck and the frequency rises to {reaches}")
         else:
-            said.append(
-                f"{until} only support {name[-1]} is struck, the frequency reaches {reaches}"
+            texts.append(
+                f"{until} only support {name[-1]} is struck and the frequency rises to {reaches}"
             )
-    text = series(said)
+    text = series(texts)
     return sentences(
         "Constant part and first harmonics of displacement (left) and velocity (right) of the free "
         "motion against its frequency",
         text[:1].upper() + text[1:],
-        even_words(dataset),
+        symmetry_text(dataset),
     )
 
 
-def even_words(dataset: xr.Dataset) -> str:
-    """Say whether the constant part and the even harmonics vanish."""
+def symmetry_text(dataset: xr.Dataset) -> str:
+    """Write whether the constant part and the even harmonics vanish."""
     mean = np.abs(dataset["displacement_mean"].values)
     largest = float(np.nanmax(dataset["displacement_amplitude"].values))
     top = int(np.nanargmax(mean))

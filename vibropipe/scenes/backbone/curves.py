@@ -1,4 +1,4 @@
-"""Free vibration struck by both supports, eq. (10): paper figures 2 and 3."""
+"""Free vibration with impacts on both supports, eq. (10): figures 2 and 3 of the paper."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vibropipe.words.vocabulary import label, quantity
 
 
 def draw_backbone(dataset: xr.Dataset) -> Figure:
-    """Draw velocity_over_l against tau_bar and against omega_bar, one line per delta_over_l.
+    """Draw velocity_over_l against tau_bar and omega_bar, one line per delta_over_l.
 
-    Simulated conservative motions stand on the lines as hollow markers, one shape per line.
+    Hollow markers, one shape per line, show simulated conservative motions.
     """
     figure = new_figure(8.6)
     by_period, by_frequency = figure.subplots(1, 2, sharey=True)

@@ -1,4 +1,4 @@
-"""The keys of a backbone scene: free motion without loss, in closed form."""
+"""Keys of backbone scenes: free motion without losses, in closed form."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from vibropipe.words.parameters import DEFAULTS
 
 
 class BackboneScene(BaseScene):
-    """Free motion without loss: eq. (10) over the period, or eigenfrequency over amplitude."""
+    """Free motion without losses: eq. (10) over the period, or the eigenfrequency over the amplitude."""
 
     GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
 
-    kind: Literal["backbone"] = Field(description="Free motion without force and loss.")
+    kind: Literal["backbone"] = Field(description="Free motion without force and losses.")
     delta_over_l: Annotated[Grid | None, NotNull] = Field(
-        default=None, description="Offsets of the curves of eq. (10), within (-1, 1)."
+        default=None, description="Relative offsets of the curves of eq. (10), within (-1, 1)."
     )
     tau_bar: Annotated[Grid | None, NotNull] = Field(
-        default=None, description="Periods of the curves, above 0; with `delta_over_l`."
+        default=None, description="Periods of the curves, above 0; required with `delta_over_l`."
     )
     check_points: Annotated[int, NumberRange(0, 1000, whole=True)] = Field(
-        default=6, description="Simulated motions set on each curve."
+        default=6, description="Number of simulated motions on each curve."
     )
     amplitude: Annotated[Grid | None, NotNull] = Field(
         default=None,
-        description="Amplitudes of the free motion, above 0; instead of the two above.",
+        description="Amplitudes of the free motion, above 0; in place of the two grids above.",
     )
-    harmonics: Harmonics = Field(default=3, description="How many harmonics over `amplitude`.")
+    harmonics: Harmonics = Field(default=3, description="Number of harmonics over `amplitude`.")
 
     @property
     def over_amplitude(self) -> bool:
-        """Whether the scene runs over `amplitude` rather than along eq. (10)."""
+        """Whether the scene runs over `amplitude` instead of eq. (10)."""
         return "amplitude" in self.model_fields_set
 
     @property
@@ -49,22 +49,22 @@ class BackboneScene(BaseScene):
         return {name: getattr(self, name) for name in self.GRIDS if name in self.model_fields_set}
 
     def resolved_exciter(self) -> dict[str, float]:
-        """Return the parameters of the free motion; along eq. (10) lengths are in units of l."""
+        """Return the parameters of the free motion; for eq. (10), l is the unit of length."""
         if not self.over_amplitude:
             return {**DEFAULTS, "l": 1.0}
-        given = super().resolved_exciter()
-        return {**DEFAULTS, "l": given["l"], "delta": given["delta"]}
+        values = super().resolved_exciter()
+        return {**DEFAULTS, "l": values["l"], "delta": values["delta"]}
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return self.resolved_exciter() if self.over_amplitude else {}
 
     def called_effects(self) -> tuple[str, ...]:
-        """Return the effects of free motion without loss: its supports."""
+        """Return the effects of free motion without losses: the two supports."""
         return ("support_1", "support_2")
 
 
 def _form(scene: BackboneScene) -> Iterator[Problem]:
-    """See that delta_over_l and tau_bar are there, or amplitude, and no key of the other form."""
+    """Check that the grids are delta_over_l and tau_bar, or amplitude, without keys of the other form."""
     given = scene.model_fields_set
     other = ("delta_over_l", "tau_bar", "check_points") if scene.over_amplitude else ("harmonics",)
     form = "amplitude" if scene.over_amplitude else "delta_over_l and tau_bar"
@@ -95,7 +95,7 @@ def _ranges(scene: BackboneScene) -> Iterator[Problem]:
 
 
 def _exciter(scene: BackboneScene) -> Iterator[Problem]:
-    """See that free motion is given no other parameters than those of its supports."""
+    """Check that only parameters of the supports are stated."""
     if scene.over_amplitude:
         why = "free motion has neither force nor loss (l and delta are allowed)"
         yield from no_exciter(scene, why, ("l", "delta"))

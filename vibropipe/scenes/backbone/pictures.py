@@ -1,4 +1,4 @@
-"""The pictures of a backbone: over amplitude, or the curves of eq. (10)."""
+"""Pictures of a backbone: over amplitude, or the curves of eq. (10)."""
 
 from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
 from vibropipe.scenes.backbone.captions import describe_amplitude_frequency, describe_backbone

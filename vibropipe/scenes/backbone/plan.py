@@ -1,4 +1,4 @@
-"""What a backbone scene will cost."""
+"""Cost of a backbone scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SECONDS_PER_POINT = 20e-6
 
 
 def plan(scene: BackboneScene) -> Work:
-    """Return the work of a backbone: its points."""
+    """Return the work of a backbone, from its number of points."""
     each = 8 + 1 + 2 * 8 + 4 * 8 * scene.harmonics if scene.over_amplitude else 8
     return Work(
         size=grid_size(scene),
@@ -27,9 +27,9 @@ def plan(scene: BackboneScene) -> Work:
 
 def estimate(scene: BackboneScene, sampler: Sampler) -> Estimate:
     """Estimate a backbone by solving it."""
-    # along eq. (10) some values must lie where both supports are struck
-    most = 2 if scene.over_amplitude else 50
-    grids = {name: thinned(grid.array(), most) for name, grid in scene.grids().items()}
+    # For eq. (10), some values must have impacts on both supports.
+    n_values = 2 if scene.over_amplitude else 50
+    grids = {name: thinned(grid.array(), n_values) for name, grid in scene.grids().items()}
     form = "amplitude" if scene.over_amplitude else "period"
     _, load = sampler.warm(scene.model_copy(update=grids), f"{scene.kind} over {form}")
     core = sampler.solved(scene)

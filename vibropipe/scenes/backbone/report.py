@@ -1,4 +1,4 @@
-"""What a report says of a backbone: its picture says all."""
+"""Part of the report on backbones: none beside the figures."""
 
 from vibropipe.scenes.kind import ReportPart
 

@@ -1,4 +1,4 @@
-"""A backbone scene: curves in closed form, with simulated motions set on them."""
+"""Solution of backbone scenes: closed-form curves with simulated motions on them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def solve(scene: BackboneScene, progress: Progress | None = None) -> xr.Dataset:
-    """Compute a backbone: over amplitude, or along eq. (10) with simulated points on its curves."""
+    """Compute a backbone over amplitude, or eq. (10) with simulated motions on its curves."""
     grids = scene.over_arrays()
     if scene.over_amplitude:
         return amplitude_frequency(
@@ -31,37 +31,37 @@ def solve(scene: BackboneScene, progress: Progress | None = None) -> xr.Dataset:
 
 
 def simulated_points(curves: xr.Dataset, points: int) -> xr.Dataset:
-    """Set simulated conservative motions on the curves of eq. (10), evenly over their drawn parts.
+    """Simulate conservative motions at points evenly spaced along the curves of eq. (10).
 
-    Adds `simulated_tau_bar` and `simulated_velocity_over_l` over (delta_over_l, point), nan where a
-    curve has no drawn part.
+    Adds `simulated_tau_bar` and `simulated_velocity_over_l` over (delta_over_l, point); nan for a curve
+    without finite values.
     """
     offsets = curves["delta_over_l"].values
-    found = np.full((2, len(offsets), points), np.nan)
+    simulated = np.full((2, len(offsets), points), np.nan)
     for row, offset in enumerate(offsets):
         curve = curves["velocity_over_l"].isel(delta_over_l=row).values
-        drawn = np.flatnonzero(np.isfinite(curve))
-        if drawn.size == 0:
+        finite = np.flatnonzero(np.isfinite(curve))
+        if finite.size == 0:
             continue
-        chosen = drawn[np.linspace(0, drawn.size - 1, points + 2).round().astype(int)[1:-1]]
-        for point, place in enumerate(chosen):
-            period = float(curves["tau_bar"][place])
-            found[:, row, point] = free_motion(float(offset), float(curve[place]), period)
+        chosen = finite[np.linspace(0, finite.size - 1, points + 2).round().astype(int)[1:-1]]
+        for point, index in enumerate(chosen):
+            period = float(curves["tau_bar"][index])
+            simulated[:, row, point] = free_motion(float(offset), float(curve[index]), period)
     dims = ("delta_over_l", "point")
     return curves.assign(
-        simulated_tau_bar=(dims, found[0]), simulated_velocity_over_l=(dims, found[1])
+        simulated_tau_bar=(dims, simulated[0]), simulated_velocity_over_l=(dims, simulated[1])
     )
 
 
-def free_motion(offset: float, velocity: float, about: float) -> tuple[float, float]:
-    """Simulate the conservative motion that leaves support 1 with `velocity`; l = 1.
+def free_motion(offset: float, velocity: float, period: float) -> tuple[float, float]:
+    """Simulate the conservative motion with l = 1 that leaves support 1 with a given velocity.
 
-    Returns its period, twice the time from support 2 to support 1, and its velocity at support 1;
-    nan if it does not strike both within three periods of `about`.
+    Returns its period (twice the time from support 2 to support 1) and its velocity before the impact
+    on support 1; nan if it does not strike both supports within three times the expected period.
     """
     exciter = Exciter(l=1.0, delta=offset)
     motion = simulate(
-        exciter, tau_end=3 * about, x0=1.0 + offset, v0=-velocity, samples_per_period=0
+        exciter, tau_end=3 * period, x0=1.0 + offset, v0=-velocity, samples_per_period=0
     )
     supports = motion["impact_support"].values
     times, speeds = motion["impact_tau"].values, motion["impact_velocity"].values

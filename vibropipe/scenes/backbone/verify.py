@@ -1,4 +1,4 @@
-"""A backbone computed again: a sample of its amplitudes, or the curves of eq. (10) whole."""
+"""Verification of a backbone: a sample of its amplitudes, or all curves of eq. (10), is recomputed."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from vibropipe.store import compare
 def recompute(
     path: Path, scene: BackboneScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
-    """Compute at least `rows` amplitudes again, or all if there are fewer."""
+    """Recompute `rows` amplitudes, or all if there are fewer."""
     if not scene.over_amplitude:
         return Recomputed("all of it", compare(path, solve(scene)))
     values = scene.over_arrays()["amplitude"]
-    places = sample_indices(values.size, rows, generator)
-    part = scene.model_copy(update={"amplitude": ValueGrid(values=values[places].tolist())})
-    differences = compare(path, solve(part), ("amplitude", places))
-    return Recomputed(part_text(len(places), values.size, "amplitude"), differences)
+    indices = sample_indices(values.size, rows, generator)
+    part = scene.model_copy(update={"amplitude": ValueGrid(values=values[indices].tolist())})
+    differences = compare(path, solve(part), ("amplitude", indices))
+    return Recomputed(part_text(len(indices), values.size, "amplitude"), differences)

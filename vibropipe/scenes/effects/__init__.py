@@ -1,4 +1,4 @@
-"""What each effect and each output costs."""
+"""Cost of each physical effect and each output."""
 
 from vibropipe.scenes.effects.keys import CHECKS, EffectsScene
 from vibropipe.scenes.kind import Kind

@@ -1,4 +1,4 @@
-"""Scenes that measure what effects and outputs cost: motions and rows, each by several kernels."""
+"""Keys of effects scenes: motions and rows, each timed by several kernels."""
 
 from __future__ import annotations
 
@@ -21,45 +21,45 @@ from vibropipe.words.outputs import OF_MOTION, OF_STEADY_STATE, Output
 
 
 class TimedMotion(MotionKeys):
-    """One motion, or the row of its steady state, by several kernels."""
+    """One motion, or the row of its steady state, timed by several kernels."""
 
     of: Literal["motion", "row"] = Field(
-        default="motion", description="A march over `periods`, or the steady state that settles."
+        default="motion", description="A march over `periods`, or the steady state."
     )
     outputs: Annotated[list[Output], AfterValidator(each_once)] = Field(
         default=["impacts"],
-        description="Outputs: of a motion impacts, motion; of a row all but motion.",
+        description="Outputs: of a motion `impacts`, `motion`; of a row all but `motion`.",
     )
     against: Annotated[Name | None, NotNull] = Field(
         default=None,
-        description="Motion whose time is the 1 of `at_most`; left out, the kernel of all effects.",
+        description="Reference motion of `at_most` (default: the all-effects kernel on the same motion).",
     )
     at_most: Annotated[float | None, NumberRange(0, 1e6, above=True), NotNull] = Field(
-        default=None, description="Ratio of times that is aimed at."
+        default=None, description="Target: upper limit of the ratio of run times."
     )
 
 
 class EffectsScene(SetOfMotions):
-    """Time and bytes of each effect and each output."""
+    """Run time and stored bytes by physical effect and by output."""
 
-    kind: Literal["effects"] = Field(description="What each effect and each output costs.")
+    kind: Literal["effects"] = Field(description="Cost of each physical effect and each output.")
     motions: Annotated[dict[Name, TimedMotion], Field(min_length=1, max_length=40)] = Field(
-        description="What is timed, by name; one of them is `full`."
+        description="Motions and rows to time, by name; one of them is `full`."
     )
     full: Name = Field(
-        default="full", description="The motion that has all effects, the 1 of every ratio."
+        default="full", description="Motion that contains all effects; reference of every ratio."
     )
     repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(
-        default=15, description="How often each time is taken."
+        default=15, description="Number of timing rounds."
     )
 
     @property
     def row_count(self) -> int:
-        """Number of motions and rows that are timed."""
+        """Number of motions and rows to time."""
         return len(self.motions)
 
     def effects_of(self, motion: str) -> tuple[str, ...]:
-        """Return the effects that one motion calls for."""
+        """Return the effects that the parameters of one motion require."""
         timed, values = self.motions[motion], self.exciter_of(motion)
         span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
         return effect_names(
@@ -68,7 +68,7 @@ class EffectsScene(SetOfMotions):
 
 
 def _timed(scene: EffectsScene) -> Iterator[Problem]:
-    """See that the motions are sound, one has all effects, and that they are compared with their like."""
+    """Check the motions, that `full` has all effects, and that `against` is of the same sort."""
     faults = list(check_motions(scene))
     yield from faults
     if scene.full not in scene.motions:

@@ -1,4 +1,4 @@
-"""What effects and outputs cost: ratios of times and bytes on disk, a row for each motion."""
+"""Cost of effects and outputs: ratios of run times, and stored bytes, in one row per motion."""
 
 from __future__ import annotations
 
@@ -19,25 +19,24 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.figures.text import (
-    format_number,
-)
+from vibropipe.figures.text import format_number, sentences
 from vibropipe.scenes.kind import only_picture
+from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series, share
 
 ROW_CM = 0.62
-# kernel of the dataset -> how its ratio is drawn and called
+# Kernel of the dataset -> marker and legend text of its ratio.
 AGAINST: dict[str, tuple[str, str]] = {
-    "all": ("o", "all effects, same motion"),
-    "full": ("s", "all effects, motion that has them all"),
+    "all": ("o", "all-effects kernel, same motion"),
+    "full": ("s", "all-effects kernel, motion with all effects"),
 }
-APART = 0.22  # of a row, between kinds of ratios
-OTHER = ("D", "the motion that the target names")
-TARGET = "target, passed up to it"
+OFFSET = 0.22  # of a row, between kinds of ratios
+REFERENCE = ("D", "reference motion of the target")
+TARGET = "target (upper limit)"
 
 
 def draw_effects(dataset: xr.Dataset) -> Figure:
-    """Draw ratios of times with their quartiles, targets as bars, and bytes beside them."""
+    """Draw ratios of run times with quartiles, targets as bars, and stored bytes."""
     names = [str(name).replace("_", " ") for name in dataset["motion"].values]
     figure = new_figure(3.4 + ROW_CM * len(names))
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3, 1])
@@ -48,35 +47,38 @@ def draw_effects(dataset: xr.Dataset) -> Figure:
         ax.set_xscale("log")
     handles = draw_ratios(left, dataset)
     left.axvline(1.0, color=BLACK, linewidth=0.8, zorder=0)
-    left.set_xlabel("ratio of times")
+    left.set_xlabel("ratio of run times")
     left.set_yticks(range(len(names)), names, fontsize=SMALL_FONT_SIZE)
     left.set_ylim(len(names) - 0.4, -0.6)
     sizes = dataset["bytes_per_row"].sel(kernel="own").values
     right.plot(sizes, range(len(names)), "P", color=BLACK)
     right.set_xlabel("bytes stored")
-    legend(figure, handles, "upper", "Time of a motion's own kernel over that of")
+    legend(figure, handles, "upper", "Run time of the specialised kernel relative to")
     return figure
 
 
 def draw_ratios(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
-    """Draw the ratios of all motions, kind above kind, and return the entries of the legend."""
+    """Draw the ratios of all motions and return the legend entries."""
     handles = []
     rows = np.arange(dataset.sizes["motion"])
-    for place, (kernel, (marker, words)) in enumerate(AGAINST.items()):
-        style = {"marker": marker, "color": line_style(place)["color"], "linestyle": "none"}
-        draw_spread(ax, dataset.sel(kernel=kernel), "time_ratio", rows + APART * (place - 1), style)
-        handles.append(Line2D([], [], label=words, **style))
+    for index, (kernel, (marker, text)) in enumerate(AGAINST.items()):
+        style = {"marker": marker, "color": line_style(index)["color"], "linestyle": "none"}
+        draw_spread(
+            ax, dataset.sel(kernel=kernel), "time_ratio", rows + OFFSET * (index - 1), style
+        )
+        handles.append(Line2D([], [], label=text, **style))
     compared = dataset["target_against"].values != "all effects"
-    style = {"marker": OTHER[0], "color": line_style(2)["color"], "linestyle": "none"}
+    style = {"marker": REFERENCE[0], "color": line_style(2)["color"], "linestyle": "none"}
     if compared.any():
         draw_spread(
-            ax, dataset.isel(motion=compared), "target_ratio", rows[compared] + APART, style
+            ax, dataset.isel(motion=compared), "target_ratio", rows[compared] + OFFSET, style
         )
-        handles.append(Line2D([], [], label=OTHER[1], **style))
+        handles.append(Line2D([], [], label=REFERENCE[1], **style))
     target = dataset["target"].values
-    aimed = np.isfinite(target)
-    if aimed.any():
-        ax.vlines(target[aimed], rows[aimed] - 0.4, rows[aimed] + 0.4, color=GREY, linewidth=2)
+    has_target = np.isfinite(target)
+    if has_target.any():
+        at = rows[has_target]
+        ax.vlines(target[has_target], at - 0.4, at + 0.4, color=GREY, linewidth=2)
         bar: dict[str, Any] = {"marker": "|", "markersize": 9, "markeredgewidth": 2.5}
         handles.append(Line2D([], [], label=TARGET, color=GREY, linestyle="none", **bar))
     return handles
@@ -85,34 +87,32 @@ def draw_ratios(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
 def draw_spread(
     ax: Axes, dataset: xr.Dataset, name: str, rows: np.ndarray, style: dict[str, Any]
 ) -> None:
-    """Draw medians with their quartiles."""
+    """Draw medians with quartiles."""
     middle = dataset[name].values
     spread = np.abs([dataset[f"{name}_{side}"].values - middle for side in ("low", "high")])
     ax.errorbar(middle, rows, xerr=spread, elinewidth=0.8, **style)
 
 
 def describe_effects(dataset: xr.Dataset) -> str:
-    """Say which targets are met, and by how much the others are missed."""
+    """Return the caption: number of targets met, and measured ratios of those that are missed."""
     met = dataset["target_met"].values
-    asked, passed = int((met != 2).sum()), int((met == 1).sum())
-    said = [f"{count(dataset.sizes['motion'], 'motion')}; {share(passed, asked, 'target')} met"]
-    missed = [missed_words(dataset.isel(motion=place)) for place in np.flatnonzero(met == 0)]
-    return ". ".join([*said, *([f"Missed: {series(missed)}"] if missed else [])]) + "."
-
-
-def missed_words(one: xr.Dataset) -> str:
-    """Say by how much a motion misses its target."""
-    name, against = str(one["motion"].item()).replace("_", " "), str(one["target_against"].item())
-    found, aimed = (
-        format_number(float(one["target_ratio"]), 2),
-        format_number(float(one["target"]), 3),
+    n_met, total = int((met == Passed.PASSED).sum()), int((met != Passed.NOT_ASKED).sum())
+    missed = [
+        missed_text(dataset.isel(motion=index))
+        for index in np.flatnonzero(met == Passed.NOT_PASSED)
+    ]
+    return sentences(
+        f"{count(dataset.sizes['motion'], 'motion')}; {share(n_met, total, 'target')} met",
+        f"Missed: {series(missed)}" if missed else "",
     )
-    return f"{name} ({found} of {against_words(against)}, aimed at {aimed})"
 
 
-def against_words(name: str) -> str:
-    """Name what a target is about."""
-    return "the kernel of all effects" if name == "all effects" else name.replace("_", " ")
+def missed_text(one: xr.Dataset) -> str:
+    """Write the measured ratio and the target of a motion."""
+    name, against = (str(one[key].item()).replace("_", " ") for key in ("motion", "target_against"))
+    reference = "the all-effects kernel" if against == "all effects" else against
+    ratio = format_number(float(one["target_ratio"]), 2)
+    return f"{name} ({ratio} of {reference}, target {format_number(float(one['target']), 3)})"
 
 
 PICTURES = (only_picture("costs", draw_effects, describe_effects),)

@@ -1,4 +1,4 @@
-"""What the measurements of an effects scene will cost."""
+"""Cost of an effects scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TRIAL_BYTES = 400
 
 
 def plan(scene: EffectsScene) -> Work:
-    """Return the work of an effects scene: rounds of its motions."""
+    """Return the work of an effects scene, from its motions and timing rounds."""
     return Work(
         size=count(scene.row_count, "motion"),
         rows=scene.row_count,
@@ -27,5 +27,5 @@ def plan(scene: EffectsScene) -> Work:
 
 
 def estimate(scene: EffectsScene, sampler: Sampler) -> Estimate:
-    """Return the plan: measured effects bound their own time."""
+    """Return the plan as the estimate, since each timing lasts a set time."""
     return planned(plan(scene))

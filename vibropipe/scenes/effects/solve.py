@@ -1,4 +1,4 @@
-"""What effects and outputs cost: the motions of a scene, each timed by several kernels."""
+"""Solution of effects scenes: each motion timed by several kernels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def solve(scene: EffectsScene, progress: Progress | None = None) -> xr.Dataset:
-    """Measure what the motions of a scene cost; the times are of this run alone."""
+    """Time the motions of a scene; times differ from run to run."""
     motions = {name: BenchmarkMotion(*start) for name, start in scene.starts().items()}
     trials = {
         name: TimingCase(

@@ -1,4 +1,4 @@
-"""The measurements of an effects scene repeated; times are not compared."""
+"""Verification of an effects scene: it is measured again; times are not compared."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vibropipe.store import compare
 def recompute(
     path: Path, scene: EffectsScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
-    """Measure all motions again; they are compared with one another."""
+    """Measure all motions again, since their ratios involve each other."""
     again = solve(scene.model_copy(update={"repeats": 1}))
     checked = part_text(scene.row_count, scene.row_count, "motion")
     return Recomputed(checked, compare(path, again, skip=is_timing), TIMES_NOT_COMPARED)

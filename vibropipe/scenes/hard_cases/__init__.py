@@ -1,4 +1,4 @@
-"""Known motions on which numerical methods fail, by every method."""
+"""Motions with known properties on which numerical methods fail, solved by every method."""
 
 from vibropipe.scenes.hard_cases.keys import CHECKS, HardCasesScene
 from vibropipe.scenes.kind import Kind

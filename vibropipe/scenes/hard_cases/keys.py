@@ -1,4 +1,4 @@
-"""The keys of a scene of hard cases."""
+"""Keys of hard_cases scenes."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from vibropipe.words.effects import EFFECT_NAMES
 
 
 class HardCasesScene(BaseScene):
-    """Motions with known answers on which numerical methods fail, each by every method."""
+    """Motions with known properties on which numerical methods fail, solved by every method."""
 
     kind: Literal["hard_cases"] = Field(
-        description="Known motions on which numerical methods fail, by every method."
+        description="Motions with known properties on which numerical methods fail, by every method."
     )
     cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
-        default=[], description="Names of the cases; all of them if left out."
+        default=[], description="Names of the cases (default: all)."
     )
 
     def resolved_exciter(self) -> dict[str, float]:
-        """Return nothing: each case has its own exciter."""
+        """Return no parameters, since each case has its own exciter."""
         return {}
 
     def called_effects(self) -> tuple[str, ...]:
-        """Return all effects: among the cases each occurs."""
+        """Return all effects, since each occurs in some case."""
         return EFFECT_NAMES
 
 
 def _cases(scene: HardCasesScene) -> Iterator[Problem]:
-    """See that the cases exist, and that the scene is given no exciter: each case has its own."""
+    """Check that the cases exist and that no exciter is stated, since each case has its own."""
     yield from no_exciter(scene, "each case has its own exciter")
     if scene.cases:
         from vibropipe.lab.hard_cases import CASES

@@ -1,4 +1,4 @@
-"""Hard cases: how far each solver is from what is known, as a share of what is allowed."""
+"""Hard cases: measured deviation of each solver from the known property, relative to its bound."""
 
 from __future__ import annotations
 
@@ -20,34 +20,30 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.scenes.kind import only_picture
+from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
 
-LEFT, RIGHT = 1e-9, 1e2  # exactly right, and off the scale
+LEFT, RIGHT = 1e-9, 1e2  # abscissae of no deviation and of deviations beyond the scale
 ROW_CM = 0.42
-SPREAD = 0.5  # of a row, over which its solvers lie
+SPREAD = 0.5  # of a row, over which the markers of its solvers are spread
 
 
 def shares(dataset: xr.Dataset) -> np.ndarray:
-    """Return measured/bound over (case, solver): 0 where nothing was off, nan where not asked.
+    """Return measured/bound over (case, solver): 0 without deviation, nan where not applicable.
 
-    A count that should be zero and is not, and a value that is no number, are inf.
+    A count that should be zero and is not gives inf, and so does a value that is not a number.
     """
     measured, bound = dataset["measured"].values, dataset["bound"].values
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(measured == 0.0, 0.0, measured / bound)
     share[np.isnan(share)] = np.inf
-    return np.where(asked(dataset), share, np.nan)
-
-
-def asked(dataset: xr.Dataset) -> np.ndarray:
-    """Return which cases are for which solvers."""
-    return np.asarray(dataset["passed"].values != 2)
+    return np.where(dataset["passed"].values != Passed.NOT_ASKED, share, np.nan)
 
 
 def draw_hard_cases(dataset: xr.Dataset) -> Figure:
-    """Draw one row per case: measured over bound on a log axis, one marker per solver.
+    """Draw measured/bound on a log axis, one row per case and one marker per solver.
 
-    Left of the axis's break stands what is exactly right; what lies right of 1 is not passed.
+    Markers at the left edge have no deviation; those right of 1 do not pass.
     """
     cases = [str(name).replace("_", " ") for name in dataset["case"].values]
     figure = new_figure(2.6 + ROW_CM * len(cases))
@@ -60,35 +56,34 @@ def draw_hard_cases(dataset: xr.Dataset) -> Figure:
     ax.set_xscale("log")
     ax.set_xlim(LEFT / 4, RIGHT * 4)
     ticks = [LEFT, *(10.0**n for n in range(-7, 1, 1)), RIGHT]
-    words = ["0", *(rf"$10^{{{n}}}$" for n in range(-7, 0)), "1", "off"]
-    ax.set_xticks(ticks, words)
+    tick_labels = ["0", *(rf"$10^{{{n}}}$" for n in range(-7, 0)), "1", "off"]
+    ax.set_xticks(ticks, tick_labels)
     ax.minorticks_off()
     ax.set_yticks(range(len(cases)), cases, fontsize=SMALL_FONT_SIZE)
     ax.tick_params(axis="y", length=0)
     ax.set_ylim(len(cases) - 0.4, -0.6)
-    ax.set_xlabel("measured over allowed; passed up to 1")
+    ax.set_xlabel("measured / allowed deviation (pass up to 1)")
     legend(figure, handles, "upper")
     return figure
 
 
 def draw_solvers(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
-    """Draw the markers of every solver, filled where passed, and return their legend entries."""
-    share, passed = shares(dataset), dataset["passed"].values == 1
+    """Draw the markers of every solver, filled if passed, and return the legend entries."""
+    share, passed = shares(dataset), dataset["passed"].values == Passed.PASSED
     solvers = dataset["solver"].values
     offsets = np.linspace(-SPREAD / 2, SPREAD / 2, len(solvers)) if len(solvers) > 1 else [0.0]
     handles = []
-    for place, (solver, offset) in enumerate(zip(solvers, offsets, strict=True)):
-        colour = line_style(place)["color"]
+    for index, (solver, offset) in enumerate(zip(solvers, offsets, strict=True)):
         style: dict[str, Any] = {
             "linestyle": "none",
-            "marker": LINE_MARKERS[place % len(LINE_MARKERS)],
-            "color": colour,
+            "marker": LINE_MARKERS[index % len(LINE_MARKERS)],
+            "color": line_style(index)["color"],
             "markersize": 3.2,
         }
-        x = np.clip(share[:, place], LEFT, RIGHT)
+        x = np.clip(share[:, index], LEFT, RIGHT)
         y = np.arange(share.shape[0]) + offset
-        good = passed[:, place] & np.isfinite(x)
-        bad = ~passed[:, place] & np.isfinite(x)
+        good = passed[:, index] & np.isfinite(x)
+        bad = ~passed[:, index] & np.isfinite(x)
         ax.plot(x[good], y[good], **style)
         ax.plot(x[bad], y[bad], **style | {"markerfacecolor": "white", "markersize": 5.0})
         handles.append(Line2D([], [], **style, label=str(solver)))
@@ -96,14 +91,14 @@ def draw_solvers(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
 
 
 def describe_hard_cases(dataset: xr.Dataset) -> str:
-    """Say how many cases are passed by all solvers asked, and which are not."""
-    failed = np.asarray((dataset["passed"].values == 0).any(axis=1))
+    """Return the caption: number of cases, and which of them do not pass."""
+    failed = np.asarray((dataset["passed"].values == Passed.NOT_PASSED).any(axis=1))
     names = [str(name) for name in dataset["case"].values[failed]]
     total = count(int(dataset.sizes["case"]), "case")
-    said = f"not passed: {series(names)}" if names else "all passed"
+    verdict = f"not passed: {series(names)}" if names else "all passed"
     short = int(dataset["short_flight_motions"].values.sum())
-    clause = f"{short} had flights shorter than the step"
-    return f"{total}, {said}. Of {count(int(dataset['motions'].values.sum()), 'motion')} {clause}."
+    motions = count(int(dataset["motions"].values.sum()), "motion")
+    return f"{total}, {verdict}. {short} of {motions} had flights shorter than the step."
 
 
 PICTURES = (only_picture("margins", draw_hard_cases, describe_hard_cases),)

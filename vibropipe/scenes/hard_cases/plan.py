@@ -1,4 +1,4 @@
-"""What hard cases will cost."""
+"""Cost of hard cases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vibropipe.words.wording import count
 if TYPE_CHECKING:
     from vibropipe.scenes.hard_cases.keys import HardCasesScene
 
-# Hard cases that are made of very many motions or impacts, and all others.
+# Seconds of cases with very many motions or impacts, and of any other case.
 SECONDS_OF_CASES = {
     "grazing_free": 1.0,
     "ideal_free": 1.8,
@@ -21,12 +21,12 @@ SECONDS_OF_CASES = {
 }
 SECONDS_PER_CASE, USUAL_CASES = 0.03, 30
 HARD_CASES_BYTES = 40e3
-# A hard case of many motions, and the seconds it took where plans were made.
+# Case that is timed on this machine, and its seconds on the machine of the figures above.
 REFERENCE_CASE = ("energy_of_motions", 0.08)
 
 
 def plan(scene: HardCasesScene) -> Work:
-    """Return the work of hard cases: what each took once."""
+    """Return the work of hard cases, from the seconds that each took once."""
     cases = len(scene.cases)
     return Work(
         size=count(cases, "case") if cases else "all cases",
@@ -39,19 +39,19 @@ def plan(scene: HardCasesScene) -> Work:
 
 
 def case_seconds(names: Sequence[str]) -> float:
-    """Return the rough seconds of hard cases by name; of all of them if none is named."""
+    """Return the rough seconds of hard cases by name; of all cases if none is named."""
     if not names:
         return sum(SECONDS_OF_CASES.values()) + USUAL_CASES * SECONDS_PER_CASE
     return sum(SECONDS_OF_CASES.get(name, SECONDS_PER_CASE) for name in names)
 
 
 def estimate(scene: HardCasesScene, sampler: Sampler) -> Estimate:
-    """Estimate hard cases by how many times longer than planned one of them takes here."""
+    """Estimate hard cases from the time of REFERENCE_CASE on this machine."""
     from vibropipe.scenes.hard_cases.solve import solve
 
     name, seconds = REFERENCE_CASE
     sample = scene.model_copy(update={"cases": [name]})
-    solve(sample)  # loads
+    solve(sample)  # loads the kernels
     begin = time.thread_time()
     solve(sample)
     slowdown = (time.thread_time() - begin) / seconds

@@ -1,99 +1,105 @@
-"""The page of the hard cases: what was asked, what is known, what was measured, passed or not."""
+"""Part of the report on hard cases: description, known property, measured deviation, verdict."""
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.measurements import Passed
 from vibropipe.words.status import Status
 from vibropipe.words.wording import count, share
 
 CAPTION = (
-    "What was asked of each case, what is conserved or known of it, and the distance measured by each method with its "
-    "steps per forcing period."
+    "Test cases: description, known property, and measured deviation by method (number: Newmark steps per forcing "
+    "period)."
 )
 FAILED = "not passed: "
-JOINED = "\u00a0"
+NO_BREAK_SPACE = "\u00a0"
 
 
 def sections(datasets: Datasets) -> list[Section]:
-    """Return the section of the hard cases."""
+    """Return the section on hard cases."""
     tables = hard_case_tables(datasets)
     if not tables:
         return []
-    return [Section("Hard cases", [hard_case_words(datasets)], tables, is_landscape=True)]
+    return [Section("Hard cases", [verdict_summary(datasets)], tables, is_landscape=True)]
 
 
 def hard_case_tables(datasets: Datasets) -> list[Table]:
-    """Return the table of each scene of hard cases."""
+    """Return the table of each scene."""
     return [hard_case_table(data) for data in datasets.values() if "measured" in data]
 
 
 def hard_case_table(dataset: xr.Dataset) -> Table:
-    """Return one row per case: asked, known, and per solver the value measured and its bound."""
+    """Return a table of one row per case: description, known property, deviation and bound by solver."""
     rows = []
-    for place, name in enumerate(dataset["case"].values):
-        case = dataset.isel(case=place)
+    for index, name in enumerate(dataset["case"].values):
+        case = dataset.isel(case=index)
         cells = [verdict(case.isel(solver=n)) for n in range(dataset.sizes["solver"])]
         texts = [breakable(str(name)), str(case["asked"].item()), str(case["known"].item())]
-        rows.append([*texts, *cells, passed_words(case)])
+        rows.append([*texts, *cells, passed_text(case)])
     solvers = [str(solver) for solver in dataset["solver"].values]
     widths = ("2.5cm", "1fr", "1fr", *["2.2cm"] * len(solvers), "1.5cm")
-    return Table(["case", "asked", "known", *solvers, "passed"], rows, CAPTION, widths, left=3)
+    return Table(
+        ["case", "description", "known property", *solvers, "passed"], rows, CAPTION, widths, left=3
+    )
 
 
 def verdict(cell: xr.Dataset) -> str:
-    """Write what was measured and what is allowed; a failure says so first."""
-    passed = int(cell["passed"])
-    if passed == 2:
+    """Write the measured deviation and its bound, after FAILED if the case does not pass."""
+    passed = Passed(int(cell["passed"]))
+    if passed == Passed.NOT_ASKED:
         return DASH
     measured, bound = float(cell["measured"]), float(cell["bound"])
-    if passed == 0:
-        return f"{FAILED}{format_number(measured, 2)} >{JOINED}{power(bound)}"
+    if passed == Passed.NOT_PASSED:
+        return f"{FAILED}{format_number(measured, 2)} >{NO_BREAK_SPACE}{power(bound)}"
     if measured == 0.0 and bound == 0.0:
         return "0"
-    return f"{format_number(measured, 2)} ≤{JOINED}{power(bound)}"
+    return f"{format_number(measured, 2)} ≤{NO_BREAK_SPACE}{power(bound)}"
 
 
 def power(value: float) -> str:
-    """Write a number; a power of ten without its 1."""
+    """Write a number, a power of ten without its factor 1."""
     return format_number(value, 2).removeprefix("1 × ")
 
 
-def passed_words(case: xr.Dataset) -> str:
-    """Write by how many of the solvers asked a case is passed."""
-    found = case["passed"].values
-    good, total = int((found == 1).sum()), int((found != 2).sum())
-    return "passed" if good == total else f"{good} of {total}"
+def passed_text(case: xr.Dataset) -> str:
+    """Write "passed", or how many of the applicable solvers pass the case."""
+    passed, total = n_passed(case)
+    return "passed" if passed == total else f"{passed} of {total}"
 
 
-def hard_case_words(datasets: Datasets) -> str:
-    """Say how many of the checks are passed, and by how many motions and impacts."""
-    found = [data for data in datasets.values() if "measured" in data]
-    if not found:
+def n_passed(dataset: xr.Dataset) -> tuple[int, int]:
+    """Return the number of passed checks and of all applicable ones."""
+    verdicts = dataset["passed"].values
+    return int((verdicts == Passed.PASSED).sum()), int((verdicts != Passed.NOT_ASKED).sum())
+
+
+def verdict_summary(datasets: Datasets) -> str:
+    """Write the number of passed checks, of motions and impacts, and how to read the table."""
+    cases = [data for data in datasets.values() if "measured" in data]
+    if not cases:
         return ""
-    passed = sum(int((data["passed"].values == 1).sum()) for data in found)
-    asked = sum(int((data["passed"].values != 2).sum()) for data in found)
-    motions = sum(int(data["motions"].values.sum()) for data in found)
-    impacts = sum(int(data["impacts"].values.sum()) for data in found)
-    short = sum(int(data["short_flight_motions"].values.sum()) for data in found)
-    worst = {Status(int(code)) for data in found for code in np.unique(data["worst_status"].values)}
-    said = (
-        f"{share(passed, asked, 'check')} passed, over {count(motions, 'motion')} with "
-        f"{count(impacts, 'impact')}. "
-        "A cell holds the distance from what is known and the largest one allowed; a lone 0 counts "
-        "wrong answers. A dash: orbits are closed by no step."
+    passed, total = (sum(numbers) for numbers in zip(*map(n_passed, cases), strict=True))
+    motions, impacts, short = (
+        sum(int(data[name].values.sum()) for data in cases)
+        for name in ("motions", "impacts", "short_flight_motions")
     )
-    if Status.SHORT_FLIGHTS in worst:
-        said += (
-            f" In {count(short, 'motion')} Newmark's method met flights shorter than its step, and said "
-            "so in the status."
+    text = (
+        f"{share(passed, total, 'check')} passed, over {count(motions, 'motion')} with "
+        f"{count(impacts, 'impact')}. "
+        "Each cell gives the measured deviation and its bound; a single 0 means no wrong answer. "
+        "A dash: not applicable to time stepping."
+    )
+    if any((data["worst_status"].values == Status.SHORT_FLIGHTS).any() for data in cases):
+        text += (
+            f" In {count(short, 'motion')}, Newmark's method reported flights shorter than its step "
+            "(status short_flights)."
         )
-    return said
+    return text
 
 
 REPORT = ReportPart(sections)

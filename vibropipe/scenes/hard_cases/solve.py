@@ -1,4 +1,4 @@
-"""Hard cases, measured by every method."""
+"""Solution of hard_cases scenes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ if TYPE_CHECKING:
 
 
 def solve(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:
-    """Measure the hard cases a scene names, or all of them, by every method."""
+    """Measure the cases of a scene, or all if it names none, by every method."""
     named = [case for case in CASES if case.name in scene.cases]
     return solve_hard_cases(named or CASES, progress=progress)

@@ -1,4 +1,4 @@
-"""A sample of hard cases computed again."""
+"""Verification of hard cases: a sample of them is recomputed."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from vibropipe.store import compare
 def recompute(
     path: Path, scene: HardCasesScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
-    """Compute at least `rows` cases again, or all if there are fewer."""
+    """Recompute `rows` cases, or all if there are fewer."""
     names = [case.name for case in CASES if case.name in scene.cases or not scene.cases]
-    places = sample_indices(len(names), rows, generator)
-    part = scene.model_copy(update={"cases": [names[place] for place in places]})
-    differences = compare(path, solve(part), ("case", places))
-    return Recomputed(part_text(len(places), len(names), "case"), differences)
+    indices = sample_indices(len(names), rows, generator)
+    part = scene.model_copy(update={"cases": [names[index] for index in indices]})
+    differences = compare(path, solve(part), ("case", indices))
+    return Recomputed(part_text(len(indices), len(names), "case"), differences)

@@ -1,4 +1,4 @@
-"""What scenes of every kind have, and the kinds of values they share."""
+"""Keys and methods that scenes of every kind have, and types of values they share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Title = Annotated[str, TextRule(200)]
 Prose = Annotated[str, TextRule(4000, one_line=False)]
 Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 
-# No data depend on these; what is left of the exciter is told by `data_exciter`.
+# Keys without influence on data; `data_exciter` gives the parameters that have some.
 NO_DATA = ("title", "caption", "figure", "exciter")
 
 
@@ -36,18 +36,21 @@ Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(each_once)
 
 
 class BaseScene(StudyModel):
-    """What scenes of every kind have; `name` is the scene's key in the study."""
+    """Base of all scenes; `name` is the scene's key in the study."""
 
     title: Title = Field(default="", description="Title of the scene.")
-    caption: Prose = Field(default="", description="What to see in the figure.")
+    caption: Prose = Field(
+        default="", description="Caption of the figure (default: written from the data)."
+    )
     exciter: ExciterKeys = Field(
-        default_factory=ExciterKeys, description="Parameters that differ from the study's."
+        default_factory=ExciterKeys,
+        description="Parameters of this scene, in place of the study's.",
     )
     figure: FigureOptions = Field(
         default_factory=FigureOptions,
-        description="Options of the picture; no data depends on them.",
+        description="Options of the picture; data do not depend on them.",
     )
-    if TYPE_CHECKING:  # a key that each kind describes in its own words
+    if TYPE_CHECKING:  # each kind describes this key itself
         kind: str
     _name: str = PrivateAttr("")
     _shared: dict[str, float] = PrivateAttr(default_factory=dict)
@@ -59,7 +62,7 @@ class BaseScene(StudyModel):
 
     @property
     def row_count(self) -> int:
-        """Number of rows that are solved."""
+        """Number of rows to solve."""
         return math.prod(grid.size for grid in self.grids().values())
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:
@@ -71,18 +74,18 @@ class BaseScene(StudyModel):
         return {name: grid.array() for name, grid in self.grids().items()}
 
     def given_exciter(self) -> dict[str, float]:
-        """Return the parameters that are written down: the scene's own, else the study's."""
+        """Return the parameters that the scene or the study states; the scene's take precedence."""
         return {**self._shared, **self.exciter.explicit()}
 
     def resolved_exciter(self) -> dict[str, float]:
         """Return all seven parameters: the scene's own, else the study's, else "effect absent".
 
-        A swept parameter stands with the first value of its grid.
+        A swept parameter has the first value of its grid.
         """
         return {**DEFAULTS, **self.given_exciter()}
 
     def has_l(self) -> bool:
-        """Tell whether the scene's l is given: by itself, by the study or by its grid."""
+        """Return whether l is given, by the scene, by the study or by a grid."""
         return "l" in self.given_exciter() or "l" in self.grids()
 
     @property
@@ -91,23 +94,23 @@ class BaseScene(StudyModel):
         return False
 
     def method_text(self) -> str:
-        """Return by what its motions are computed."""
+        """Return the method by name, with its steps per forcing period."""
         return "exact"
 
     def accuracy_asked(self) -> float | None:
-        """Return the error that was asked for in place of a method, if one was."""
+        """Return the accuracy requested in place of a method; None for a method."""
         return None
 
     def called_effects(self) -> tuple[str, ...]:
-        """Return the effects of the scene by name: those it states, else those its keys call for."""
+        """Return the effects of the scene by name: as stated, else as its parameters require."""
         raise NotImplementedError
 
     def data_exciter(self) -> dict[str, float]:
-        """Return the parameters that the data depend on, without those that stand in a grid."""
+        """Return the parameters that the data depend on, without swept ones."""
         return self.resolved_exciter()
 
     def data_keys(self) -> dict[str, Any]:
-        """Return what the data of the scene depend on and nothing else, with defaults filled in."""
+        """Return the keys that the data of the scene depend on, with defaults filled in."""
         keys = {name: plain(getattr(self, name)) for name in type(self).model_fields}
         keys = {name: value for name, value in keys.items() if name not in NO_DATA}
         for name in ("outputs", "effects"):
@@ -129,6 +132,6 @@ def plain(value: Any) -> Any:
 
 
 def resolved_start(start: dict[str, Any], values: dict[str, Any]) -> dict[str, Any]:
-    """Return a start with its x0 written out, where one left out is the equilibrium in every row."""
+    """Return a start with x0 = 0 where it is left out and the equilibrium is free in every row."""
     is_equilibrium = start["x0"] is None and largest_start(values, None) == 0.0
     return {**start, "x0": 0.0} if is_equilibrium else start

@@ -1,6 +1,6 @@
-"""Rules that tie keys together, for kinds of scenes to choose from.
+"""Checks that involve several keys of a scene, shared by the kinds of scenes.
 
-Each check says which keys of the scene it reads, so that it is left out where one of those is
+Each check lists the keys that it reads, so that it is left out where one of those is
 already reported: a fault that only follows from another one is not listed.
 """
 
@@ -29,14 +29,14 @@ SUPPORTS: tuple[KeyPath, ...] = (
 
 
 class Check(NamedTuple):
-    """A rule: the keys that it reads, and what yields its faults by paths within the scene."""
+    """A check: the keys that it reads, and a function that yields problems with paths within the scene."""
 
     reads: tuple[KeyPath, ...]
     problems: Callable[[Any], Iterator[Problem]]
 
 
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:
-    """See that l is there and that all parameters together leave room between the supports."""
+    """Check that l is given and that the supports are distinct."""
     if not scene.has_l():
         where = ", in the scene or in the study"
         yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
@@ -52,7 +52,7 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
 
 
 def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dict[str, float]]:
-    """Return the exciters at the corners of what a scene sweeps of l and delta; `fixed` stand at one value."""
+    """Return parameters at the corners of the swept l and delta; those in `fixed` have one value."""
     ends: dict[str, tuple[float, ...]] = {
         name: (grid.low, grid.high)
         for name, grid in scene.grids().items()
@@ -67,7 +67,7 @@ def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dic
 
 
 def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> Iterator[Problem]:
-    """See that a start that is given lies between the supports, for every combination of a sweep."""
+    """Check that a stated start lies between the supports in every row."""
     if not scene.has_l():
         return
     try:
@@ -89,14 +89,14 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
 
 
 def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
-    """See that a scene has no more rows than can be counted on."""
+    """Check that a scene has at most MAX_ROWS rows."""
     if scene.row_count > MAX_ROWS:
         sizes = " x ".join(str(grid.size) for grid in scene.grids().values())
         yield Problem(path, f"{sizes} rows", must="must give at most 1e8 rows in a scene")
 
 
 def check_solver(scene: ForcedScene) -> Iterator[Problem]:
-    """See that a method has its step, and that an accuracy stands alone."""
+    """Check that newmark has a step, exact has none, and an accuracy excludes both keys."""
     solver, given = scene.solver, scene.solver.model_fields_set
     if "accuracy" in given and len(given) > 1:
         others = ", ".join(sorted(given - {"accuracy"}))
@@ -118,7 +118,7 @@ def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Ite
             yield Problem(("exciter", name), repr(value), must=f"must be left out, since {why}")
 
 
-# of scenes that simulate from a start
+# Checks of scenes that begin at a start.
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
 SOLVER = Check((("solver",),), check_solver)
 EXCITER_CHECK = Check(SUPPORTS, check_exciter)

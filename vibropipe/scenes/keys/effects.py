@@ -1,4 +1,4 @@
-"""What of the physics a scene calls for: derived from its keys, or stated by `effects`."""
+"""Physical effects of a scene: derived from its parameters, or stated by `effects`."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from vibropipe.scenes.keys.values import NotNull
 from vibropipe.words.effects import Effect
 
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]
-EFFECTS_WORDS = "Physics to compute with, nothing else; left out, what the scene calls for."
+EFFECTS_TEXT = "Physical effects to compute (default: those that the parameters require)."
 
 
 class ForcedScene(BaseScene):
     """A scene whose motions begin at its `start` and may state their `effects`."""
 
-    if TYPE_CHECKING:  # keys that each kind describes in its own words
+    if TYPE_CHECKING:  # each kind describes these keys itself
         start: Start
         solver: Solver
         effects: StatedEffects
@@ -34,15 +34,15 @@ class ForcedScene(BaseScene):
         return method if steps is None else f"{method}, {steps} steps per forcing period"
 
     def accuracy_asked(self) -> float | None:  # noqa: D102 - as BaseScene
-        asked: float | None = self.solver.arguments().get("accuracy")
-        return asked
+        accuracy: float | None = self.solver.arguments().get("accuracy")
+        return accuracy
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:
-        """Return until which tau effects may occur, and further keywords of `effects_of`."""
+        """Return the tau until which effects may occur, and further keywords of `effects_of`."""
         raise NotImplementedError
 
     def effect_arguments(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        """Return what effects follow from, as arguments of `physics.effects.effects_of`."""
+        """Return arguments and keywords of `physics.effects.effects_of` for this scene."""
         values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
         span, keywords = self.effect_bounds()
         return (values, largest_start(values, self.start.x0), self.start.v0, span), keywords
@@ -55,7 +55,7 @@ class ForcedScene(BaseScene):
 
 
 def check_effects(scene: ForcedScene) -> Iterator[Problem]:
-    """See that a scene does not leave out what its parameters have."""
+    """Check that stated effects include those that the parameters require."""
     if scene.effects is None or not scene.has_l():
         return
     arguments, keywords = scene.effect_arguments()

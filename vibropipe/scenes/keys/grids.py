@@ -1,4 +1,4 @@
-"""Grids: the values a scene runs over, written as a range or one by one."""
+"""Grids of values that a scene runs over, written as a range or as a list."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
 
 
 class StudyModel(BaseModel):
-    """A mapping of a study: it knows its keys and takes no others."""
+    """A mapping of a study; unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -43,16 +43,16 @@ def _increasing(values: list[float]) -> list[float]:
 
 
 def comma_hint(values: list[float]) -> str:
-    """Return the hint for a refused list such as [0,5, 1,5], which YAML reads as four numbers."""
+    """Return a hint for a list such as [0,5, 1,5], which YAML reads as four numbers."""
     pairs = len(values) % 2 == 0 and all(value == abs(int(value)) for value in values)
     return f"if {values[0]:g}.{values[1]:g} is meant, write it with a point" if pairs else ""
 
 
 class ValueGrid(StudyModel):
-    """The values themselves, increasing."""
+    """Increasing values, written as a list."""
 
     values: Annotated[list[Number], AfterValidator(_increasing)] = Field(
-        description="The values, increasing, each once."
+        description="Values in increasing order, without duplicates."
     )
 
     @property
@@ -76,16 +76,16 @@ class ValueGrid(StudyModel):
 
 
 class RangeGrid(StudyModel):
-    """`points` values from `start` to `stop`, both included; equally spaced as asked."""
+    """`points` values from `start` to `stop`, both included, equally spaced."""
 
     start: Number = Field(description="First value.")
-    stop: Number = Field(description="Last value, included, above start.")
+    stop: Number = Field(description="Last value, included; above `start`.")
     points: Annotated[int, NumberRange(2, MAX_ROWS, whole=True)] = Field(
-        description="How many values, both ends included."
+        description="Number of values, both ends included."
     )
     spacing: Literal["linear", "log"] = Field(
         default="linear",
-        description="Equal steps of the value, or of its logarithm (start above 0).",
+        description="Equal steps of the value or of its logarithm (`start` above 0).",
     )
 
     @model_validator(mode="after")

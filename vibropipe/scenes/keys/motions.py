@@ -1,4 +1,4 @@
-"""Motions that a scene is a set of, each with its own exciter and start."""
+"""Scenes of several motions, each with its own exciter and start."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ from vibropipe.words.parameters import PARAMETERS
 
 
 class MotionKeys(StudyModel):
-    """One motion of a set."""
+    """One motion of a scene of several."""
 
     exciter: ExciterKeys = Field(
-        default_factory=ExciterKeys, description="Parameters that differ from the scene's."
+        default_factory=ExciterKeys,
+        description="Parameters of this motion, in place of the scene's.",
     )
-    start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
+    start: Start = Field(default_factory=Start, description="State at tau = 0.")
     periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
-        default=20, description="How long it is, in forcing periods."
+        default=20, description="Length of the motion, in forcing periods."
     )
 
 
 class SetOfMotions(BaseScene):
-    """A scene whose exciters stand with its motions."""
+    """A scene of several motions, each with its own exciter."""
 
-    if TYPE_CHECKING:  # a key that each kind describes in its own words
+    if TYPE_CHECKING:  # each kind describes this key itself
         motions: Mapping[str, MotionKeys]
 
     def exciter_of(self, motion: str) -> dict[str, float]:
@@ -49,7 +50,7 @@ class SetOfMotions(BaseScene):
         }
 
     def called_effects(self) -> tuple[str, ...]:
-        """Return all effects: the motions are there to compare them."""
+        """Return all effects, since the motions compare them."""
         return EFFECT_NAMES
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
@@ -60,7 +61,7 @@ class SetOfMotions(BaseScene):
 
 
 def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
-    """See that each motion has supports with room between them, a start in that room, and an end."""
+    """Check that each motion has distinct supports, a start between them, and an end within MAX_TAU."""
     shared = scene.given_exciter()
     for name, motion in scene.motions.items():
         path = ("motions", name)

@@ -1,4 +1,4 @@
-"""The words of a study: Greek spellings of keys, letters that only look right, the nearest word."""
+"""Spelling of keys: Greek letters, look-alike letters, the nearest known word."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TO_LATIN = str.maketrans(
     {"₁": "1", "₂": "2"} | {s: name for name, s in GREEK.items() if len(s) == 1}
 )
 
-# Letters a keyboard or a PDF hands over in place of the right ones; used for hints, never taken.
+# Letters that look like others, as typed or copied from a PDF; used for hints only.
 _LOOK_ALIKE = str.maketrans(
     {"а": "a", "е": "e", "о": "o", "р": "p", "с": "c", "т": "t", "у": "y", "х": "x", "і": "i"}
     | {"һ": "h", "н": "h", "ӏ": "l", "ѕ": "s", "м": "m", "к": "k", "ο": "o", "ι": "i", "α": "a"}
@@ -24,13 +24,12 @@ _LOOK_ALIKE = str.maketrans(
 )
 _SLIPS = {"v": "nu", "I": "l", "1": "l", "d": "delta", "omega": "nu", "ω": "nu"}
 
-
-# Names that keys once had.
+# Former names of keys.
 OLD_KEYS = {"beside": "backbone"}
 
 
 def latin(key: Any) -> Any:
-    """Return a key with `ν δ τ ₁ ₂` spelled out, by its name of today; what is not text comes back as it is."""
+    """Return a key with `ν δ τ ₁ ₂` spelled out, under its present name; other values unchanged."""
     if not isinstance(key, str):
         return key
     spelled = key.translate(_TO_LATIN)
@@ -38,7 +37,7 @@ def latin(key: Any) -> Any:
 
 
 def greek(key: str) -> str:
-    """Return the Greek spelling of a key that `latin` takes back, or the key itself."""
+    """Return the Greek spelling of a key, the inverse of `latin`, or the key itself."""
     for word, letter in GREEK.items():
         if key == word or (word in ("tau", "delta") and key.startswith(f"{word}_")):
             return letter + key[len(word) :]
@@ -50,7 +49,7 @@ def _skeleton(word: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the entry of `known` that `word` was most likely meant to be, or None."""
+    """Return the known word that is closest to `word`, or None."""
     choices = list(known)
     plain = _skeleton(word[:80])
     for guess in (plain, _SLIPS.get(plain), plain.upper(), plain.lower()):
@@ -62,5 +61,5 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def only_looks_right(word: str, near: str) -> bool:
-    """Tell whether `word` is `near` but for letters of another alphabet."""
+    """Return whether `word` differs from `near` only by letters of another alphabet."""
     return not word.isascii() and _skeleton(word) == near

@@ -17,7 +17,7 @@ from typing import Annotated, Any, NoReturn
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, Range
 
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -25,7 +25,7 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)
 
 
 class Quoted(str):
-    """The text of a number that stands in quotes: a title may be that, a number may not."""
+    """A number in quotes: valid as a text, not as a number."""
 
 
 def refuse(allowed: str = "", found: str = "", hint: str = "", must: str = "") -> NoReturn:
@@ -45,11 +45,11 @@ class Rule(ABC):
     @property
     @abstractmethod
     def schema(self) -> dict[str, Any]:
-        """The rule as JSON schema."""
+        """The rule as a JSON schema."""
 
     @abstractmethod
     def convert(self, value: Any) -> Any:
-        """Return the value as the study keeps it, or refuse it."""
+        """Return the value as the study holds it, or refuse it."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -65,7 +65,7 @@ class Rule(ABC):
 def as_number(value: Any) -> float | None:
     """Return a number, or text that spells one (`1e-3`), as a float; None for anything else.
 
-    Other readers of YAML take `1e-3` for text; what stands in quotes is text by intention.
+    Some YAML readers take `1e-3` for text; quoted text is text on purpose.
     """
     if isinstance(value, Quoted):
         return None
@@ -74,15 +74,13 @@ def as_number(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     try:
-        return (
-            float(value) + 0.0
-        )  # -0.0 becomes 0.0: the same number must give the same fingerprint
+        return float(value) + 0.0  # -0.0 becomes 0.0: equal numbers must have equal fingerprints
     except OverflowError:
         return math.inf
 
 
 def number_hint(value: Any) -> str:
-    """Return how text that is no number was meant to be written, or an empty text."""
+    """Return how to write the number that a text was meant to be; empty if there is none."""
     if isinstance(value, Quoted):
         return f"a number stands without quotes: write {value}"
     if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
@@ -91,23 +89,12 @@ def number_hint(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class NumberRange(Rule):
-    """A finite number from `low` to `high`; without the low end itself if `above`."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    above: bool = False
-    whole: bool = False
+class NumberRange(Range, Rule):
+    """A number of a range, written as a number or as text that spells one."""
 
     @property
-    def allowed(self) -> str:  # noqa: D102 - the contract stands in Rule
-        kind = "a whole number" if self.whole else "a finite number"
-        if math.isinf(self.low):
-            return kind
-        low, high = (
-            f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
-        )
-        return f"{kind} above {low} up to {high}" if self.above else f"{kind} from {low} to {high}"
+    def allowed(self) -> str:  # noqa: D102 - as Rule
+        return self.text
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102
@@ -122,44 +109,24 @@ class NumberRange(Rule):
         number = as_number(value)
         if number is None:
             refuse(self.allowed, hint=number_hint(value))
-        if not math.isfinite(number) or not self.low <= number <= self.high:
-            refuse(self.allowed)
-        if (self.above and number == self.low) or (self.whole and number != math.floor(number)):
+        if not self.contains(number):
             refuse(self.allowed)
         return int(number) if self.whole else number
 
 
-@dataclass(frozen=True)
-class Parameter(Rule):
-    """One parameter of the exciter, within its range."""
-
-    name: str
-
-    @property
-    def allowed(self) -> str:  # noqa: D102
-        return PARAMETERS[self.name].range.text
-
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102
-        return NumberRange(*PARAMETERS[self.name].range).schema
-
-    def convert(self, value: Any) -> float:  # noqa: D102
-        number = as_number(value)
-        if number is None:
-            refuse(self.allowed, hint=number_hint(value))
-        if not is_allowed(self.name, number):
-            refuse(self.allowed)
-        return number
+def parameter_range(name: str) -> NumberRange:
+    """Return the range of a parameter of the exciter."""
+    return NumberRange(**vars(PARAMETERS[name].range))
 
 
 def is_allowed(name: str, value: float) -> bool:
-    """Tell whether an exciter takes `value` for its parameter `name`, whatever the others are."""
+    """Return whether a value lies in the range of a parameter, whatever the others are."""
     return PARAMETERS[name].range.contains(value)
 
 
 @dataclass(frozen=True)
 class TextRule(Rule):
-    """Text for people: without control characters, at most `longest` characters."""
+    """Text without control characters, of at most `longest` characters."""
 
     longest: int
     one_line: bool = True
@@ -202,7 +169,7 @@ class NameRule(Rule):
 
     def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not NAME.fullmatch(value):
-            # a file where a name is asked for, or a capital letter
+            # The value may be a file name, or have capital letters.
             stem = PurePath(value).stem.lower() if isinstance(value, str) else ""
             refuse(self.allowed, hint=f"did you mean {stem!r}?" if NAME.fullmatch(stem) else "")
         return value
@@ -214,7 +181,7 @@ def _written(value: Any) -> Any:
     return value
 
 
-# A key with an empty value is a slip of the pen, not a way to say "default".
+# A key with an empty value is a mistake, not the default.
 NotNull = BeforeValidator(_written)
 Number = Annotated[float, NumberRange()]
 Name = Annotated[str, NameRule()]

@@ -1,4 +1,4 @@
-"""One motion from a given start, and the orbit that it settles on."""
+"""One motion from a given start, and its steady state."""
 
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.motion.keys import CHECKS, MotionScene

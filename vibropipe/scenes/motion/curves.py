@@ -1,4 +1,4 @@
-"""A sampled motion as a curve to draw: corners and jumps stand at the impacts themselves."""
+"""Curves of a sampled motion, with corners and jumps at the times of the impacts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]
 
-SAME_INSTANT = 1e-9  # relative
+TIME_TOLERANCE = 1e-9  # relative: samples this close to an impact count as simultaneous
 
 
 def supports(dataset: xr.Dataset) -> dict[int, float]:
-    """Return where the supports lie, eq. (1)."""
+    """Return the positions of the supports, eq. (1)."""
     upper, lower = support_positions(float(dataset["l"]), float(dataset["delta"]))
     return {1: upper, 2: lower}
 
@@ -22,20 +22,20 @@ def supports(dataset: xr.Dataset) -> dict[int, float]:
 def with_breaks(
     tau: Floats, values: Floats, at: Floats, before: Floats, after: Floats
 ) -> tuple[Floats, Floats]:
-    """Insert (at, before), a gap, (at, after) into a sampled curve so that jumps are not sloped.
+    """Insert (at, before), a break, (at, after) into a sampled curve, so that jumps are not sloped.
 
-    Samples at the instant of an impact are dropped: they hold one side of the jump or the other.
+    Samples at the time of an impact are dropped, since they are on one side of the jump or the other.
     """
-    apart = away_from(tau, at)
-    tau, values = tau[apart], values[apart]
-    places = np.repeat(np.searchsorted(tau, at, side="left"), 3)
+    is_away = away_from(tau, at)
+    tau, values = tau[is_away], values[is_away]
+    indices = np.repeat(np.searchsorted(tau, at, side="left"), 3)
     new_tau = np.repeat(at, 3)
     new_values = np.stack([before, np.full_like(before, np.nan), after], axis=1).ravel()
-    return np.insert(tau, places, new_tau), np.insert(values, places, new_values)
+    return np.insert(tau, indices, new_tau), np.insert(values, indices, new_values)
 
 
 def away_from(tau: Floats, at: Floats) -> NDArray[np.bool_]:
-    """Return which samples are at no instant of ``at`` (ascending), to within rounding."""
+    """Return which samples are at none of the ascending times `at`, within TIME_TOLERANCE."""
     if at.size == 0:
         return np.ones(tau.shape, dtype=np.bool_)
     right = np.searchsorted(at, tau)
@@ -43,11 +43,11 @@ def away_from(tau: Floats, at: Floats) -> NDArray[np.bool_]:
         np.abs(tau - at[np.clip(right, 0, at.size - 1)]),
         np.abs(tau - at[np.clip(right - 1, 0, at.size - 1)]),
     )
-    return nearest > SAME_INSTANT * (1.0 + np.abs(tau))
+    return nearest > TIME_TOLERANCE * (1.0 + np.abs(tau))
 
 
 def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
-    """Return the sampled ``name`` with its impacts put in: corners of x, jumps of x'."""
+    """Return a sampled quantity with impacts inserted: corners of x, jumps of x'."""
     tau, values = dataset["tau"].values, dataset[name].values
     if "impact_tau" not in dataset:
         return tau, values
@@ -61,14 +61,14 @@ def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
     where = supports(dataset)
     struck = dataset["impact_support"].values[inside]
     corner = np.where(struck == 1, where[1], where[2])
-    places = np.searchsorted(tau, at, side="left")
-    return np.insert(tau, places, at), np.insert(values, places, corner)
+    indices = np.searchsorted(tau, at, side="left")
+    return np.insert(tau, indices, at), np.insert(values, indices, corner)
 
 
 def jumps(tau: Floats, velocity: Floats, near: Floats) -> NDArray[np.intp]:
-    """Return the samples that start a new piece: the steepest step around each instant of ``near``.
+    """Return the indices of samples that follow a jump: the steepest step around each time in `near`.
 
-    The exact motion strikes a little earlier or later than the one drawn over it.
+    Impacts of the exact motion are a little earlier or later than those of the motion drawn over it.
     """
     if tau.size < 2:
         return np.empty(0, np.intp)

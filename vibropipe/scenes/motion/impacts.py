@@ -1,4 +1,4 @@
-"""A motion without samples: its impacts and grazings over tau, or in words why there are none."""
+"""A motion without samples: impacts and grazings over tau, or the reason why there are none."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from vibropipe.figures.style import (
     SUPPORT_MARKERS,
     legend,
     new_figure,
-    write_text,
+    write_centred,
 )
 from vibropipe.figures.text import (
-    IMPACTS_NOT_ASKED,
+    NO_IMPACTS,
+    NO_SAMPLES,
     NO_SUPPORT_STRUCK,
-    SAMPLES_NOT_ASKED,
     parameter_line,
 )
 from vibropipe.scenes.motion.panels import GRAZING_STYLE, MANY_IMPACTS, shade_rests
@@ -28,9 +28,9 @@ from vibropipe.words.wording import count
 
 
 def draw_impacts_only(dataset: xr.Dataset) -> Figure:
-    """Draw impact_velocity as stems over tau, grazings and rests; without any, say why."""
+    """Draw impact velocities as stems over tau, with grazings and rests, or write why there are none."""
     if not has_events(dataset):
-        return draw_words(dataset)
+        return draw_reason(dataset)
     figure = new_figure(6.5)
     ax = figure.subplots()
     ax.axhline(0.0, color=NEUTRAL, linewidth=0.6)
@@ -47,8 +47,8 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
         size = 4.5 if tau.size <= MANY_IMPACTS else 2.5
         ax.vlines(tau[struck], 0.0, velocity[struck], color=style["color"], linewidth=0.8)
         ax.plot(tau[struck], velocity[struck], linestyle="none", markersize=size, **style)
-        says = f"{count(int(struck.sum()), 'impact')} on support {support}"
-        handles.append(Line2D([], [], **style, label=says))
+        text = f"{count(int(struck.sum()), 'impact')} on support {support}"
+        handles.append(Line2D([], [], **style, label=text))
     grazing = dataset["grazing_tau"].values
     if grazing.size:
         ax.plot(grazing, 0.0 * grazing, **GRAZING_STYLE)
@@ -59,16 +59,16 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
 
 
 def has_events(dataset: xr.Dataset) -> bool:
-    """Return whether there is an impact or a grazing to draw."""
+    """Return whether the data have an impact or a grazing."""
     return bool(dataset.sizes.get("impact") or dataset.sizes.get("grazing"))
 
 
-def draw_words(dataset: xr.Dataset) -> Figure:
-    """Return a figure that says what was not asked for, or that no support is struck."""
+def draw_reason(dataset: xr.Dataset) -> Figure:
+    """Return a figure with the reason why nothing is drawn."""
     figure = new_figure(2.6)
     figure.suptitle(parameter_line(dataset))
     ax = figure.subplots()
     ax.set_axis_off()
-    impacts = NO_SUPPORT_STRUCK if "impact_tau" in dataset else IMPACTS_NOT_ASKED
-    write_text(ax, SAMPLES_NOT_ASKED, impacts)
+    impacts = NO_SUPPORT_STRUCK if "impact_tau" in dataset else NO_IMPACTS
+    write_centred(ax, NO_SAMPLES, impacts)
     return figure

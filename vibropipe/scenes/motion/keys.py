@@ -1,4 +1,4 @@
-"""The keys of a motion scene."""
+"""Keys of motion scenes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vibropipe.scenes.keys.checks import (
     Check,
     check_start,
 )
-from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffects
+from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
 from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.keys.values import NumberRange
@@ -27,17 +27,18 @@ from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
 class MotionFigure(FigureOptions):
-    """What the pictures of a motion show."""
+    """Options of the pictures of a motion."""
 
     pictures: Annotated[list[Literal["panels", "impacts"]], AfterValidator(each_once)] = Field(
         default=[],
-        description="Pictures: curves over tau, or impact velocities over tau; left out, the one that fits.",
+        description="Pictures: curves over tau, or impact velocities over tau (default: the one that fits).",
     )
     show: Annotated[
         list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
-    ] = Field(default=[], description="Panels of the curves; left out, all that differ from zero.")
+    ] = Field(default=[], description="Panels of the curves (default: all that differ from zero).")
     periods: Annotated[float | None, NumberRange(0, 10**6, above=True)] = Field(
-        default=None, description="Forcing periods drawn, from the end of the record (all of it)."
+        default=None,
+        description="Forcing periods to draw, up to the end of the record (default: all).",
     )
 
     def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
@@ -50,40 +51,41 @@ class MotionScene(ForcedScene):
     kind: Literal["motion"] = Field(description="One motion from a given start.")
     figure: MotionFigure = Field(
         default_factory=MotionFigure,
-        description="Options of the pictures; no data depends on them.",
+        description="Options of the pictures; data do not depend on them.",
     )
     tau_end: Annotated[float, NumberRange(0, MAX_TAU, above=True)] = Field(
-        default=60.0, description="How long the recorded motion is, after the settling."
+        default=60.0, description="Length of the record, after the transient."
     )
     settle_periods: Annotated[int, NumberRange(0, 10**9, whole=True)] = Field(
-        default=0, description="Forcing periods run before the record begins; tau is counted on."
+        default=0,
+        description="Transient left out of the record, in forcing periods; tau counts from the start.",
     )
-    start: Start = Field(default_factory=Start, description="Start of the motion at tau = 0.")
-    solver: Solver = Field(default_factory=Solver, description="How it is computed.")
+    start: Start = Field(default_factory=Start, description="State at tau = 0.")
+    solver: Solver = Field(
+        default_factory=Solver, description="Method and step size, or an accuracy."
+    )
     samples_per_period: Annotated[int, NumberRange(*SAMPLES_PER_PERIOD, whole=True)] = Field(
-        default=256, description="Recorded samples in a forcing period; 0 records no motion."
+        default=256, description="Recorded samples per forcing period; 0 records none."
     )
-    harmonics: Harmonics = Field(
-        default=6, description="How many harmonics, where they are asked for."
-    )
+    harmonics: Harmonics = Field(default=6, description="Number of harmonics.")
     outputs: Outputs = Field(
-        default=list(MOTION_DEFAULT), description="What is computed and stored, nothing else."
+        default=list(MOTION_DEFAULT), description="Quantities to compute and store."
     )
-    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
+    effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
 
     def tau_span(self) -> tuple[float, float]:
-        """Return tau at the beginning and at the end of the record."""
+        """Return tau at the start and at the end of the record."""
         begin = self.settle_periods * (2 * math.pi / self.resolved_exciter()["nu"])
         return begin, begin + self.tau_end
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene
-        # the steady state of a motion is found beyond its end
+        # The steady state is found by marching beyond the end of the record.
         span = math.inf if OF_ORBIT & set(self.outputs) else self.tau_span()[1]
         return span, {"exact": self.solver.arguments().get("method") == "exact"}
 
 
 def _length(scene: MotionScene) -> Iterator[Problem]:
-    """See that a motion ends within bounded work and memory."""
+    """Check the end of the motion and the numbers of samples and steps."""
     begin, end = scene.tau_span()
     period = 2 * math.pi / scene.resolved_exciter()["nu"]
     if end > MAX_TAU:

@@ -1,6 +1,6 @@
 """One motion against time: force, displacement and velocity in panels that share tau.
 
-Paper figures 4 and 7 (no force), 6 and 9 to 12.
+Figures 4 and 7 (no force), 6 and 9 to 12 of the paper.
 """
 
 from __future__ import annotations
@@ -37,17 +37,23 @@ from vibropipe.words.vocabulary import label
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
 WALL_SHARE = 0.13  # of the height of the displacement panel, on each side
-FAR_SUPPORT = 3.0  # a support this many times farther than the motion reaches is not drawn
+FAR_SUPPORT = 3.0  # supports farther than this multiple of the largest displacement are not drawn
 MANY_IMPACTS = 80  # markers shrink beyond this
 
 
 def draw_motion(
     dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
 ) -> Figure:
-    """Draw one motion (`vp.simulate`) over tau.
+    """Draw one motion over tau.
 
-    show: which of the panels force, displacement, velocity; all if empty, but for the force of a motion without
-    forcing. periods: forcing periods shown, from the end of the record; None shows all.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A motion with samples, as `vp.simulate` returns it.
+    show : collection of str
+        Panels among force, displacement, velocity (default: all, without the force if it is zero).
+    periods : float, optional
+        Number of forcing periods to show, up to the end of the record (default: all).
     """
     view = window(dataset, periods)
     forced = float(dataset["f"]) != 0.0
@@ -77,7 +83,7 @@ def draw_motion(
 
 
 def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
-    """Return the first and last tau to show: all, or the last ``periods`` forcing periods."""
+    """Return the first and last tau to show: all, or the last `periods` forcing periods."""
     first, last = float(dataset["tau"][0]), float(dataset["tau"][-1])
     if periods is None:
         return first, last
@@ -87,29 +93,29 @@ def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
 def events(
     dataset: xr.Dataset, name: str, view: tuple[float, float]
 ) -> dict[int, NDArray[np.intp]]:
-    """Return the positions of the ``name`` (impact, grazing) in view, of each support that has any."""
-    if f"{name}_tau" not in dataset:  # not asked for
+    """Return the indices of the events (`impact` or `grazing`) in view, by support that has any."""
+    if f"{name}_tau" not in dataset:  # not stored
         return {}
     tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
     seen = (tau >= view[0]) & (tau <= view[1])
-    found = {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
-    return {support: positions for support, positions in found.items() if positions.size}
+    indices = {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
+    return {support: index for support, index in indices.items() if index.size}
 
 
 def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
-    """Draw the exact motion as a wide pale line under the one asked for, where it is known."""
+    """Draw the exact motion, if the data have it, as a wide pale line under the motion."""
     if f"{name}_exact" not in dataset:
         return
     values = dataset[f"{name}_exact"].values.copy()
     tau = dataset["tau"].values
     if name == "velocity" and "impact_tau" in dataset:
-        places = jumps(tau, values, dataset["impact_tau"].values)
-        tau, values = np.insert(tau, places, np.nan), np.insert(values, places, np.nan)
+        indices = jumps(tau, values, dataset["impact_tau"].values)
+        tau, values = np.insert(tau, indices, np.nan), np.insert(values, indices, np.nan)
     ax.plot(tau, values, color=EXACT_COLOUR, linewidth=4.0, solid_capstyle="round", zorder=1)
 
 
 def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
-    """Draw x with the supports, the impacts on them and the grazings."""
+    """Draw x with the supports, impacts and grazings."""
     draw_exact(ax, dataset, "displacement")
     ax.plot(*curve(dataset, "displacement"), color=BLACK, zorder=2)
     where = supports(dataset)
@@ -136,14 +142,14 @@ def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) 
             fontsize=SMALL_FONT_SIZE,
             color=GREY,
         )
-    for support, found in events(dataset, "impact", view).items():
-        tau = dataset["impact_tau"].values[found]
+    for support, index in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[index]
         draw_impacts(ax, support, tau, np.full(tau.size, where[support]))
-    name_grazings(ax, dataset, view)
+    draw_grazings(ax, dataset, view)
 
 
 def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
-    """Mark impacts on ``support`` at (tau, values)."""
+    """Mark impacts on a support at (tau, values)."""
     ax.plot(
         tau,
         values,
@@ -157,12 +163,12 @@ def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
     )
 
 
-def name_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
-    """Ring each grazing and write the word at the first one on each support."""
-    for support, found in events(dataset, "grazing", view).items():
-        tau, x = dataset["grazing_tau"].values[found], supports(dataset)[support]
+def draw_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Mark each grazing by a ring, and label the first one on each support."""
+    for support, index in events(dataset, "grazing", view).items():
+        tau, x = dataset["grazing_tau"].values[index], supports(dataset)[support]
         ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
-        # written outside the gap, where the motion never is
+        # Beyond the support, where no curve is drawn.
         ax.annotate(
             "grazing",
             (tau[0], x),
@@ -186,13 +192,13 @@ GRAZING_STYLE: dict[str, Any] = {
 
 
 def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
-    """Draw x' in pieces; a dotted line joins the velocities before and after each impact."""
+    """Draw x' with a break at each impact; a dotted line joins the velocities before and after."""
     draw_exact(ax, dataset, "velocity")
     ax.plot(*curve(dataset, "velocity"), color=BLACK, zorder=2)
-    for support, found in events(dataset, "impact", view).items():
-        tau = dataset["impact_tau"].values[found]
-        before = dataset["impact_velocity"].values[found]
-        after = dataset["impact_velocity_after"].values[found]
+    for support, index in events(dataset, "impact", view).items():
+        tau = dataset["impact_tau"].values[index]
+        before = dataset["impact_velocity"].values[index]
+        after = dataset["impact_velocity_after"].values[index]
         ax.vlines(
             tau, before, after, color=SUPPORT_COLOURS[support], linestyle=(0, (1, 1.5)), zorder=1
         )
@@ -200,7 +206,7 @@ def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> N
 
 
 def shade_rests(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
-    """Shade the time spent lying on a support; a rest without release runs to the end."""
+    """Shade the rests on a support; a rest without release lasts to the end."""
     if "rest_start" not in dataset:
         return
     for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True):
@@ -216,12 +222,12 @@ def shade_rests(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> Non
 
 
 def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2D | Patch]:
-    """Return one entry for each kind of mark that the picture holds."""
+    """Return a legend entry for each kind of mark in the picture."""
     method = str(dataset.attrs.get("method", "")).strip()
     handles: list[Line2D | Patch] = []
     if "displacement_exact" in dataset:
         handles.append(Line2D([], [], color=BLACK, label=method or "motion"))
-        handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact motion"))
+        handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact solution"))
     for support in events(dataset, "impact", view):
         handles.append(
             Line2D(
@@ -234,7 +240,7 @@ def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2
             )
         )
     if events(dataset, "grazing", view):
-        handles.append(Line2D([], [], label="grazing: touch at zero velocity", **GRAZING_STYLE))
+        handles.append(Line2D([], [], label="grazing (zero velocity)", **GRAZING_STYLE))
     if "rest_start" in dataset and any(
         start <= view[1] and end >= view[0]
         for start, end in zip(dataset["rest_start"].values, dataset["rest_end"].values, strict=True)

@@ -1,4 +1,4 @@
-"""The pictures of a motion."""
+"""Pictures of a motion."""
 
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion

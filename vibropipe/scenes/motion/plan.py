@@ -1,4 +1,4 @@
-"""What a motion scene will cost."""
+"""Cost of a motion scene."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ SECONDS_PER_PERIOD = 1e-6
 
 
 def plan(scene: MotionScene) -> Work:
-    """Return the work of a motion: its periods, and the steps of a stepping method."""
+    """Return the work of a motion, from its periods and the steps of Newmark's method."""
     recorded = scene.tau_end * scene.resolved_exciter()["nu"] / (2 * math.pi)
     periods = scene.settle_periods + recorded
     steps = scene.solver.arguments().get("steps_per_period", 0)
     stored = USUAL_IMPACTS * recorded * IMPACT_BYTES
     if "motion" in scene.outputs:
-        # tau, displacement, velocity and force; the exact motion beside newmark's
+        # Variables of a sample: tau, displacement, velocity, force; with newmark also the two of the exact motion.
         stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)
     if OF_ORBIT & set(scene.outputs):
         stored += steady_bytes(scene.outputs, scene.harmonics)
@@ -52,7 +52,7 @@ def _method(scene: MotionScene) -> str:
 
 
 def estimate(scene: MotionScene, sampler: Sampler) -> Estimate:
-    """Estimate a motion by its leading part; a short one is solved whole."""
+    """Estimate a motion from its leading part, or from all of it if it is short."""
     _, load = sampler.warm(miniature(scene), _kernels(scene))
     part, share = leading_part(scene, sampler.budget)
     core = sampler.solved(part) / share
@@ -60,7 +60,7 @@ def estimate(scene: MotionScene, sampler: Sampler) -> Estimate:
 
 
 def leading_part(scene: MotionScene, budget: float) -> tuple[MotionScene, float]:
-    """Return a scene short enough to be solved in `budget` seconds, and which share of the whole it is."""
+    """Return a scene that is solved in about `budget` seconds, and its share of the whole."""
     rough = plan(scene).seconds
     if rough <= budget:
         return scene, 1.0
@@ -74,13 +74,13 @@ def leading_part(scene: MotionScene, budget: float) -> tuple[MotionScene, float]
 
 
 def miniature(scene: MotionScene) -> MotionScene:
-    """Return a short motion that calls the same kernels."""
+    """Return a short motion that uses the same kernels."""
     short = {"settle_periods": min(scene.settle_periods, 1), "tau_end": min(scene.tau_end, 6)}
     return scene.model_copy(update={**short, "effects": list(scene.called_effects())})
 
 
 def _chosen_method(scene: MotionScene) -> str:
-    """Name the method, chosen on the scene's very exciter where an accuracy was asked."""
+    """Return the method as text, selected on this exciter if the scene requests an accuracy."""
     solver = scene.solver.arguments()
     if "accuracy" not in solver:
         return _method(scene)

@@ -1,4 +1,4 @@
-"""Steady states side by side, and what each small asymmetry does to them, said from the data."""
+"""Part of the report on motions: steady states in one table, and the effect of each asymmetry."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
-    REGIME_WORDS,
+    REGIME_TEXT,
     departure,
     format_number,
     regime_name,
@@ -22,15 +22,15 @@ from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
 
 STEADY_CAPTION = (
-    "Steady states side by side: regime, forcing periods m per orbit, velocities before the impacts on the two "
-    "supports, constant part and harmonics of displacement, Floquet multipliers."
+    "Steady states: regime, period multiple m, velocities before the impacts on the two supports, constant part and "
+    "harmonics of displacement, Floquet multipliers."
 )
-HARMONICS = 3
-DIGITS = 4
+HARMONICS = 3  # rows of the table
+DIGITS = 4  # significant digits
 
 
 def steady_scenes(datasets: Datasets) -> dict[str, xr.Dataset]:
-    """Return the motions that carry their steady state with its multipliers, in study order."""
+    """Return the motions with a steady state and its multipliers, in study order."""
     return {
         name: dataset
         for name, dataset in datasets.items()
@@ -39,18 +39,18 @@ def steady_scenes(datasets: Datasets) -> dict[str, xr.Dataset]:
 
 
 def steady_tables(datasets: Datasets) -> list[Table]:
-    """Return the table of steady states, one column per scene, cut where the page is too narrow."""
+    """Return tables of steady states, one column per scene, as many as fit on a page."""
     return [steady_table(block) for block in blocks(datasets)]
 
 
 def steady_table(datasets: Datasets) -> Table:
-    """Return one table: a row per quantity, the parameters in which the scenes differ on top."""
+    """Return a table of one row per quantity, after the parameters in which the scenes differ."""
     scenes = list(datasets.values())
     rows = [
         [name, *(format_number(value, DIGITS) for value in values)]
         for name, values in differing(datasets).items()
     ]
-    rows.append(["regime", *(REGIME_WORDS[regime_name(int(d["regime"]))] for d in scenes)])
+    rows.append(["regime", *(REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes)])
     rows.append(["multiple", *(str(int(d["period_multiple"])) for d in scenes)])
     for support in (1, 2):
         cells = [
@@ -62,23 +62,23 @@ def steady_table(datasets: Datasets) -> Table:
     rows.append(["mean", *(format_number(mean(d), DIGITS) for d in scenes)])
     for k in range(HARMONICS):
         rows.append([f"harmonic {k + 1}", *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
-    rows.append(["multipliers", *(multipliers_words(d) for d in scenes)])
+    rows.append(["multipliers", *(multipliers_text(d) for d in scenes)])
     rows.append(["stable", *("yes" if largest_multiplier(d) < 1.0 else "no" for d in scenes)])
     return Table(["", *map(breakable, datasets)], rows, STEADY_CAPTION)
 
 
 def differing(datasets: Datasets) -> dict[str, list[float]]:
-    """Return the parameters that are not the same in all scenes, with their values."""
-    given = [scalar_parameters(dataset) for dataset in datasets.values()]
+    """Return the parameters that differ between scenes, with their values."""
+    by_scene = [scalar_parameters(dataset) for dataset in datasets.values()]
     return {
-        name: [values[name] for values in given]
-        for name in (given[0] if given else {})
-        if len({values[name] for values in given}) > 1
+        name: [values[name] for values in by_scene]
+        for name in (by_scene[0] if by_scene else {})
+        if len({values[name] for values in by_scene}) > 1
     }
 
 
 def struck(dataset: xr.Dataset, support: int) -> list[float]:
-    """Return the velocities before the orbit's impacts on ``support``, in order."""
+    """Return the velocities before the impacts of the orbit on a support, in order."""
     if "orbit_impact_velocity" not in dataset:
         return []
     at = dataset["orbit_impact_support"].values == support
@@ -86,42 +86,42 @@ def struck(dataset: xr.Dataset, support: int) -> list[float]:
 
 
 def hardest(dataset: xr.Dataset, support: int) -> float:
-    """Return the largest speed before an impact of the orbit on ``support``, 0 if there is none."""
+    """Return the largest speed before an impact of the orbit on a support, 0 if there is none."""
     return max((abs(v) for v in struck(dataset, support)), default=0.0)
 
 
 def rests(dataset: xr.Dataset) -> float:
-    """Return the rests of the orbit on both supports together."""
+    """Return the number of rests of the orbit on both supports."""
     return float(dataset["rests_per_orbit"].sum()) if "rests_per_orbit" in dataset else 0.0
 
 
 def harmonic(dataset: xr.Dataset, k: int) -> float:
-    """Return the amplitude of displacement at position ``k`` (0 is the first); nan if not kept."""
+    """Return the displacement amplitude at index `k` (0: first harmonic), nan if not stored."""
     if "displacement_amplitude" not in dataset or k >= dataset.sizes["harmonic"]:
         return float("nan")
     return without_rounding(dataset, float(dataset["displacement_amplitude"].values[k]))
 
 
 def mean(dataset: xr.Dataset) -> float:
-    """Return the constant part of displacement; nan if not kept."""
+    """Return the constant part of displacement, nan if not stored."""
     if "displacement_mean" not in dataset:
         return float("nan")
     return without_rounding(dataset, float(dataset["displacement_mean"]))
 
 
 def without_rounding(dataset: xr.Dataset, value: float) -> float:
-    """Return 0 for what is rounding beside the first harmonic."""
+    """Return a value, or 0 if it is a rounding error relative to the first harmonic."""
     first = abs(float(dataset["displacement_amplitude"].values[0]))
     return 0.0 if abs(value) <= ROUNDING * first else value
 
 
 def largest_multiplier(dataset: xr.Dataset) -> float:
-    """Return the largest magnitude of a Floquet multiplier."""
+    """Return the largest modulus of a Floquet multiplier."""
     return float(np.abs(dataset["floquet_multiplier"].values).max())
 
 
-def multipliers_words(dataset: xr.Dataset) -> str:
-    """Write the multipliers: two real ones, or a conjugate pair once with a double sign."""
+def multipliers_text(dataset: xr.Dataset) -> str:
+    """Write the multipliers: real ones as a list, a conjugate pair once with a double sign."""
     values = np.atleast_1d(dataset["floquet_multiplier"].values)
     complex_pair = values.size == 2 and abs(values[0].imag) > 1e-12
     if complex_pair:
@@ -130,9 +130,9 @@ def multipliers_words(dataset: xr.Dataset) -> str:
 
 
 def asymmetry(datasets: Datasets) -> dict[str, Any]:
-    """Compare each scene with the symmetric one: which parameters differ, and what that changes.
+    """Compare each scene with the symmetric one: different parameters, and changes of the steady state.
 
-    Returns an ``opening``, one of ``items`` per scene (name, text), and a ``closing`` sentence.
+    Returns `opening`, `items` (name and text of each scene) and `closing` of a `Section`.
     """
     if len(datasets) < 2:
         return {"opening": "", "items": [], "closing": ""}
@@ -152,35 +152,37 @@ def asymmetry(datasets: Datasets) -> dict[str, Any]:
 
 
 def is_symmetric(dataset: xr.Dataset) -> bool:
-    """Return whether the supports lie and throw back alike."""
-    given = scalar_parameters(dataset)
-    return given.get("delta") == 0.0 and given.get("R1") == given.get("R2")
+    """Return whether the exciter is symmetric: delta = 0 and R1 = R2."""
+    values = scalar_parameters(dataset)
+    return values.get("delta") == 0.0 and values.get("R1") == values.get("R2")
 
 
 def compare(base: xr.Dataset, other: xr.Dataset) -> str:
-    """Say in one sentence what the other parameters change."""
-    given, was = scalar_parameters(other), scalar_parameters(base)
+    """Write in one sentence how the steady state of another scene differs."""
+    values, base_values = scalar_parameters(other), scalar_parameters(base)
     changed = series(
-        f"{PLAIN_SYMBOLS[key]} = {format_number(value)} instead of {format_number(was[key])}"
-        for key, value in given.items()
-        if value != was.get(key)
+        f"{PLAIN_SYMBOLS[key]} = {format_number(value)} instead of {format_number(base_values[key])}"
+        for key, value in values.items()
+        if value != base_values.get(key)
     )
-    effects = []
+    changes = []
     if int(base["regime"]) != int(other["regime"]):
-        regimes = [REGIME_WORDS[regime_name(int(d["regime"]))] for d in (base, other)]
-        effects.append(f"the motion turns from {regimes[0]} to {regimes[1]}")
-    effects.append(f"the constant part of displacement goes {step(mean(base), mean(other))}")
+        regimes = [REGIME_TEXT[regime_name(int(d["regime"]))] for d in (base, other)]
+        changes.append(f"the regime changes from {regimes[0]} to {regimes[1]}")
+    changes.append(f"the constant part of displacement changes {step(mean(base), mean(other))}")
     for support in (1, 2):
         before, after = hardest(base, support), hardest(other, support)
-        effects.append(f"the impact on support {support} {step(before, after, share=True)}")
-    effects.append(f"the second harmonic {step(harmonic(base, 1), harmonic(other, 1))}")
+        changes.append(
+            f"the impact velocity on support {support} {step(before, after, share=True)}"
+        )
+    changes.append(f"the second harmonic {step(harmonic(base, 1), harmonic(other, 1))}")
     largest = step(largest_multiplier(base), largest_multiplier(other))
-    effects.append(f"the larger multiplier {largest}")
-    return f"{changed or 'the same parameters'}: {series(effects)}."
+    changes.append(f"the larger multiplier {largest}")
+    return f"{changed or 'the same parameters'}: {series(changes)}."
 
 
 def step(before: float, after: float, share: bool = False) -> str:
-    """Write a change from one value to another, with its share of the first where asked."""
+    """Write a change from one value to another, with the relative change if `share`."""
     text = f"from {format_number(before)} to {format_number(after)}"
     if share and before:
         return f"{text} ({signed_percent(after / before - 1.0)})"
@@ -193,7 +195,7 @@ def signed_percent(share: float) -> str:
 
 
 def strongest(datasets: Datasets) -> str:
-    """Name the scenes with the largest constant part and the most unequal impacts."""
+    """Write the scenes with the largest constant part and the most unequal impact velocities."""
     displaced = max(datasets, key=lambda name: abs(np.nan_to_num(mean(datasets[name]))))
     unequal = {
         name: abs(hardest(data, 1) - hardest(data, 2))
@@ -202,34 +204,34 @@ def strongest(datasets: Datasets) -> str:
     }
     uneven = max(unequal, key=lambda name: unequal[name])
     first, second = (harmonic(datasets[uneven], k) for k in (0, 1))
-    beside = ""
-    if first > 0.0 and not np.isnan(second):  # a mass that never moves has no harmonics to compare
-        beside = f"; the second harmonic has {format_number(100 * second / first, 2)} % of the first there"
+    ratio = ""
+    if first > 0.0 and not np.isnan(second):  # a mass at rest has no harmonics to compare
+        ratio = f"; there the second harmonic is {format_number(100 * second / first, 2)} % of the first"
     return (
         f"The constant part is largest in {breakable(displaced)}, "
-        f"{format_number(mean(datasets[displaced]))}. The impacts on the two supports differ most in "
-        f"{breakable(uneven)}, by {format_number(100 * unequal[uneven], 2)} % of the harder one{beside}."
+        f"{format_number(mean(datasets[displaced]))}. The impact velocities on the two supports differ most in "
+        f"{breakable(uneven)}, by {format_number(100 * unequal[uneven], 2)} % of the larger one{ratio}."
     )
 
 
 def sections(datasets: Datasets) -> list[Section]:
-    """Return the steady states side by side and compared, where motions carry theirs."""
+    """Return the section on steady states and their differences, if motions have any."""
     steady = steady_scenes(datasets)
     if not steady:
         return []
-    title = "What each small asymmetry does"
+    title = "Effect of each asymmetry"
     return [Section(title, tables=steady_tables(steady), **asymmetry(steady))]
 
 
 def accuracy_notes(datasets: Datasets) -> list[str]:
-    """Say how far a stepping method departs from the exact motion."""
+    """Write the largest deviation of a stepping method from the exact motion."""
     departures = {n: departure(d) for n, d in datasets.items() if "displacement_exact" in d}
     if not departures:
         return []
     worst = max(departures, key=lambda name: departures[name])
     return [
-        f"Motions computed in steps depart from the exact motion of the same start by at most "
-        f"{format_number(departures[worst], 2)} in displacement, in {breakable(worst)}."
+        f"Displacements computed in steps differ from the exact motion of the same start by at most "
+        f"{format_number(departures[worst], 2)}, in {breakable(worst)}."
     ]
 
 

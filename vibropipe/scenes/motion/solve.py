@@ -1,4 +1,4 @@
-"""A motion scene: one motion after its settling, and the orbit that it settles on."""
+"""Solution of motion scenes: one motion after its transient, and its steady state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vibropipe.scenes.kind import Progress
     from vibropipe.scenes.motion.keys import MotionScene
 
-# Names that a motion and its steady state share, and what they are called in the latter.
+# Names that a motion and its steady state share -> their names for the steady state.
 OF_THE_ORBIT = {
     name: f"orbit_{name}"
     for name in (
@@ -33,38 +33,40 @@ OF_THE_ORBIT = {
 
 
 def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
-    """Record one motion, after its settling, with what else its outputs ask for."""
+    """Record one motion after its transient, with the further outputs of the scene."""
     exciter = Exciter(**scene.resolved_exciter())
-    chosen = scene.solver.arguments()
-    told = None if progress is None else accumulate_progress(progress, periods_to_march(scene))
-    motion = simulate_scene(scene, exciter, chosen, told)
-    if chosen.get("method") == "newmark" and "displacement" in motion:
-        exact = simulate_scene(scene, exciter, {"method": "exact"}, told)
+    solver = scene.solver.arguments()
+    on_progress = None
+    if progress is not None:
+        on_progress = accumulate_progress(progress, periods_to_march(scene))
+    motion = simulate_scene(scene, exciter, solver, on_progress)
+    if solver.get("method") == "newmark" and "displacement" in motion:
+        exact = simulate_scene(scene, exciter, {"method": "exact"}, on_progress)
         motion["displacement_exact"] = exact["displacement"]
         motion["velocity_exact"] = exact["velocity"]
     if "impacts" not in scene.outputs:
         motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
     if OF_ORBIT & set(scene.outputs):
         motion = with_steady_state(motion, scene, exciter)
-    # where the settling began, not the record
+    # The start of the transient, not of the record.
     start = exciter.check_start(scene.start.x0, scene.start.v0)
     return motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
 
 
 def periods_to_march(scene: MotionScene) -> int:
-    """Return the forcing periods that a motion is marched over in all, 0 where trials of methods decide it."""
+    """Return the total number of forcing periods to march, 0 if trials of methods decide it."""
     solver, period = scene.solver.arguments(), Exciter(**scene.resolved_exciter()).period
     begin, end = (int(tau / period) for tau in scene.tau_span())
     if "accuracy" in solver:
         return 0
     if solver["method"] == "exact":
         return end
-    # newmark's balance of energy takes the record once more, and the exact motion stands beside it
+    # Newmark's energy balance marches the record once more, and the exact motion is solved for comparison.
     return end + ("energy" in scene.outputs) * (end - begin) + ("motion" in scene.outputs) * end
 
 
 def accumulate_progress(progress: Progress, total: int) -> Callable[[int], None]:
-    """Return what to tell each piece of a work of `total`, 0 if that is not known."""
+    """Return a callback that adds its argument and calls `progress(done, total)`; total is 0 if unknown."""
     done = 0
 
     def on_progress(more: int) -> None:
@@ -81,19 +83,19 @@ def simulate_scene(
     solver: dict[str, Any],
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
-    """Return the motion of a scene as one solver sees it, the settling included."""
+    """Simulate the transient and the record of a scene with one solver and return the record."""
     x0, v0 = exciter.check_start(scene.start.x0, scene.start.v0)
     begin, end = scene.tau_span()
     effects = scene.called_effects()
     samples = scene.samples_per_period if "motion" in scene.outputs else 0
     energy = "energy" in scene.outputs
     if "accuracy" in solver:
-        at, how = scene.effect_arguments()
-        with_effects = resolve_effects(effects, *at, **how)
-        task = MotionRequest(
+        arguments, keywords = scene.effect_arguments()
+        with_effects = resolve_effects(effects, *arguments, **keywords)
+        request = MotionRequest(
             begin, end, x0, v0, samples, effects=with_effects, energy=energy, progress=progress
         )
-        return settle_to_accuracy(exciter, task, solver["accuracy"])
+        return settle_to_accuracy(exciter, request, solver["accuracy"])
     if scene.settle_periods:
         settled = simulate(
             exciter,
@@ -121,7 +123,7 @@ def simulate_scene(
 
 
 def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) -> xr.Dataset:
-    """Add the orbit that the motion settles on; its own status stands unless the motion has one."""
+    """Add the steady state to a motion; the status is that of the motion unless it is OK."""
     steady = steady_state(
         exciter,
         x0=scene.start.x0,
@@ -132,6 +134,6 @@ def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) 
     )
     names = {*steady.variables, *steady.dims}
     steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})
-    weaker = motion if int(motion["status"]) == Status.OK else steady
-    parts = [item.drop_vars("status") if item is weaker else item for item in (motion, steady)]
+    dropped = motion if int(motion["status"]) == Status.OK else steady
+    parts = [item.drop_vars("status") if item is dropped else item for item in (motion, steady)]
     return xr.merge(parts, compat="no_conflicts", join="exact")

@@ -1,4 +1,4 @@
-"""Steady states over every combination of some parameters."""
+"""Steady states over all combinations of swept parameters."""
 
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.sweep.keys import CHECKS, SweepScene, check_backbone

@@ -1,6 +1,6 @@
-"""A sweep along one parameter: mean and harmonics as lines, every row's regime in strips below.
+"""A sweep along one parameter: mean and harmonics as lines, the regime of every row in bars below.
 
-Further swept parameters are lines (the first of them) and columns (the next).
+The first further swept parameter gives lines, the next one columns.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vibropipe.figures.style import (
     legend,
     line_style,
     new_figure,
-    write_text,
+    write_centred,
 )
 from vibropipe.figures.text import (
     ORDINALS,
@@ -38,28 +38,28 @@ PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 PANEL_HEIGHT_CM = 3.0
 COLUMN_HEIGHT_CM = 3.6
 STRIP_CM = 0.36
-MARGINS_CM = 2.7  # legends and the words of the abscissa
+MARGINS_CM = 2.7  # legends and the label of the abscissa
 MANY_POINTS = 200  # marks shrink beyond this
 SMALL_MARKS = 0.6
 
 
 def swept(dataset: xr.Dataset) -> list[str]:
-    """Return the swept dimensions of a sweep, in the order of the study."""
+    """Return the swept dimensions, in the order of the study."""
     return [str(name) for name in dataset["regime"].dims]
 
 
 def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
-    """Return the parameter of the abscissa (the finest grid) and the other swept ones."""
+    """Return the parameter of the abscissa, which has the finest grid, and the other swept parameters."""
     dims = swept(dataset)
     along = max(dims, key=lambda name: dataset.sizes[name])
     return along, [name for name in dims if name != along]
 
 
-Panel = tuple[str, str, int | None]  # words of the ordinate, variable, position of the harmonic
+Panel = tuple[str, str, int | None]  # label of the ordinate, variable, index of harmonic or support
 
 
 def panels_of(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
-    """Return what can be drawn of the quantities shown: without a choice mean and harmonics, else velocities."""
+    """Return a panel per quantity to show; by default mean and harmonics, or velocities without these."""
     if not show:
         quantities = ("displacement_mean", "displacement_amplitude")
         show = quantities if "displacement_mean" in dataset else ("impact_velocity_max",)
@@ -70,8 +70,8 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
     if "displacement_amplitude" in show and "displacement_amplitude" in dataset:
         letter = quantity("displacement_amplitude").symbol
         for k in range(min(3, dataset.sizes["harmonic"])):
-            says = f"{ORDINALS[k]} harmonic {letter.replace('_k', f'_{k + 1}')}"
-            panels.append((says, "displacement_amplitude", k))
+            text = f"{ORDINALS[k]} harmonic {letter.replace('_k', f'_{k + 1}')}"
+            panels.append((text, "displacement_amplitude", k))
     if "impact_velocity_max" in show and "impact_velocity_max" in dataset:
         symbol = quantity("impact_velocity_max").symbol
         for position, support in enumerate(dataset["support"].values):
@@ -80,7 +80,7 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
 
 
 def values_of(dataset: xr.Dataset, panel: Panel) -> xr.DataArray:
-    """Return what ``panel`` shows, over the swept dimensions of ``dataset``."""
+    """Return the quantity of a panel, over the swept dimensions of a dataset."""
     _, name, position = panel
     if position is None:
         return dataset[name]
@@ -91,9 +91,16 @@ def values_of(dataset: xr.Dataset, panel: Panel) -> xr.DataArray:
 def draw_sweep(
     dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
 ) -> Figure:
-    """Draw a sweep whose further parameters have few values; see the module's first line.
+    """Draw a sweep whose further parameters have few values.
 
-    show: quantities of the panels, those of `panels_of` if empty; backbone: drawn under the curves.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The sweep.
+    show : collection of str
+        Quantities of the panels (default: those of `panels_of`).
+    backbone : xarray.Dataset, optional
+        Backbone over amplitude, drawn under the curves.
     """
     along, others = axis_and_others(dataset)
     dataset = dataset.sortby(along)
@@ -104,16 +111,16 @@ def draw_sweep(
     shared: Axes | None = None
     first_of_row: dict[int, Axes] = {}
     for column, (title, part) in enumerate(columns):
-        for place, panel in enumerate(panels):
-            spot, beside = spots[place][column], first_of_row.get(place)
-            ax = figure.add_subplot(spot, sharex=shared, sharey=beside)
+        for index, panel in enumerate(panels):
+            spot, neighbour = spots[index][column], first_of_row.get(index)
+            ax = figure.add_subplot(spot, sharex=shared, sharey=neighbour)
             shared = shared or ax
-            first_of_row.setdefault(place, ax)
+            first_of_row.setdefault(index, ax)
             draw_panel(ax, part, panel, along, lines_dim, backbone)
-            ax.set_title(title if place == 0 else "")
-            # folded panels stand above one half of the bars and need numbers of their own
-            folded = len(columns) == 1 and place >= len(panels) - 2
-            ax.tick_params(labelbottom=folded, labelleft=column == 0)
+            ax.set_title(title if index == 0 else "")
+            # Panels in two columns share one abscissa below, so each needs its own numbers.
+            is_folded = len(columns) == 1 and index >= len(panels) - 2
+            ax.tick_params(labelbottom=is_folded, labelleft=column == 0)
             ax.set_ylabel(panel[0] if column == 0 else "")
         bottom = figure.add_subplot(bottoms[column], sharex=shared)
         bottom.set_xscale(scale_of(part[along].values))
@@ -121,7 +128,7 @@ def draw_sweep(
         draw_strips(bottom, part, along, lines_dim, named=column == 0)
         bottom.set_xlabel(label(along))
     scale_ordinates(first_of_row, panels, dataset)
-    # bars name their values themselves
+    # The bars are labelled by their own values.
     lines = line_handles(dataset, along, lines_dim, backbone) if panels else []
     marks = mark_handles(dataset) if panels else []
     legend(figure, lines, "upper", parameter_line(dataset))
@@ -130,7 +137,7 @@ def draw_sweep(
 
 
 def lines_of(dataset: xr.Dataset, lines_dim: str | None) -> int:
-    """Return how many lines a panel has."""
+    """Return the number of lines of a panel."""
     return 1 if lines_dim is None else dataset.sizes[lines_dim]
 
 
@@ -138,16 +145,16 @@ Spots = list[list[SubplotSpec]]
 
 
 def lay_out(panels: int, columns: int, lines: int) -> tuple[Figure, Spots, list[SubplotSpec]]:
-    """Make the figure and the places of its panels [panel][column] and of the bars under them.
+    """Return the figure, the cells of its panels [panel][column], and the cells of the bars below.
 
-    One column of panels is folded into two beside each other, with the bars under both.
+    A single column of panels is folded into two, with the bars below both.
     """
     strip = STRIP_CM * lines + 0.25
     if columns > 1:
         figure = new_figure(panels * COLUMN_HEIGHT_CM + strip + MARGINS_CM)
         heights = [*[COLUMN_HEIGHT_CM] * panels, strip]
         grid = figure.add_gridspec(panels + 1, columns, height_ratios=heights)
-        spots = [[grid[place, column] for column in range(columns)] for place in range(panels)]
+        spots = [[grid[index, column] for column in range(columns)] for index in range(panels)]
         return figure, spots, [grid[panels, column] for column in range(columns)]
     side = min(2, max(1, panels))
     rows = -(-panels // side)
@@ -157,7 +164,7 @@ def lay_out(panels: int, columns: int, lines: int) -> tuple[Figure, Spots, list[
 
 
 def stack_columns(dataset: xr.Dataset, dims: list[str]) -> list[tuple[str, xr.Dataset]]:
-    """Return (title, part) of each combination of the values of ``dims``; one part without dims."""
+    """Return (title, part) of each combination of values of some dimensions; one part if there are none."""
     if not dims:
         return [("", dataset)]
     first, *further = dims
@@ -181,10 +188,10 @@ def draw_panel(
     lines_dim: str | None,
     backbone: xr.Dataset | None,
 ) -> None:
-    """Draw one quantity: stable orbits of one forcing period as lines, all else as marks."""
+    """Draw one quantity: stable orbits of one forcing period as lines, other rows as marks."""
     draw_backbone(ax, panel, along, backbone)
     if not np.isfinite(values_of(part, panel)).any():
-        write_text(ax, nothing_words(panel))
+        write_centred(ax, empty_text(panel))
     for position in range(lines_of(part, lines_dim)):
         row = part if lines_dim is None else part.isel({lines_dim: position})
         x, y = row[along].values, values_of(row, panel).values
@@ -201,29 +208,29 @@ def draw_panel(
                 ax.plot(x, shown, **marks, zorder=3)
 
 
-def nothing_words(panel: Panel) -> str:
-    """Say why a panel without a finite value is empty."""
+def empty_text(panel: Panel) -> str:
+    """Return the reason why a panel without finite values is empty."""
     _, name, position = panel
     if name == "impact_velocity_max" and position is not None:
         return f"Support {position + 1} is not struck"
-    return "No row has an average"
+    return "No finite values"
 
 
 def isolated(mask: np.ndarray) -> np.ndarray:
-    """Return which points have no neighbour in ``mask``: a line would not show them."""
+    """Return which points have no neighbour in a mask, so that a line would not show them."""
     padded = np.concatenate([[False], mask, [False]])
     return mask & ~padded[:-2] & ~padded[2:]
 
 
 def scale_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:
-    """Start amplitudes at zero, once all is drawn; a vanishing quantity gets a calm axis."""
+    """Start the axes of amplitudes at zero, and keep axes of vanishing quantities from being scaled to rounding."""
     sizes = [
         float(np.nanmax(np.abs(values_of(dataset, panel).values), initial=0.0)) for panel in panels
     ]
-    for place, ax in axes.items():
-        if panels[place][1] != "displacement_mean":
+    for index, ax in axes.items():
+        if panels[index][1] != "displacement_mean":
             ax.set_ylim(bottom=0.0)
-        keep_zero_scale(ax, sizes[place], max(sizes))
+        keep_zero_scale(ax, sizes[index], max(sizes))
 
 
 ROW_MARKS: dict[str, dict[str, Any]] = {
@@ -234,15 +241,15 @@ ROW_MARKS: dict[str, dict[str, Any]] = {
     "unstable": {"linestyle": "none", "marker": "x", "markersize": 3.4, "markeredgewidth": 0.8},
     "no_orbit": {"linestyle": "none", "marker": ".", "markersize": 2.8, "markeredgewidth": 0.5},
 }  # fmt: skip
-ROW_WORDS = {
+ROW_TEXT = {
     "multiple": r"$m>1$ periods: harmonics of $\nu/m$",
     "unstable": "unstable",
-    "no_orbit": "no orbit: averaged",
+    "no_orbit": "no orbit: average",
 }
 
 
 def row_kinds(row: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return which points are drawn how; together the masks hold every point exactly once."""
+    """Return a mask of the points by kind of mark; each point is in exactly one mask."""
     orbit = row["regime"].values < PERIODIC_BELOW
     stable = row["stable"].values != 0 if "stable" in row else np.ones_like(orbit)
     multiple = (
@@ -257,7 +264,7 @@ def row_kinds(row: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def draw_backbone(ax: Axes, panel: Panel, along: str, backbone: xr.Dataset | None) -> None:
-    """Draw the free vibration of the conservative exciter under the forced one, over nu."""
+    """Draw the backbone of the conservative exciter under the curves over nu."""
     if backbone is None or along != "nu" or "eigenfrequency" not in backbone:
         return
     if panel[1] in backbone and (panel[2] is None or panel[2] < backbone.sizes.get("harmonic", 0)):
@@ -270,23 +277,23 @@ BACKBONE_STYLE: dict[str, Any] = {"color": GREY, "linewidth": 3.2, "alpha": 0.45
 def line_handles(
     dataset: xr.Dataset, along: str, lines_dim: str | None, backbone: xr.Dataset | None
 ) -> list[Line2D]:
-    """Return the legend of the lines by value, and of the curve beside them."""
+    """Return legend entries of the lines by value, and of the backbone."""
     handles: list[Line2D] = []
     if lines_dim is not None:
         symbol = quantity(lines_dim).symbol
         for position, value in enumerate(dataset[lines_dim].values):
-            says = f"{symbol} = {mathtext(float(value))}"
-            handles.append(Line2D([], [], **line_style(position), label=says))
+            text = f"{symbol} = {mathtext(float(value))}"
+            handles.append(Line2D([], [], **line_style(position), label=text))
     if backbone is not None and along == "nu" and "eigenfrequency" in backbone:
         handles.append(Line2D([], [], **BACKBONE_STYLE, label="conservative exciter"))
     return handles
 
 
 def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
-    """Return the legend of the marks that occur."""
+    """Return legend entries of the marks that occur."""
     kinds = row_kinds(dataset)
     return [
-        Line2D([], [], **marks, markeredgecolor=BLACK, label=ROW_WORDS[kind])
+        Line2D([], [], **marks, markeredgecolor=BLACK, label=ROW_TEXT[kind])
         for kind, marks in ROW_MARKS.items()
         if kinds[kind].any()
     ]

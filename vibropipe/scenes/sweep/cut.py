@@ -1,4 +1,4 @@
-"""A sweep cut: into shards that are solved apart and joined, and these into blocks by what memory holds."""
+"""A sweep cut into shards, solved by a job each and joined, and shards into blocks that fit in memory."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
 
-    Raises PlanError for a shard that does not exist or more shards than chains.
+    Raises
+    ------
+    PlanError
+        If the shard does not exist, or there are more shards than chains of rows.
     """
     grid = sweep_grid(scene)
     if not 1 <= shards <= grid.chains:
@@ -42,9 +45,20 @@ def store(
     shard: tuple[int, int] | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Solve a sweep into the file `path` on its grid, or shard I of N over `row`, with these attributes.
+    """Solve a sweep into a file, on its grid, or shard I of N over `row`; memory holds one block of rows.
 
-    Memory holds a block of rows, however many there are.
+    Parameters
+    ----------
+    scene : SweepScene
+        The sweep.
+    path : Path
+        File to write.
+    attrs : mapping
+        Attributes of the dataset.
+    shard : (int, int), optional
+        Shard I of N, counted from 1; None solves all rows.
+    progress : callable, optional
+        Called as `progress(done, total)` in rows.
     """
     start, stop = (0, scene.row_count) if shard is None else row_range(scene, *shard)
     with closing(solve_in_blocks(scene, start, stop, block_rows(scene), progress)) as solved:
@@ -62,8 +76,11 @@ def join(
     attrs: Mapping[str, Any],
     progress: Progress | None = None,
 ) -> None:
-    """Join all shards of a sweep, in any order, into the file `path`.
+    """Join all shards of a sweep, in any order, into one file on its grid.
 
-    Raises StoreError when the shards are not those of this scene.
+    Raises
+    ------
+    StoreError
+        If the shards are not those of this scene.
     """
     join_rows(shards, path, sweep_grid(scene), dict(attrs), progress)

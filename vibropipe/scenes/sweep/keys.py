@@ -1,4 +1,4 @@
-"""The keys of a sweep scene."""
+"""Keys of sweep scenes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vibropipe.scenes.keys.checks import (
     check_rows,
     check_start,
 )
-from vibropipe.scenes.keys.effects import EFFECTS_WORDS, ForcedScene, StatedEffects
+from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
 from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
@@ -29,19 +29,19 @@ from vibropipe.words.parameters import PARAMETERS
 
 
 class SweepFigure(FigureOptions):
-    """What the pictures of a sweep show."""
+    """Options of the pictures of a sweep."""
 
     pictures: Annotated[list[Literal["curves", "map"]], AfterValidator(each_once)] = Field(
         default=[],
-        description="Pictures: curves along the finest grid, or a map over two; left out, the one that fits.",
+        description="Pictures: curves along the finest grid, or a map over two grids (default: the one that fits).",
     )
     show: Annotated[
         list[Literal["displacement_mean", "displacement_amplitude", "impact_velocity_max"]],
         AfterValidator(each_once),
-    ] = Field(default=[], description="Quantities of the curves; left out, those that were asked.")
+    ] = Field(default=[], description="Quantities of the curves (default: those in the data).")
     backbone: Annotated[str | None, NameRule()] = Field(
         default=None,
-        description="Backbone scene over `amplitude` that is drawn under the curves (once `beside`).",
+        description="Backbone scene over `amplitude`, drawn under the curves (formerly `beside`).",
     )
 
     def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
@@ -49,34 +49,37 @@ class SweepFigure(FigureOptions):
 
 
 class SweepScene(ForcedScene):
-    """Steady states over every combination of some parameters."""
+    """Steady states over all combinations of swept parameters."""
 
-    kind: Literal["sweep"] = Field(description="Steady states over some parameters.")
+    kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = Field(
         default_factory=SweepFigure,
-        description="Options of the pictures; no data depends on them.",
+        description="Options of the pictures; data do not depend on them.",
     )
     over: Annotated[dict[ParameterName, Grid], Field(min_length=1)] = Field(
-        description="Grid of each swept parameter; their order is the order of the dimensions."
+        description="Grid of each swept parameter, in the order of the dimensions."
     )
     start: Start = Field(
-        default_factory=Start, description="Start of every row; or else `follow`, never both."
+        default_factory=Start, description="Start of every row; excludes `follow`."
     )
     follow: Annotated[Follow | None, NotNull] = Field(
-        default=None, description="Start each row from its neighbour."
+        default=None,
+        description="Start each row from the steady state of its neighbour; excludes `start`.",
     )
-    harmonics: Harmonics = Field(default=3, description="How many harmonics.")
+    harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     outputs: Outputs = Field(
         default=list(SWEEP_DEFAULT),
-        description="What is computed and stored, nothing else.",
+        description="Quantities to compute and store.",
     )
     solver: Solver = Field(
-        default_factory=Solver, description="Exact, or an accuracy, which exact meets."
+        default_factory=Solver,
+        description="The exact method, or an accuracy: adds an error estimate to each row.",
     )
     patience: Annotated[int, NumberRange(*PATIENCE, whole=True)] = Field(
-        default=300, description="Forcing periods after which a chaotic row is left as aperiodic."
+        default=300,
+        description="Forcing periods after which a row with growing perturbations is labelled aperiodic.",
     )
-    effects: StatedEffects = Field(default=None, description=EFFECTS_WORDS)
+    effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): grid for name, grid in self.over.items()}
@@ -93,11 +96,11 @@ class SweepScene(ForcedScene):
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
-        # their order is the order of the dimensions
+        # As a list, since their order is the order of the dimensions.
         return {**keys, "over": list(keys["over"].items())}
 
     def follow_pair(self) -> tuple[str, str] | None:
-        """Return `follow` as `vibropipe.sweep` takes it: ("nu", "up"), or None."""
+        """Return `follow` as an argument of `vibropipe.sweep`: ("nu", "up"), or None."""
         return (self.follow.along, self.follow.direction) if self.follow else None
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene
@@ -105,7 +108,7 @@ class SweepScene(ForcedScene):
 
 
 def _start(scene: SweepScene) -> Iterator[Problem]:
-    """See that the start lies between the supports of every row that begins there."""
+    """Check that the start lies between the supports of every row that begins there."""
     follow, fixed = scene.follow, {}
     if follow and follow.along in scene.over:
         grid = scene.over[follow.along]
@@ -114,7 +117,7 @@ def _start(scene: SweepScene) -> Iterator[Problem]:
 
 
 def _swept(scene: SweepScene) -> Iterator[Problem]:
-    """See that swept values are allowed and that no parameter is both swept and set."""
+    """Check that swept values are in range and that no parameter is both swept and set."""
     for name, grid in scene.over.items():
         for value in dict.fromkeys((grid.low, grid.high)):
             if not is_allowed(name, value):
@@ -137,7 +140,7 @@ def _follow(scene: SweepScene) -> Iterator[Problem]:
 
 
 def _solver(scene: SweepScene) -> Iterator[Problem]:
-    """See that steady states are found in closed form."""
+    """Check the solver, which must not be newmark."""
     given = scene.solver.model_fields_set
     if scene.solver.method == "newmark" and "accuracy" not in given:
         must = "must be exact, or left out for an accuracy, since steady states are found in closed form"
@@ -167,7 +170,7 @@ CHECKS = (
 def check_backbone(
     scene: SweepScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
-    """See that the backbone drawn under a sweep is one over amplitude."""
+    """Check that the backbone drawn under a sweep is a backbone scene over amplitude."""
     wanted = scene.figure.backbone
     fits = [name for name, other in scenes.items() if other.gives_backbone]
     if wanted is not None and wanted not in (*fits, *broken):

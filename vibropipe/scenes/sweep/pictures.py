@@ -1,4 +1,4 @@
-"""The pictures of a sweep."""
+"""Pictures of a sweep."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,13 +13,13 @@ from vibropipe.scenes.sweep.regime_map import draw_regime_map
 
 
 def is_map(dataset: xr.Dataset) -> bool:
-    """Whether a sweep has more lines than can be told apart."""
+    """Return whether a sweep has more lines than can be distinguished."""
     _, others = axis_and_others(dataset)
     return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
 def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
-    """Return what `draw_sweep` and `describe_sweep` are told; KeyError if the backbone is no scene at hand."""
+    """Return the keywords of `draw_sweep` and `describe_sweep`; raises KeyError for an unknown backbone."""
     options = options or SweepFigure()
     if options.backbone is not None and options.backbone not in others:
         known = ", ".join(sorted(others)) or "none"

@@ -1,4 +1,4 @@
-"""A sweep over two parameters: a map of regimes and maps of the hardest impact on each support."""
+"""A sweep over two parameters: map of regimes, and maps of the largest impact velocity on each support."""
 
 from __future__ import annotations
 
@@ -21,16 +21,18 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.text import REGIME_SHORT, parameter_line, regime_name
+from vibropipe.figures.text import REGIME_TEXT, parameter_line, regime_name
 from vibropipe.scenes.sweep.curves import stack_columns, swept
 from vibropipe.scenes.sweep.strips import cell_edges, regime_patches, scale_of
 from vibropipe.words.vocabulary import REGIMES, label, quantity
 
 VELOCITY_COLOURS = "cividis"
-HIGHEST_SHARE = 0.995  # the colour bar ends here, so that a few hard rows do not darken the rest
+HIGHEST_SHARE = (
+    0.995  # quantile where the colour bar ends, so that a few large values do not darken the others
+)
 REGIMES_CM, VELOCITIES_CM, LEGEND_CM = 7.6, 6.0, 1.4
 REGION = "region"
-LABEL_MARGIN = 0.03  # of the grid that a region must reach around its label
+LABEL_MARGIN = 0.03  # of the grid that a labelled region must extend around its label
 
 
 def map_axes(dataset: xr.Dataset) -> tuple[str, str, list[str]]:
@@ -42,9 +44,9 @@ def map_axes(dataset: xr.Dataset) -> tuple[str, str, list[str]]:
 
 
 def draw_regime_map(dataset: xr.Dataset) -> Figure:
-    """Draw the map of regimes and, where impacts were asked for, velocity maps of both supports.
+    """Draw the map of regimes and, if the data have impacts, velocity maps of both supports.
 
-    Each combination of further swept parameters gets its own band of maps.
+    Each combination of further swept parameters has its own band of maps.
     """
     x, y, further = map_axes(dataset)
     dataset = dataset.sortby([x, y])
@@ -71,7 +73,7 @@ def draw_regime_map(dataset: xr.Dataset) -> Figure:
 
 
 def thin_labels(figure: Figure) -> None:
-    """Take away labels of regions that would touch another one; the larger region keeps its own."""
+    """Remove labels of regions that would overlap; the larger region keeps its label."""
     figure.draw_without_rendering()
     for ax in figure.axes:
         kept: list[Bbox] = []
@@ -84,7 +86,7 @@ def thin_labels(figure: Figure) -> None:
 
 
 def draw_regimes(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
-    """Draw every cell in its regime's colour, dots where m > 1, and a word in each large region."""
+    """Draw every cell in the colour of its regime, dots where m > 1, and a label in each large region."""
     regime = part["regime"].transpose(y, x).values
     colours = ListedColormap([REGIME_STYLES[name].colour for name in REGIMES])
     norm = BoundaryNorm(np.arange(len(REGIMES) + 1) - 0.5, len(REGIMES))
@@ -102,7 +104,7 @@ def draw_regimes(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
         if spot is not None:
             name = regime_name(int(code))
             ax.text(
-                part[x].values[spot[1]], part[y].values[spot[0]], REGIME_SHORT[name],
+                part[x].values[spot[1]], part[y].values[spot[0]], REGIME_TEXT[name].replace(", support", ""),
                 ha="center", va="center", fontsize=SMALL_FONT_SIZE, gid=REGION,
                 bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
                       "alpha": 0.85},
@@ -111,33 +113,33 @@ def draw_regimes(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
 
 
 def multiples(part: xr.Dataset) -> xr.DataArray:
-    """Return the period multiples of ``part``; 1 everywhere where they were not kept."""
+    """Return the period multiples, 1 everywhere if the data have none."""
     return part.get("period_multiple", xr.ones_like(part["regime"]))
 
 
 def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return the cell deepest inside ``mask`` (the map's border counts as outside), if deep enough.
+    """Return the cell deepest inside a mask, if deep enough; the border of the map is outside.
 
-    Layers are peeled off until nothing would be left.
+    The mask is eroded layer by layer until nothing would remain.
     """
-    left = mask
+    remaining = mask
     for depth in range(max(mask.shape)):
-        peeled = np.zeros_like(left)
-        peeled[1:-1, 1:-1] = (
-            left[1:-1, 1:-1] & left[:-2, 1:-1] & left[2:, 1:-1] & left[1:-1, :-2] & left[1:-1, 2:]
-        )
-        if not peeled.any():
+        eroded = np.zeros_like(remaining)
+        eroded[1:-1, 1:-1] = remaining[1:-1, 1:-1]
+        eroded[1:-1, 1:-1] &= remaining[:-2, 1:-1] & remaining[2:, 1:-1]
+        eroded[1:-1, 1:-1] &= remaining[1:-1, :-2] & remaining[1:-1, 2:]
+        if not eroded.any():
             if depth < LABEL_MARGIN * min(mask.shape):
                 return None
-            rows, columns = np.nonzero(left)
+            rows, columns = np.nonzero(remaining)
             middle = rows.size // 2
             return int(rows[middle]), int(columns[middle])
-        left = peeled
+        remaining = eroded
     return None
 
 
 def velocity_norm(dataset: xr.Dataset) -> Normalize:
-    """Return one scale for both supports: from 0 to the bulk of the impact velocities."""
+    """Return the colour scale of both supports, from 0 to the HIGHEST_SHARE quantile of impact velocities."""
     struck = dataset["impact_velocity_max"].values
     struck = struck[np.isfinite(struck)]
     highest = float(np.quantile(struck, HIGHEST_SHARE)) if struck.size else 1.0
@@ -147,7 +149,7 @@ def velocity_norm(dataset: xr.Dataset) -> Normalize:
 def draw_velocities(
     figure: Figure, pair: list[Axes], part: xr.Dataset, x: str, y: str, norm: Normalize
 ) -> None:
-    """Draw impact_velocity_max of each support on one colour scale; grey where none is struck."""
+    """Draw impact_velocity_max of each support on one colour scale, grey where it is not struck."""
     grid = cell_edges(part[x].values), cell_edges(part[y].values)
     for ax, support in zip(pair, part["support"].values, strict=True):
         values = part["impact_velocity_max"].sel(support=support).transpose(y, x).values
@@ -171,19 +173,19 @@ def draw_velocities(
 
 
 def scale(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
-    """Give both axes the scale of their grids."""
+    """Set the scale of both axes, linear or log as their grids."""
     ax.set_xscale(scale_of(part[x].values))
     ax.set_yscale(scale_of(part[y].values))
 
 
 def frame(ax: Axes) -> None:
-    """Close the frame: a map has four sides."""
+    """Draw all four sides of the frame."""
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
 
 
 def legend_handles(dataset: xr.Dataset) -> list[Patch | Line2D]:
-    """Return the regimes present, the mark of period multiples, the tone of no impact."""
+    """Return legend entries of the regimes present, of m > 1 and of supports not struck."""
     handles: list[Patch | Line2D] = []
     for patch in regime_patches(dataset):
         patch.set_hatch("")
@@ -195,6 +197,6 @@ def legend_handles(dataset: xr.Dataset) -> list[Patch | Line2D]:
                    label=f"$m>1$ (up to {largest})")
         )  # fmt: skip
     if "impact_velocity_max" in dataset:
-        unstruck = "support not struck"
-        handles.append(Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label=unstruck))
+        text = "support not struck"
+        handles.append(Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label=text))
     return handles

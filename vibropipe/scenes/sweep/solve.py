@@ -1,4 +1,4 @@
-"""A sweep: the steady states of its rows."""
+"""Solution of sweep scenes: the steady state of each row."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
-    """Solve all rows of a sweep on its grid, in memory."""
+    """Solve all rows of a sweep in memory and return them on its grid."""
     rows = solve_rows(scene, 0, scene.row_count, progress)
     return assemble([rows], scene.over_arrays(), scene.follow_pair())
 
@@ -24,7 +24,7 @@ def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
 def solve_rows(
     scene: SweepScene, start: int, stop: int, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Solve the rows [start, stop) of a sweep, over `row`; cuts fall between chains."""
+    """Solve the rows [start, stop) of a sweep, over `row`; both ends must lie between chains."""
     (rows,) = solve_in_blocks(scene, start, stop, stop - start, progress)
     return rows
 

@@ -1,4 +1,4 @@
-"""The regime of every row along a line as a coloured and hatched bar; and the legend of regimes."""
+"""Bars of the regime of every row along a line, coloured and hatched, and the legend of regimes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
-from vibropipe.figures.text import REGIME_WORDS, mathtext, regime_name
+from vibropipe.figures.text import REGIME_TEXT, mathtext, regime_name
 from vibropipe.words.vocabulary import quantity
 
 MIN_LOG_POINTS = 4
 
 
 def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, named: bool) -> None:
-    """Draw one bar per line: the regime of every row of the sweep, in colour and hatch."""
+    """Draw one bar per line with the regime of every row."""
     edges = cell_edges(part[along].values)
     count = 1 if lines_dim is None else part.sizes[lines_dim]
     for position in range(count):
@@ -42,17 +42,17 @@ def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, n
     ax.set_xlim(edges[0], edges[-1])
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    says = [""] if lines_dim is None else [mathtext(float(v)) for v in part[lines_dim].values]
-    ax.set_yticks(range(count), says if named else [""] * count)
+    labels = [""] if lines_dim is None else [mathtext(float(v)) for v in part[lines_dim].values]
+    ax.set_yticks(range(count), labels if named else [""] * count)
     if named:
         name = "regime" if lines_dim is None else f"regime\nat {quantity(lines_dim).symbol} ="
         ax.set_ylabel(name, fontsize=SMALL_FONT_SIZE)
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders between neighbouring grid values, half-way; one value gets a width.
+    """Return the borders half-way between ascending grid values, on the scale of their axis.
 
-    ``values`` ascend. Half-way is meant on the scale they are drawn on.
+    A single value gets a cell of width 1.
     """
     if values.size == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
@@ -63,7 +63,7 @@ def cell_edges(values: np.ndarray) -> np.ndarray:
 
 
 def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
-    """Return the scale of an axis over ``values``: log where they grow by a constant factor."""
+    """Return the scale of an axis: log if its values grow by a constant factor."""
     if values.size < MIN_LOG_POINTS or values.min() <= 0.0 or values.max() < 5.0 * values.min():
         return "linear"
     steps = np.diff(np.log(np.sort(values)))
@@ -71,13 +71,13 @@ def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
 
 
 def regime_patches(dataset: xr.Dataset) -> list[Patch]:
-    """Return a legend entry for each regime that occurs in ``dataset``."""
+    """Return a legend entry for each regime that occurs in a dataset."""
     patches = []
     for code in np.unique(dataset["regime"].values):
         name = regime_name(int(code))
         style = REGIME_STYLES[name]
         patches.append(
             Patch(facecolor=style.colour, hatch=style.hatch, edgecolor=BLACK, linewidth=0.4,
-                  label=REGIME_WORDS[name])
+                  label=REGIME_TEXT[name])
         )  # fmt: skip
     return patches

@@ -1,4 +1,4 @@
-"""Rows of a sweep computed again, each by itself; where a parameter is followed, whole chains."""
+"""Verification of a sweep: a sample of its rows is recomputed, whole chains if a parameter is followed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vibropipe.store import Difference, compare_rows
 def recompute(
     path: Path, scene: SweepScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
-    """Compute at least `rows` rows again, or all if there are fewer."""
+    """Recompute at least `rows` rows, or all if there are fewer."""
     grid = sweep_grid(scene)
     length = grid.chain_length
     chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
@@ -25,6 +25,8 @@ def recompute(
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)
         differences += compare_rows(path, shard, grid)
-        if any(item.where == "" for item in differences):  # the same in every row
+        if any(
+            item.where == "" for item in differences
+        ):  # An attribute differs, and so in every row.
             break
     return Recomputed(part_text(len(chains) * length, grid.rows, "row"), differences)

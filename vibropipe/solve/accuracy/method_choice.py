@@ -109,7 +109,7 @@ def choose(
 
 def check_accuracy(accuracy: Any) -> float:
     """Return an accuracy as a float, or raise a ParameterError."""
-    allowed, (least, most) = within_text(ACCURACY, "a finite number"), ACCURACY
+    allowed, (least, most) = within_text(ACCURACY, whole=False), ACCURACY
     value = as_float("accuracy", accuracy, allowed)
     if not least <= value <= most:
         raise ParameterError("accuracy", accuracy, allowed)

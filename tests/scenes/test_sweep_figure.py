@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import to_rgb
 
 from vibropipe.figures.style import REGIME_STYLES, house_style
-from vibropipe.figures.text import REGIME_WORDS, regime_name
+from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.sweep.curves import isolated, row_kinds
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.regime_map import widest_spot
@@ -24,7 +24,7 @@ from vibropipe.words.vocabulary import REGIMES
 def test_every_regime_present_is_in_the_legend(name, figures, made):
     codes = np.unique(made[name][1]["regime"].values)
     for code in codes:
-        assert REGIME_WORDS[regime_name(int(code))] in words(figures[name])
+        assert REGIME_TEXT[regime_name(int(code))] in words(figures[name])
 
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns", "map"])

@@ -1,4 +1,4 @@
-"""Time to reach, orders and failures of made-up races whose answers are known."""
+"""Time to reach an accuracy, orders and failures of small datasets with known answers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DIMS = ("motion", "method", "setting")
 
 
 def made(error, time, outcome=None, setting=None) -> xr.Dataset:
-    """A race of one motion from (method, setting) arrays."""
+    """Return work-precision data of one motion from (method, setting) arrays."""
     error, time = np.array(error, float)[None], np.array(time, float)[None]
     outcome = (
         np.zeros(error.shape, np.int8) if outcome is None else np.array(outcome, np.int8)[None]

@@ -1,4 +1,4 @@
-"""The picture and the page of the hard cases: what is passed lies left of the line, nothing is lost."""
+"""Figure and table of the hard cases: passed cases lie left of the line, and no check is missing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from drawing import caption, draw
 from figures.sample_datasets import Scene, hard_cases
 
 from vibropipe.scenes.hard_cases.pictures import LEFT, RIGHT, shares
-from vibropipe.scenes.hard_cases.report import hard_case_table, hard_case_words
+from vibropipe.scenes.hard_cases.report import hard_case_table, verdict_summary
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_shares_of_wrong_counts_and_of_no_numbers():
 
 def test_caption_names_what_is_not_passed():
     assert caption(Scene("hard_cases"), hard_cases(), {}) == (
-        "4 cases, not passed: grazing_free. Of 24 motions 4 had flights shorter than the step."
+        "4 cases, not passed: grazing_free. 4 of 24 motions had flights shorter than the step."
     )
     good = hard_cases().isel(case=slice(3))
     assert caption(Scene("hard_cases"), good, {}).startswith("3 cases, all passed.")
@@ -57,7 +57,15 @@ def test_caption_names_what_is_not_passed():
 
 def test_the_page_has_a_row_per_case_with_its_verdicts():
     table = hard_case_table(hard_cases())
-    assert table.head == ["case", "asked", "known", "exact", "newmark 8", "newmark 60", "passed"]
+    assert table.head == [
+        "case",
+        "description",
+        "known property",
+        "exact",
+        "newmark 8",
+        "newmark 60",
+        "passed",
+    ]
     chatter, start, drift, graze = table.rows
     assert chatter[1:3] == ["chatter, R = 0.5", "its series"]
     assert chatter[3] == "2 × 10⁻¹⁵ ≤\u00a010⁻¹²"
@@ -69,7 +77,7 @@ def test_the_page_has_a_row_per_case_with_its_verdicts():
         "not passed: 1 >\u00a00",
         "0 of 3",
     ]
-    assert hard_case_words({"hard": hard_cases()}).startswith(
+    assert verdict_summary({"hard": hard_cases()}).startswith(
         "7 of 10 checks are passed, over 24 motions with 600 impacts."
     )
-    assert hard_case_words({}) == ""
+    assert verdict_summary({}) == ""

@@ -1,4 +1,4 @@
-"""The picture of what effects cost, its words, and the tables of what was timed: they change with the data."""
+"""Figure, caption and tables of timed scenes follow from the data."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from drawing import draw, picture_of
-from figures.test_work_precision import race as race
 
 from vibropipe.figures.style import house_style, save
-from vibropipe.scenes.accuracy.report import NOT_REACHED, race_table
+from vibropipe.scenes.accuracy.report import NOT_REACHED, work_precision_table
 from vibropipe.scenes.effects.pictures import describe_effects
-from vibropipe.scenes.effects.report import effect_table, effect_words
+from vibropipe.scenes.effects.report import effect_table, targets_text
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import describe
 
@@ -65,19 +64,19 @@ def test_every_motion_has_a_row_and_every_target_a_bar(costs):
 
 
 def test_words_come_from_the_data(costs):
-    said = describe_effects(costs)
-    assert said == (
-        "3 motions; 1 of 2 targets are met. Missed: no force (0.85 of the kernel of all effects, aimed at 0.7)."
+    text = describe_effects(costs)
+    assert text == (
+        "3 motions; 1 of 2 targets are met. Missed: no force (0.85 of the all-effects kernel, target 0.7)."
     )
     costs["target_met"][:] = [2, 1, 0]
-    said = describe_effects(costs)
-    assert "1 of 2 targets" in said
-    assert "bare (0.47 of no force, aimed at 0.5)" in said
+    text = describe_effects(costs)
+    assert "1 of 2 targets" in text
+    assert "bare (0.47 of no force, target 0.5)" in text
 
 
 def test_the_report_says_them_too(costs):
-    assert effect_words({"law": xr.Dataset(), "costs": costs}) == describe_effects(costs)
-    assert effect_words({"law": xr.Dataset()}) == ""
+    assert targets_text({"law": xr.Dataset(), "costs": costs}) == describe_effects(costs)
+    assert targets_text({"law": xr.Dataset()}) == ""
 
 
 def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):
@@ -105,13 +104,13 @@ def test_the_table_tells_targets_and_verdicts(costs):
     assert rows["full"][:2] == ["all", "impacts"]
     assert rows["full"][-3:] == ["–", "–", "–"]
     assert rows["no_force"][3] == "0.85 (0.765 to 0.935)"
-    assert rows["no_force"][-3:] == ["0.7 of all effects", "0.85 (0.765 to 0.935)", "not passed"]
+    assert rows["no_force"][-3:] == ["0.7 of all effects", "0.85 (0.765 to 0.935)", "missed"]
     assert rows["bare"][0] == "–"
-    assert rows["bare"][-1] == "passed"
+    assert rows["bare"][-1] == "met"
 
 
-def test_the_table_of_a_race_tells_times_and_what_is_not_reached(race):
-    table = race_table(race).as_data()
+def test_the_table_of_work_precision_tells_times_and_what_is_not_reached(work_precision):
+    table = work_precision_table(work_precision).as_data()
     assert table["head"][2:] == ["0.01", "0.0001", "1 × 10⁻⁶", "1 × 10⁻⁸", "1 × 10⁻¹⁰"]
     rows = {(row[0].replace("\u200b", ""), row[1]): row[2:] for row in table["rows"]}
     assert rows["plain", "exact"] == ["100"] * 5
@@ -122,6 +121,6 @@ def test_the_table_of_a_race_tells_times_and_what_is_not_reached(race):
     assert rows["median of all", "crude"] == ["640", *[NOT_REACHED] * 4]
 
 
-def test_a_method_that_is_not_installed_has_no_rows(race):
-    race["outcome"][:, 3] = Outcome.NOT_INSTALLED
-    assert all(row[1] != "RK45" for row in race_table(race).rows)
+def test_a_method_that_is_not_installed_has_no_rows(work_precision):
+    work_precision["outcome"][:, 3] = Outcome.NOT_INSTALLED
+    assert all(row[1] != "RK45" for row in work_precision_table(work_precision).rows)

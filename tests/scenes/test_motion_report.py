@@ -1,0 +1,67 @@
+"""Part of the report on motions: steady states in one table, and the effect of each asymmetry."""
+
+from __future__ import annotations
+
+import pytest
+from figures.sample_datasets import motion, steady
+
+from vibropipe.report.table import ZERO_WIDTH_SPACE
+from vibropipe.scenes.motion.report import asymmetry, sections, steady_scenes, steady_tables
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    """Return a motion without a steady state and three with one, by scene."""
+    return {
+        "free": motion(f=0.0, h=0.0, R1=1.0, R2=1.0, v=-0.51, tau_end=10.0),
+        "symmetric": steady(tau_end=13.0),
+        "offset": steady(0.035, delta=0.01, tau_end=13.0),
+        "very_unequal_scene": steady(-0.02, R1=0.6, R2=0.8, tau_end=13.0),
+    }
+
+
+def test_steady_states_stand_side_by_side(datasets):
+    assert list(steady_scenes(datasets)) == ["symmetric", "offset", "very_unequal_scene"]
+    (section,) = sections(datasets)
+    (table,) = (part.as_data() for part in section.tables)
+    assert table["head"][-1].replace(ZERO_WIDTH_SPACE, "") == "very_unequal_scene"
+    rows = {row[0]: row[1:] for row in table["rows"]}
+    assert rows["delta"] == ["0", "0.01", "0"]
+    assert rows["R1"] == ["0.7", "0.7", "0.6"]
+    assert "nu" not in rows
+    assert rows["regime"] == ["two-sided"] * 3
+    assert rows["multiple"] == ["1"] * 3
+    assert rows["impacts_1"] == ["0.89", "0.855", "0.91"]
+    assert rows["impacts_2"] == ["−0.89", "−0.925", "−0.87"]
+    assert rows["mean"] == ["0", "−0.035", "0.02"]
+    assert rows["harmonic 2"] == ["0", "0.035", "0.02"]
+    assert rows["multipliers"] == ["0.35 ± 0.01 i"] * 3
+    assert rows["stable"] == ["yes"] * 3
+
+
+def test_many_steady_states_are_cut_into_tables_that_fit(datasets):
+    many = {f"scene_{n}": datasets["offset"] for n in range(12)}
+    tables = steady_tables(many)
+    assert [len(table.head) for table in tables] == [6, 6, 3]
+
+
+def test_what_each_asymmetry_does_is_computed(datasets):
+    text = asymmetry(steady_scenes(datasets))
+    assert text["opening"] == "Compared with the symmetric scene, symmetric:"
+    names = [item["name"].replace(ZERO_WIDTH_SPACE, "") for item in text["items"]]
+    assert names == ["offset", "very_unequal_scene"]
+    offset, unequal = (item["text"] for item in text["items"])
+    assert offset.startswith("δ = 0.01 instead of 0: ")
+    assert "the constant part of displacement changes from 0 to −0.035" in offset
+    assert "the impact velocity on support 1 from 0.89 to 0.855 (−3.9 %)" in offset
+    assert "the second harmonic from 0 to 0.035" in offset
+    assert unequal.startswith("R₁ = 0.6 instead of 0.7 and R₂ = 0.8 instead of 0.7: ")
+    assert "differ most in offset, by 7.6 % of the larger one" in text["closing"]
+    # another result, another sentence
+    other = steady(0.07, delta=0.01, tau_end=5.0)
+    text = asymmetry({"symmetric": datasets["symmetric"], "offset": other})
+    assert "changes from 0 to −0.07" in text["items"][0]["text"]
+
+
+def test_one_steady_state_is_compared_with_nothing(datasets):
+    assert asymmetry({"symmetric": datasets["symmetric"]})["items"] == []

@@ -56,7 +56,7 @@ def test_motions_call_for_their_own_effects(study):
         (("against: row", "against: full"), "), got 'full'"),
         (("against: row", "against: rov"), "did you mean 'row'?"),
         (("of: row,", "of: raw,"), "motions.row.of: must be motion or row, got 'raw'"),
-        (("at_most: 0.05", "at_most: 0"), "motions.free.at_most: must be a finite number above 0 up to 1e6, got 0"),
+        (("at_most: 0.05", "at_most: 0"), "motions.free.at_most: must be a number above 0 up to 1e6, got 0"),
         (("periods: 3", "periods: 0"), "motions.free.periods: must be a whole number from 1 to 1e6, got 0"),
         (("v0: 0.6", "x0: 0.6"), "(between the supports), got 0.6"),
         (("kind: effects", "kind: effect"), "did you mean 'effects'?"),

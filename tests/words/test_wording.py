@@ -12,7 +12,7 @@ from vibropipe.jobs.verify import Verdict
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.hard_cases.report import verdict_summary
 from vibropipe.scenes.recompute import part_text
-from vibropipe.scenes.sweep.captions import odd_words
+from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
@@ -71,7 +71,7 @@ def test_rows_that_no_shard_holds():
 def test_one_row_of_a_sweep_has_no_orbit():
     codes = [REGIMES["two_sided"], REGIMES["aperiodic"]]
     one = xr.Dataset({"regime": ("nu", np.array(codes, np.int8))})
-    assert odd_words(one).startswith("Of 2 rows 1 has no orbit;")
+    assert row_kinds_text(one).startswith("Of 2 rows, 1 has no periodic orbit;")
 
 
 def test_checks_of_one_motion():

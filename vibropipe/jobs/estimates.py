@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from vibropipe.compiler.cache import cache_folder
 from vibropipe.scenes.costs import Estimate, sampling
+from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import StoreError, atomic_file
+from vibropipe.store import StoreError, atomic_file, write
 from vibropipe.study import Study, fingerprint
 
 FILE_NAME = "expected.json"
@@ -23,13 +25,17 @@ BUDGET, MIN_BUDGET = 1.0, 0.05
 
 def estimate_study(study: Study) -> dict[str, Estimate]:
     """Return the estimate of each scene by name, and store them for the jobs that solve the scenes."""
-    with sampling() as sampler:
+    with sampling(_solve_to_file) as sampler:
         sampler.budget = max(MIN_BUDGET, BUDGET / len(study.scenes))
         estimates = {
             name: kind_of(scene).estimate(scene, sampler) for name, scene in study.scenes.items()
         }
     save_estimates({fingerprint(study, name): value for name, value in estimates.items()})
     return estimates
+
+
+def _solve_to_file(scene: BaseScene, path: Path) -> None:
+    write(kind_of(scene).solve(scene), path)
 
 
 def save_estimates(estimates: dict[str, Estimate]) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,21 +103,21 @@ class Sampler:
         Seconds that the samples of a scene may take.
     file : Path
         Dataset of the last sample.
+    solve_to_file : callable
+        Called as `solve_to_file(scene, file)`.
     loads : dict
         Seconds to load kernels, by name of the set of kernels.
     """
 
     budget: float
     file: Path
+    solve_to_file: Callable[[Any, Path], None]
     loads: dict[str, float] = field(default_factory=dict)
 
     def solved(self, sample: BaseScene) -> float:
         """Solve a sample into a file and return the CPU seconds of this process, since others may run beside it."""
-        from vibropipe.scenes.registry import kind_of
-        from vibropipe.store import write
-
         begin = time.process_time()
-        write(kind_of(sample).solve(sample), self.file)
+        self.solve_to_file(sample, self.file)
         return time.process_time() - begin
 
     def warm(self, small: BaseScene, kernels: str) -> tuple[float, float]:
@@ -137,7 +138,7 @@ class Sampler:
 
 
 @contextmanager
-def sampling() -> Iterator[Sampler]:
+def sampling(solve_to_file: Callable[[Any, Path], None]) -> Iterator[Sampler]:
     """Yield a sampler; kernels run on one thread inside."""
     import numba
 
@@ -145,7 +146,7 @@ def sampling() -> Iterator[Sampler]:
     numba.set_num_threads(1)
     try:
         with TemporaryDirectory(prefix="vibropipe-sample-") as folder:
-            yield Sampler(0.0, Path(folder) / "sample.nc")
+            yield Sampler(0.0, Path(folder) / "sample.nc", solve_to_file)
     finally:
         numba.set_num_threads(before)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibropipe.scenes.keys.base import BaseScene, plain
-from vibropipe.study.models import Study
+
+if TYPE_CHECKING:
+    from vibropipe.study.models import Study
 
 # Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
 SEMANTICS_VERSION = 1

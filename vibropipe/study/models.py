@@ -19,6 +19,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, on
 from vibropipe.scenes.keys.values import Name
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
+from vibropipe.study.identity import fingerprint
 
 
 class Study(StudyModel):
@@ -54,8 +55,6 @@ class Study(StudyModel):
     @property
     def fingerprints(self) -> dict[str, str]:
         """Fingerprint of each scene by name."""
-        from vibropipe.study.identity import fingerprint  # imports this module
-
         return {name: fingerprint(self, name) for name in self.scenes}
 
     def scene(self, name: str) -> Any:

@@ -18,8 +18,8 @@ from vibropipe.march.state import REST
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load import sincos_tables
+from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion import check_steps
-from vibropipe.solve.run import span_in_turns
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
 

@@ -11,7 +11,7 @@ from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
-from vibropipe.solve.run import check_whole
+from vibropipe.solve.checks import check_whole
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 

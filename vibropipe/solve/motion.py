@@ -10,8 +10,9 @@ from vibropipe.physics.effects import Effects, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
+from vibropipe.solve.checks import check_whole, span_in_turns
 from vibropipe.solve.motion_dataset import to_dataset
-from vibropipe.solve.run import MotionRequest, check_whole, run_motion, span_in_turns
+from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.words.methods import METHODS
 
 if TYPE_CHECKING:

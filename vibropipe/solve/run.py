@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,11 +20,12 @@ from vibropipe.march.state import REST, initial_state
 from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
-from vibropipe.physics.exciter import Exciter, ParameterError, as_float
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import DEGREE
-from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD, within_text
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD
 from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve import linear_motion as linear
+from vibropipe.solve.checks import check_whole, span_in_turns
 from vibropipe.solve.conservative_motion import contacts, positions
 from vibropipe.solve.contacts import Contacts, contacts_of, drain_log
 from vibropipe.solve.energy import work_of_flights, work_of_steps
@@ -207,61 +208,12 @@ def _conservative(
     return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
-def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
-    """Return start and end in forcing periods.
-
-    Parameters
-    ----------
-    exciter : Exciter
-    tau_start, tau_end : float
-        Start and end, in tau.
-
-    Raises
-    ------
-    ParameterError
-        If the times are not finite, negative, in the wrong order or beyond 2**52 forcing periods.
-    """
-    start = as_float("tau_start", tau_start, "a finite number >= 0")
-    end = as_float("tau_end", tau_end, "a finite number >= tau_start")
-    if not (math.isfinite(start) and start >= 0):
-        raise ParameterError("tau_start", start, "a finite number >= 0")
-    if not (math.isfinite(end) and end >= start):
-        raise ParameterError("tau_end", end, f"a finite number >= {start!r}")
-    turns = (start * exciter.nu / (2 * math.pi), end * exciter.nu / (2 * math.pi))
-    if turns[1] > 2**52:
-        raise ParameterError("tau_end", end, "at most 2**52 forcing periods")
-    return turns
-
-
 def _check_steps(request: MotionRequest, steps: float) -> None:
     """Raise a ParameterError if a march has too many steps."""
     if steps > MAX_MARCH_STEPS:
         must = f"must be reached in at most {MAX_MARCH_STEPS:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
-
-
-def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
-    """Return a whole number within limits (least, most) as an int.
-
-    Parameters
-    ----------
-    name : str
-        Name in the message.
-    value : int or numpy.integer
-        The number; a bool is rejected.
-    limits : (int, int)
-        Least and largest value.
-
-    Raises
-    ------
-    ParameterError
-        If `value` is no whole number within the limits.
-    """
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or not limits[0] <= value <= limits[1]:
-        raise ParameterError(name, value, within_text(limits))
-    return int(value)
 
 
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:

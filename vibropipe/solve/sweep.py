@@ -17,12 +17,12 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with_error
+from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows import solve_rows
-from vibropipe.solve.run import check_whole
-from vibropipe.solve.sweep_grid import DIRECTIONS, Follow, SweepGrid, row_blocks
-from vibropipe.words.outputs import OUTPUTS, SWEEP_DEFAULT
+from vibropipe.solve.sweep_grid import Follow, SweepGrid, row_blocks
+from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -111,44 +111,10 @@ def sweep(
 
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
     """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
-    values, followed = check_over(over), _check_follow(over, follow)
+    values, followed = check_over(over), check_follow(over, follow)
     parameters = exciter.parameters()._asdict().items()
     shared = {name: value for name, value in parameters if name not in values}
     return SweepGrid(values, followed, shared)
-
-
-def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
-    arrays = {}
-    for name, values in over.items():
-        if name not in Parameters._fields:
-            must = f"must have keys among {', '.join(Parameters._fields)}"
-            raise ParameterError("over", over, must=must, got=repr(name))
-        array = np.atleast_1d(np.asarray(values, dtype=float))
-        if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
-            raise ParameterError(f"over.{name}", values, "a non-empty list of finite numbers")
-        if np.unique(array).size != array.size:
-            raise ParameterError(f"over.{name}", values, "values that differ from each other")
-        arrays[name] = array
-    if not arrays:
-        must = "must have at least one parameter with its values"
-        raise ParameterError("over", over, must=must)
-    return arrays
-
-
-def _check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
-    """Return `follow` as a pair, or raise a ParameterError."""
-    if follow is None:
-        return None
-    if isinstance(follow, str) or np.shape(follow) != (2,):
-        allowed = 'a pair of a swept parameter and a direction, like ("nu", "up")'
-        raise ParameterError("follow", follow, allowed)
-    along, direction = follow
-    if along not in over:
-        raise ParameterError("follow.along", along, f"a swept parameter ({', '.join(over)})")
-    if direction not in DIRECTIONS:
-        raise ParameterError("follow.direction", direction, "up or down")
-    return along, direction
 
 
 def solve_shard(
@@ -220,7 +186,7 @@ def solve_blocks(
         must = f"must be cut from 0 to {grid.rows} at multiples of {grid.chain_length}"
         got = f"{row_start} to {row_stop}"
         raise ParameterError("rows", (row_start, row_stop), must=must, got=got)
-    requested_outputs = _check_outputs(outputs)
+    requested_outputs = check_outputs(outputs)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     check_whole("patience", patience, limits.PATIENCE)
     max_error = None if accuracy is None else check_accuracy(accuracy)
@@ -272,13 +238,6 @@ def _label(
     attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
     block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
     return describe(block.set_coords(coords))
-
-
-def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
-    """Return the requested outputs in the order of `OUTPUTS`, or raise a ParameterError."""
-    if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
-        raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
-    return tuple(name for name in OUTPUTS if name in outputs)
 
 
 def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:

@@ -1,0 +1,104 @@
+"""Checks of the arguments of the faces: each returns the checked value or raises a ParameterError."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.physics.limits import within_text
+from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
+from vibropipe.words.outputs import OUTPUTS
+
+
+def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
+    """Return start and end in forcing periods.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    tau_start, tau_end : float
+        Start and end, in tau.
+
+    Raises
+    ------
+    ParameterError
+        If the times are not finite, negative, in the wrong order or beyond 2**52 forcing periods.
+    """
+    start = as_float("tau_start", tau_start, "a finite number >= 0")
+    end = as_float("tau_end", tau_end, "a finite number >= tau_start")
+    if not (math.isfinite(start) and start >= 0):
+        raise ParameterError("tau_start", start, "a finite number >= 0")
+    if not (math.isfinite(end) and end >= start):
+        raise ParameterError("tau_end", end, f"a finite number >= {start!r}")
+    turns = (start * exciter.nu / (2 * math.pi), end * exciter.nu / (2 * math.pi))
+    if turns[1] > 2**52:
+        raise ParameterError("tau_end", end, "at most 2**52 forcing periods")
+    return turns
+
+
+def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
+    """Return a whole number within limits (least, most) as an int.
+
+    Parameters
+    ----------
+    name : str
+        Name in the message.
+    value : int or numpy.integer
+        The number; a bool is rejected.
+    limits : (int, int)
+        Least and largest value.
+
+    Raises
+    ------
+    ParameterError
+        If `value` is no whole number within the limits.
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not limits[0] <= value <= limits[1]:
+        raise ParameterError(name, value, within_text(limits))
+    return int(value)
+
+
+def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
+    arrays = {}
+    for name, values in over.items():
+        if name not in Parameters._fields:
+            must = f"must have keys among {', '.join(Parameters._fields)}"
+            raise ParameterError("over", over, must=must, got=repr(name))
+        array = np.atleast_1d(np.asarray(values, dtype=float))
+        if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
+            raise ParameterError(f"over.{name}", values, "a non-empty list of finite numbers")
+        if np.unique(array).size != array.size:
+            raise ParameterError(f"over.{name}", values, "values that differ from each other")
+        arrays[name] = array
+    if not arrays:
+        must = "must have at least one parameter with its values"
+        raise ParameterError("over", over, must=must)
+    return arrays
+
+
+def check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
+    """Return `follow` as a pair, or raise a ParameterError."""
+    if follow is None:
+        return None
+    if isinstance(follow, str) or np.shape(follow) != (2,):
+        allowed = 'a pair of a swept parameter and a direction, like ("nu", "up")'
+        raise ParameterError("follow", follow, allowed)
+    along, direction = follow
+    if along not in over:
+        raise ParameterError("follow.along", along, f"a swept parameter ({', '.join(over)})")
+    if direction not in DIRECTIONS:
+        raise ParameterError("follow.direction", direction, "up or down")
+    return along, direction
+
+
+def check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the requested outputs in the order of `OUTPUTS`, or raise a ParameterError."""
+    if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
+        raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
+    return tuple(name for name in OUTPUTS if name in outputs)

@@ -9,10 +9,10 @@ from contextlib import contextmanager, nullcontext
 from functools import partial
 from typing import TextIO
 
-__all__ = ["Progress", "progress_text", "show_progress"]
+from vibropipe.words.progress import Progress
 
-Progress = Callable[[int, int], None]
-"""Called as `progress(done, total)` with numbers of points; `total` is 0 where it is unknown."""
+__all__ = ["progress_text", "show_progress"]
+
 
 # Seconds between two drawings of the bar: one takes about a millisecond, so the share stays far below 1 %.
 BAR_SECONDS = 0.5

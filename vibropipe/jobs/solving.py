@@ -14,7 +14,7 @@ from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.estimates import load_estimate
 from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.scenes.keys.base import BaseScene
-from vibropipe.scenes.kind import Kind, Progress
+from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import (
     count_equal,
@@ -24,6 +24,7 @@ from vibropipe.store import (
     write_sidecar,
 )
 from vibropipe.study import Study, fingerprint
+from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 
 # Attributes of the process that solves; a join keeps those of its shards.

@@ -22,6 +22,7 @@ from vibropipe.lab.work_precision import motion_coordinates
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.effects import effect_names
 from vibropipe.words.measurements import Passed
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 KERNELS = ("own", "all", "full")
 NOT_PASSED, PASSED, NOT_ASKED = Passed
 
-Progress = Callable[[int, int], None]
 Size = Callable[[BenchmarkMotion, bool, tuple[str, ...]], float]
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vibropipe.words.progress import Progress
+
 # Seconds after which no further round of a timer begins: a round of all timers stays short enough to repeat.
 SECONDS = 0.25
 # Shortest timed interval in seconds, far above the resolution of the clock; shorter calls are repeated to fill it.
@@ -75,7 +77,7 @@ def quartiles(values: Collection[float]) -> list[float]:
 
 
 def time_in_rounds(
-    timers: Collection[Timer], rounds: int, progress: Callable[[int, int], None] | None = None
+    timers: Collection[Timer], rounds: int, progress: Progress | None = None
 ) -> None:
     """Time all timers in every round.
 

@@ -7,7 +7,7 @@ the grid; all methods are timed in every round, so that drift of the machine aff
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,6 +23,7 @@ from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, Candi
 from vibropipe.solve.accuracy.motion_errors import match_contacts
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def solve_accuracy(
     tolerances: Sequence[float] = (1e-4, 1e-7, 1e-10),
     peer_periods: int = 4,
     repeats: int = 7,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Measure error, run time and work of methods over (motion, method, setting).
 

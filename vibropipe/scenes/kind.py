@@ -26,6 +26,7 @@ from vibropipe.compiler.sources import file_hash
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.checks import Check
 from vibropipe.scenes.keys.problems import Problem
+from vibropipe.words.progress import Progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from vibropipe.report.section import Section
     from vibropipe.scenes.costs import Estimate, Sampler, Work
     from vibropipe.scenes.recompute import Recomputed
-
-Progress = Callable[[int, int], None]  # called as progress(done, total); total is 0 if unknown
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ order. One block is in memory, whatever the number of rows.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from math import prod
@@ -27,6 +27,7 @@ from vibropipe.store.encoding import (
 )
 from vibropipe.store.ragged import ReorderingWriter, SequentialWriter
 from vibropipe.store.shards import Shard, read_headers, read_rows
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import attributes
 
 # Limits of a block in memory: bytes of its variables, and rows.
@@ -39,7 +40,7 @@ def join(
     path: str | PathLike[str],
     grid: SweepGrid,
     attrs: Mapping[str, Any] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Join the shards of a sweep into one file.
 
@@ -84,7 +85,7 @@ def _write(
     path: Path,
     grid: SweepGrid,
     attrs: dict[str, Any],
-    progress: Callable[[int, int], None] | None,
+    progress: Progress | None,
 ) -> None:
     """Write the joined file without its seal."""
     import netCDF4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from vibropipe.lab.hard_cases.case import Case, Measured, Solver, evaluate_case, solvers
 from vibropipe.lab.hard_cases.cases import CASES
 from vibropipe.words.measurements import Passed
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ NOT_PASSED, PASSED, NOT_ASKED = Passed
 def solve_hard_cases(
     cases: Sequence[Case] = CASES,
     by: Sequence[Solver] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Measure each case by each solver: the exact method, and Newmark's with coarse to fine steps.
 

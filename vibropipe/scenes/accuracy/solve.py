@@ -11,7 +11,7 @@ from vibropipe.lab.work_precision_methods import BenchmarkMotion
 
 if TYPE_CHECKING:
     from vibropipe.scenes.accuracy.keys import AccuracyScene
-    from vibropipe.scenes.kind import Progress
+    from vibropipe.words.progress import Progress
 
 
 def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:

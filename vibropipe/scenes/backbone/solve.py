@@ -14,7 +14,7 @@ from vibropipe.solve.motion import simulate
 
 if TYPE_CHECKING:
     from vibropipe.scenes.backbone.keys import BackboneScene
-    from vibropipe.scenes.kind import Progress
+    from vibropipe.words.progress import Progress
 
 
 def solve(scene: BackboneScene, progress: Progress | None = None) -> xr.Dataset:

@@ -13,7 +13,7 @@ from vibropipe.lab.work_precision_methods import BenchmarkMotion
 
 if TYPE_CHECKING:
     from vibropipe.scenes.effects.keys import EffectsScene
-    from vibropipe.scenes.kind import Progress
+    from vibropipe.words.progress import Progress
 
 
 def solve(scene: EffectsScene, progress: Progress | None = None) -> xr.Dataset:

@@ -10,7 +10,7 @@ from vibropipe.lab.hard_cases import CASES, solve_hard_cases
 
 if TYPE_CHECKING:
     from vibropipe.scenes.hard_cases.keys import HardCasesScene
-    from vibropipe.scenes.kind import Progress
+    from vibropipe.words.progress import Progress
 
 
 def solve(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:

@@ -19,8 +19,8 @@ from vibropipe.words.outputs import OF_ORBIT
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:
-    from vibropipe.scenes.kind import Progress
     from vibropipe.scenes.motion.keys import MotionScene
+    from vibropipe.words.progress import Progress
 
 # Names that a motion and its steady state share -> their names for the steady state.
 OF_THE_ORBIT = {

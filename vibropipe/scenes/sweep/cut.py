@@ -15,8 +15,8 @@ from vibropipe.store import write_grid, write_rows
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
-    from vibropipe.scenes.kind import Progress
     from vibropipe.scenes.sweep.keys import SweepScene
+    from vibropipe.words.progress import Progress
 
 
 def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:

@@ -11,8 +11,8 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import assemble, solve_blocks
 
 if TYPE_CHECKING:
-    from vibropipe.scenes.kind import Progress
     from vibropipe.scenes.sweep.keys import SweepScene
+    from vibropipe.words.progress import Progress
 
 
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:

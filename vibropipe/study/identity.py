@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from vibropipe.scenes.keys.base import BaseScene, plain
+from vibropipe.scenes.keys.base import BaseScene, canonical_json, plain
+from vibropipe.study.models import Study
 
-if TYPE_CHECKING:
-    from vibropipe.study.models import Study
-
-# Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
-SEMANTICS_VERSION = 1
 # Keys that no data depend on.
 _TEXT_KEYS = ("title", "caption", "figure")
-
-
-def _data_keys(scene: BaseScene) -> dict[str, Any]:
-    return {"meaning": SEMANTICS_VERSION, **scene.data_keys()}
 
 
 def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
@@ -40,22 +31,24 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
         If the study has no scene of that name.
     """
     if scene is not None:
-        return _json(_data_keys(study.scene(scene) if isinstance(scene, str) else scene))
-    scenes = {
-        name: {
-            "data": _data_keys(entry),
-            **{key: plain(getattr(entry, key)) for key in _TEXT_KEYS},
-        }
+        return _scene(study, scene).canonical_text()
+    scenes = [
+        [name, {"data": json.loads(entry.canonical_text()), **_texts(entry)}]
         for name, entry in study.scenes.items()
-    }
+    ]
     head = {"title": study.title, "description": study.description}
-    return _json({**head, "scenes": list(scenes.items())})
+    return canonical_json({**head, "scenes": scenes})
 
 
 def fingerprint(study: Study, scene: BaseScene | str) -> str:
     """Return the SHA-256 hash (64 hex digits) of the keys that the data of a scene depend on."""
-    return hashlib.sha256(canonical_text(study, scene).encode()).hexdigest()
+    return _scene(study, scene).fingerprint()
 
 
-def _json(value: Any) -> str:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+def _scene(study: Study, scene: BaseScene | str) -> BaseScene:
+    found: BaseScene = study.scene(scene) if isinstance(scene, str) else scene
+    return found
+
+
+def _texts(scene: BaseScene) -> dict[str, Any]:
+    return {key: plain(getattr(scene, key)) for key in _TEXT_KEYS}

@@ -19,7 +19,6 @@ from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, on
 from vibropipe.scenes.keys.values import Name
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
-from vibropipe.study.identity import fingerprint
 
 
 class Study(StudyModel):
@@ -55,7 +54,7 @@ class Study(StudyModel):
     @property
     def fingerprints(self) -> dict[str, str]:
         """Fingerprint of each scene by name."""
-        return {name: fingerprint(self, name) for name in self.scenes}
+        return {name: scene.fingerprint() for name, scene in self.scenes.items()}
 
     def scene(self, name: str) -> Any:
         """Return a scene by name.

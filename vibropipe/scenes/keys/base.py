@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +23,8 @@ Title = Annotated[str, TextRule(200)]
 Prose = Annotated[str, TextRule(4000, one_line=False)]
 Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 
+# Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
+SEMANTICS_VERSION = 1
 # Keys without influence on data; `data_exciter` gives the parameters that have some.
 NO_DATA = ("title", "caption", "figure", "exciter")
 
@@ -120,6 +124,19 @@ class BaseScene(StudyModel):
             ends = {name: [grid.low, grid.high] for name, grid in self.grids().items()}
             keys["start"] = resolved_start(keys["start"], {**self.resolved_exciter(), **ends})
         return {"exciter": self.data_exciter(), **keys}
+
+    def canonical_text(self) -> str:
+        """Return the keys that the data depend on as one line of JSON, equal for scenes of the same meaning."""
+        return canonical_json({"meaning": SEMANTICS_VERSION, **self.data_keys()})
+
+    def fingerprint(self) -> str:
+        """Return the SHA-256 hash (64 hex digits) of the keys that the data depend on."""
+        return hashlib.sha256(self.canonical_text().encode()).hexdigest()
+
+
+def canonical_json(value: Any) -> str:
+    """Return mappings, lists, text and numbers as one line of JSON, keys in alphabetical order."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def plain(value: Any) -> Any:

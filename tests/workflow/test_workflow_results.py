@@ -79,4 +79,4 @@ def test_options_on_the_command_line_are_used_or_rejected(fresh):
     printed = fresh.snakemake("--dry-run", "--config", "results=elsewhere")
     assert "tiny: solving forced" in printed
     printed = fresh.snakemake("--dry-run", "--config", "result=elsewhere", code=2)
-    assert "vibropipe: --config result: must be studies or results" in printed
+    assert "vibropipe: --config: must be studies or results, got result" in printed

@@ -11,10 +11,10 @@ from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import to_rgb
 
-from vibropipe.figures.style import REGIME_STYLES, house_style
+from vibropipe.figures.style import LINES, REGIME_STYLES, house_style
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.sweep.curves import isolated, row_kinds
-from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.keys import MAX_LINES, SweepFigure
 from vibropipe.scenes.sweep.regime_map import widest_spot
 from vibropipe.scenes.sweep.strips import cell_edges
 from vibropipe.words.vocabulary import REGIMES
@@ -139,3 +139,7 @@ def test_regimes_are_told_apart_in_grey():
         looks[name] = (0.299 * red + 0.587 * green + 0.114 * blue, style.hatch)
     for (one, (grey, hatch)), (other, (second, pattern)) in combinations(looks.items(), 2):
         assert abs(grey - second) > 0.1 or hatch != pattern, (one, other)
+
+
+def test_a_panel_has_as_many_lines_as_there_are_styles():
+    assert len(LINES) == MAX_LINES

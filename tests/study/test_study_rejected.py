@@ -214,6 +214,17 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
             "a map of one swept parameter",
         ),
         (
+            "{kind: sweep, over: {nu: {start: 1, stop: 2, points: 9}, f: {start: 1, stop: 2, points: 8}}, "
+            "figure: {pictures: [map, curves]}}",
+            "s.figure.pictures: must leave out curves unless all grids but the finest have at most 7 values, "
+            "got curves for 8 values",
+        ),
+        (
+            "{kind: motion, outputs: [impacts], figure: {pictures: [impacts, panels]}}",
+            "s.figure.pictures: must leave out panels unless outputs have motion and samples_per_period "
+            "is above 0, got panels of a motion without samples",
+        ),
+        (
             "{kind: motion, figure: {backbone: s}}",
             "s.figure.backbone: is an unknown key; must be one of pictures, show, periods",
         ),

@@ -103,6 +103,14 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
         yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", must=must)
 
 
+def _figure(scene: MotionScene) -> Iterator[Problem]:
+    """Check that the samples of the chosen panels are recorded."""
+    is_sampled = "motion" in scene.outputs and scene.samples_per_period > 0
+    if "panels" in scene.figure.pictures and not is_sampled:
+        must = "must leave out panels unless outputs have motion and samples_per_period is above 0"
+        yield Problem(("figure", "pictures"), "panels of a motion without samples", must=must)
+
+
 CHECKS = (
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start", "x0")), check_start),
@@ -112,4 +120,5 @@ CHECKS = (
         _length,
     ),
     Check((*EFFECTS.reads, ("tau_end",), ("settle_periods",)), EFFECTS.problems),
+    Check((("figure",), ("outputs",), ("samples_per_period",)), _figure),
 )

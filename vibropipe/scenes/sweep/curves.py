@@ -18,7 +18,6 @@ from matplotlib.lines import Line2D
 from vibropipe.figures.style import (
     BLACK,
     GREY,
-    LINES,
     keep_zero_scale,
     legend,
     line_style,
@@ -33,7 +32,6 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.sweep.strips import draw_strips, regime_patches, scale_of
 from vibropipe.words.vocabulary import REGIMES, label, quantity
 
-MAX_LINES = len(LINES)
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 PANEL_HEIGHT_CM = 3.0
 COLUMN_HEIGHT_CM = 3.6

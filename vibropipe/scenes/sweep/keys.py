@@ -27,6 +27,9 @@ from vibropipe.scenes.keys.values import NameRule, NotNull, NumberRange, is_allo
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import PARAMETERS
 
+# Lines of a panel: as many as there are styles of lines.
+MAX_LINES = 7
+
 
 class SweepFigure(FigureOptions):
     """Options of the pictures of a sweep."""
@@ -153,6 +156,12 @@ def _figure(scene: SweepScene) -> Iterator[Problem]:
     if "map" in scene.figure.pictures and len(scene.over) < 2:
         must = "must leave out map unless two or more parameters are swept"
         yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
+    lines = sorted(grid.size for grid in scene.over.values())[:-1]
+    if "curves" in scene.figure.pictures and any(size > MAX_LINES for size in lines):
+        must = (
+            f"must leave out curves unless all grids but the finest have at most {MAX_LINES} values"
+        )
+        yield Problem(("figure", "pictures"), f"curves for {max(lines)} values", must=must)
 
 
 CHECKS = (

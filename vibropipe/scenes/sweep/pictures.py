@@ -7,8 +7,8 @@ import xarray as xr
 
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
-from vibropipe.scenes.sweep.curves import MAX_LINES, axis_and_others, draw_sweep
-from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.curves import axis_and_others, draw_sweep
+from vibropipe.scenes.sweep.keys import MAX_LINES, SweepFigure
 from vibropipe.scenes.sweep.regime_map import draw_regime_map
 
 

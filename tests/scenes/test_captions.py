@@ -7,7 +7,7 @@ import xarray as xr
 from drawing import caption, picture_of
 
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.motion.captions import describe_motion
+from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
 from vibropipe.scenes.sweep.captions import describe_sweep, location_text
 from vibropipe.words.vocabulary import REGIMES
 
@@ -78,3 +78,14 @@ def test_every_scene_has_a_caption(study, made):
         assert "nan" not in text
         assert "$" not in text
     assert "conservative exciter" in caption(study.scenes["lines"], others["lines"], others)
+
+
+def test_captions_name_what_is_shown(made):
+    motion = made["forced"][1]
+    assert describe_motion(motion).startswith("Force, displacement and velocity over τ")
+    assert describe_motion(motion, ["velocity"]).startswith("Velocity over τ")
+    assert "not stored" not in describe_impacts(motion)
+    assert "not stored" in describe_impacts(made["impacts"][1])
+    lines = made["lines"][1]
+    assert "first harmonic" in describe_sweep(lines)
+    assert "first harmonic" not in describe_sweep(lines, ["impact_velocity_max"])

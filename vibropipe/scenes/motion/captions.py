@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
@@ -17,16 +19,13 @@ from vibropipe.figures.text import (
     times,
 )
 from vibropipe.scenes.motion.impacts import has_events
+from vibropipe.scenes.motion.panels import panel_names
 from vibropipe.words.wording import count, series
 
 
-def describe_motion(dataset: xr.Dataset) -> str:
+def describe_motion(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the curves: impacts, grazings, rests, steady state, deviation from exact."""
-    curves = (
-        "Displacement and velocity"
-        if float(dataset["f"]) == 0.0
-        else "Force, displacement and velocity"
-    )
+    curves = series(panel_names(dataset, show)).capitalize()
     begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
     return sentences(
         f"{curves} over τ = {format_number(begin)} … {format_number(end)}",
@@ -39,12 +38,11 @@ def describe_motion(dataset: xr.Dataset) -> str:
 
 
 def describe_impacts(dataset: xr.Dataset) -> str:
-    """Return the caption of a motion without samples: impacts, grazings, rests, steady state."""
+    """Return the caption of the impacts of a motion: impacts, grazings, rests, steady state."""
     drawn = has_events(dataset)
+    unsampled = "" if dataset.sizes.get("tau") else "; samples of the motion are not stored"
     return sentences(
-        "Velocity before each impact against τ; samples of the motion are not stored"
-        if drawn
-        else NO_SAMPLES,
+        f"Velocity before each impact against τ{unsampled}" if drawn else NO_SAMPLES,
         impacts_text(dataset),
         grazing_text(dataset),
         rest_text(dataset, is_shaded=drawn),

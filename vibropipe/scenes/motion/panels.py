@@ -41,6 +41,13 @@ FAR_SUPPORT = 3.0  # supports farther than this multiple of the largest displace
 MANY_IMPACTS = 80  # markers shrink beyond this
 
 
+def panel_names(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
+    """Return the panels among force, displacement, velocity: those of `show`, or all but a force that is zero."""
+    absent = () if show or float(dataset["f"]) != 0.0 else ("force",)
+    names = ("force", "displacement", "velocity")
+    return [name for name in names if name in (show or names) and name not in absent]
+
+
 def draw_motion(
     dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
 ) -> Figure:
@@ -57,8 +64,7 @@ def draw_motion(
     """
     view = window(dataset, periods)
     forced = float(dataset["f"]) != 0.0
-    names = [name for name in ("force", "displacement", "velocity") if name in show]
-    names = names or [*(["force"] if forced else []), "displacement", "velocity"]
+    names = panel_names(dataset, show)
     heights = [FORCE_HEIGHT_CM if name == "force" else PANEL_HEIGHT_CM for name in names]
     figure = new_figure(sum(heights) + 2.2)
     axes = figure.subplots(len(names), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]

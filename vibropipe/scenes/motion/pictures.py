@@ -13,7 +13,7 @@ PICTURES = (
         lambda dataset, options, _: draw_motion(
             dataset, (options or MotionFigure()).show, (options or MotionFigure()).periods
         ),
-        lambda dataset, options, _: describe_motion(dataset),
+        lambda dataset, options, _: describe_motion(dataset, (options or MotionFigure()).show),
     ),
     Picture(
         "impacts",

@@ -31,10 +31,12 @@ def describe_sweep(
     along, others = axis_and_others(dataset)
     lines = series(f"{PLAIN_SYMBOLS[name]} = {grid_text(dataset[name].values)}" for name in others)
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
+    quantities = {name for _, name, _ in panels_of(dataset, show)}
+    has_harmonics = not quantities or "displacement_amplitude" in quantities
     return sentences(
         f"Steady states against {PLAIN_SYMBOLS[along]}" + (f" for {lines}" if lines else ""),
-        "" if panels_of(dataset, show) else NO_CURVES,
-        peak_text(dataset) or velocity_text(dataset),
+        "" if quantities else NO_CURVES,
+        (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
         row_kinds_text(dataset, show),
         unresolved_text(dataset),
         backbone_text,

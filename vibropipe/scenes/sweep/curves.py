@@ -128,7 +128,7 @@ def draw_sweep(
     scale_ordinates(first_of_row, panels, dataset)
     # The bars are labelled by their own values.
     lines = line_handles(dataset, along, lines_dim, backbone) if panels else []
-    marks = mark_handles(dataset) if panels else []
+    marks = mark_handles(dataset, panels) if panels else []
     legend(figure, lines, "upper", parameter_line(dataset))
     legend(figure, [*marks, *regime_patches(dataset)], "lower")
     return figure
@@ -240,7 +240,7 @@ ROW_MARKS: dict[str, dict[str, Any]] = {
     "no_orbit": {"linestyle": "none", "marker": ".", "markersize": 2.8, "markeredgewidth": 0.5},
 }  # fmt: skip
 ROW_TEXT = {
-    "multiple": r"$m>1$ periods: harmonics of $\nu/m$",
+    "multiple": r"$m>1$ periods",
     "unstable": "unstable",
     "no_orbit": "no orbit: average",
 }
@@ -287,11 +287,13 @@ def line_handles(
     return handles
 
 
-def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
+def mark_handles(dataset: xr.Dataset, panels: list[Panel]) -> list[Line2D]:
     """Return legend entries of the marks that occur."""
-    kinds = row_kinds(dataset)
+    kinds, text = row_kinds(dataset), dict(ROW_TEXT)
+    if any(name == "displacement_amplitude" for _, name, _ in panels):
+        text["multiple"] += r": harmonics of $\nu/m$"
     return [
-        Line2D([], [], **marks, markeredgecolor=BLACK, label=ROW_TEXT[kind])
+        Line2D([], [], **marks, markeredgecolor=BLACK, label=text[kind])
         for kind, marks in ROW_MARKS.items()
         if kinds[kind].any()
     ]

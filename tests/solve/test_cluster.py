@@ -78,7 +78,10 @@ def test_dask_arrays_and_followed_chains(client: Client) -> None:
     local = vp.sweep(EXCITER, over, 0.1, -0.2, **options)
     arrays = {name: da.from_array(values, chunks=4) for name, values in over.items()}
     identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options))
+    identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options, client=client))
     arrays["nu"] = client.persist(arrays["nu"])
+    options["follow"] = ("nu", "both")
+    local = vp.sweep(EXCITER, over, 0.1, -0.2, **options)
     identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options, client=client))
 
 

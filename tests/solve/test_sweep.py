@@ -74,7 +74,7 @@ def test_motion_energy_and_harmonics_tell_of_the_same_orbit(whole: xr.Dataset) -
     assert float(orbits.displacement.min()) >= EXCITER.lower - 1e-12
 
 
-@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
+@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down"), ("f", "both")])
 @pytest.mark.parametrize("cuts", [2, 3])
 def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
     ends = SweepGrid(OVER, follow).cuts(cuts)
@@ -83,7 +83,7 @@ def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
     xr.testing.assert_identical(joined, vp.sweep(EXCITER, OVER, follow=follow))
 
 
-@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
+@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down"), ("f", "both")])
 def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: Any) -> None:
     """Chains longer than a piece continue in the next one."""
     expected = vp.sweep(EXCITER, OVER, follow=follow)
@@ -91,7 +91,7 @@ def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: A
     xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
 
 
-@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down")])
+@pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down"), ("f", "both")])
 @pytest.mark.parametrize("accuracy", [None, 1e-9])
 def test_blocks_are_the_sweep_cut_between_chains(
     follow: Any, accuracy: Any, monkeypatch: Any
@@ -201,6 +201,27 @@ def test_hysteresis_shows_when_a_sweep_is_followed() -> None:
     assert down.stable.values.all()
 
 
+@pytest.mark.parametrize("along", ["nu", "f"])
+@pytest.mark.parametrize("accuracy", [None, 1e-9])
+def test_both_directions_are_the_sweeps_up_and_down(along: str, accuracy: Any) -> None:
+    options = {"outputs": EVERY, "accuracy": accuracy}
+    both = vp.sweep(EXCITER, OVER, follow=(along, "both"), **options)
+    assert both.regime.dims == ("direction", "f", "nu")
+    assert both.direction.values.tolist() == ["up", "down"]
+    parts = [vp.sweep(EXCITER, OVER, follow=(along, way), **options) for way in ("up", "down")]
+    for way, part in zip(("up", "down"), parts, strict=True):
+        assert part.regime.dims == ("f", "nu")
+        half = both.sel(direction=way, drop=True)
+        for name, values in part.data_vars.items():
+            if "impact" not in values.dims:
+                assert half[name].values.tobytes() == values.values.tobytes(), name
+    for name, values in both.data_vars.items():
+        if "impact" in values.dims:
+            impacts = np.concatenate([part[name].values for part in parts])
+            assert values.values.tobytes() == impacts.tobytes(), name
+    assert not np.array_equal(*(part.impact_velocity_max.values for part in parts), equal_nan=True)
+
+
 def test_mirrored_exciters_give_mirrored_sweeps() -> None:
     over = {"f": OVER["f"], "nu": OVER["nu"][::2]}
     mirrored = vp.sweep(EXCITER.mirrored(), {"f": -over["f"][::-1], "nu": over["nu"]}, -0.1, 0.2)
@@ -227,7 +248,7 @@ def test_mirrored_exciters_give_mirrored_sweeps() -> None:
         ({"R1": [0.5, 1.5]}, {}, "R1: must be a number from 0 to 1, got 1.5"),
         ({"l": [0.2, 0.5]}, {"x0": 0.4}, "(between the supports), got 0.4"),
         ({"nu": [1.0]}, {"follow": ("f", "up")}, "follow.along: must be a swept parameter (nu), got 'f'"),
-        ({"nu": [1.0]}, {"follow": ("nu", "sideways")}, "follow.direction: must be up or down, got 'sideways'"),
+        ({"nu": [1.0]}, {"follow": ("nu", "sideways")}, "follow.direction: must be up, down or both, got 'sideways'"),
         ({"nu": [1.0]}, {"outputs": ("harmonic",)}, "outputs: must be a list of "),
         ({"nu": [1.0]}, {"outputs": ("harmonic",)}, "got ('harmonic',)"),
         ({"nu": [1.0]}, {"harmonics": 0}, "harmonics: must be a whole number from 1 to 1000, got 0"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,18 +23,19 @@ def grids(draw: st.DrawFn) -> SweepGrid:
         for name in names
     }
     along = draw(st.sampled_from([None, *names]))
-    follow = None if along is None else (along, draw(st.sampled_from(["up", "down"])))
+    follow = None if along is None else (along, draw(st.sampled_from(["up", "down", "both"])))
     arrays = {name: np.array(items, float) for name, items in values.items()}
     return SweepGrid(arrays, follow, {"l": 0.5})
 
 
-def grid_by_loops(grid: SweepGrid) -> tuple[list[dict[str, float]], list[int]]:
-    """Return the parameters of each row, and the rows in the order in which they are solved, by plain loops."""
-    along, direction = grid.follow or (None, "up")
+def grid_by_loops(grid: SweepGrid) -> tuple[list[dict[str, Any]], list[int]]:
+    """Return the coordinates of each row, and the rows in the order in which they are solved, by plain loops."""
+    along, directions = grid.follow or (None, "up")
     others = [name for name in grid.values if name != along]
     rows, solved_rows = [], []
-    for point in itertools.product(*(grid.values[name] for name in others)):
-        fixed = dict(zip(others, point, strict=True)) | {"l": 0.5}
+    ways = ["up", "down"] if directions == "both" else [directions]
+    for direction, *point in itertools.product(ways, *(grid.values[name] for name in others)):
+        fixed = dict(zip(others, point, strict=True)) | {"l": 0.5, "direction": direction}
         chain = [{along: value} for value in grid.values[along]] if along else [{}]
         positions = sorted(range(len(chain)), key=lambda k: chain[k].get(along, 0))
         solved_rows += [
@@ -46,19 +48,19 @@ def grid_by_loops(grid: SweepGrid) -> tuple[list[dict[str, float]], list[int]]:
 @given(grid=grids())
 def test_rows_and_their_order_are_those_of_plain_loops(grid: SweepGrid) -> None:
     rows, solved_rows = grid_by_loops(grid)
-    names = [*grid.dims, "l"]
+    names = [*grid.values, "l"]
     numbers = np.arange(grid.rows)
     expected = np.array([[row[name] for name in names] for row in rows])
     np.testing.assert_array_equal(grid.parameters(names, numbers), expected)
     np.testing.assert_array_equal(grid.solved(0, grid.rows), solved_rows)
     for row in numbers:
         indices = grid.indices(int(row))
-        assert [grid.values[n][k] for n, k in zip(grid.dims, indices, strict=True)] == [
+        assert [grid.coords[n][k] for n, k in zip(grid.dims, indices, strict=True)] == [
             rows[row][n] for n in grid.dims
         ]
         assert np.ravel_multi_index(indices, grid.shape) == grid.points(row, row + 1)[0]
         assert grid.rows_of_points()[grid.points(row, row + 1)[0]] == row
-        assert grid.text(int(row)) == ", ".join(f"{n} = {float(rows[row][n])!r}" for n in grid.dims)
+        assert grid.text(int(row)) == ", ".join(f"{n} = {rows[row][n]}" for n in grid.dims)
 
 
 @given(grid=grids(), shards=st.integers(1, 30))
@@ -110,3 +112,15 @@ def test_nothing_slow_is_loaded_for_a_grid() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
+
+
+def test_a_grid_in_both_directions_has_all_chains_up_first() -> None:
+    grid = SweepGrid({"nu": np.array([1.0, 2.0]), "f": np.array([3.0])}, ("nu", "both"))
+    assert (grid.dims, grid.shape, grid.chains) == (("direction", "nu", "f"), (2, 2, 1), 2)
+    assert [grid.text(row) for row in range(grid.rows)] == [
+        "direction = up, nu = 1.0, f = 3.0",
+        "direction = up, nu = 2.0, f = 3.0",
+        "direction = down, nu = 1.0, f = 3.0",
+        "direction = down, nu = 2.0, f = 3.0",
+    ]
+    assert grid.solved(0, 4).tolist() == [0, 1, 3, 2]

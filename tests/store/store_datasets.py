@@ -97,8 +97,8 @@ def shard(
         phases = values["displacement"].shape[1]
         coords["phase"] = np.arange(phases) / phases
     if grid is not None:
-        swept = grid.parameters(grid.dims, np.arange(start, stop)).T
-        coords |= {name: ("row", column) for name, column in zip(grid.dims, swept, strict=True)}
+        swept = grid.parameters(list(grid.values), np.arange(start, stop)).T
+        coords |= {name: ("row", column) for name, column in zip(grid.values, swept, strict=True)}
     attrs = IDENTITY | {"row_start": start, "row_stop": stop}
     return describe(xr.Dataset(variables, coords | scalars, attrs))
 

@@ -17,8 +17,8 @@ ROWS = 42
 GRID = SweepGrid(DIMS)
 
 
-def grid_of(dims, follow=None):
-    return SweepGrid(dims, follow and (follow, "up"))
+def grid_of(dims, follow=None, way="up"):
+    return SweepGrid(dims, follow and (follow, way))
 
 
 def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
@@ -27,8 +27,8 @@ def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
     monkeypatch.setattr("vibropipe.store.joining.CHUNK_BYTES", chunk_bytes)
 
 
-def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", **scalars):
-    grid = grid_of(dims, follow)
+def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", way="up", **scalars):
+    grid = grid_of(dims, follow, way)
     paths = write_shards(folder / f"shards-{name}", values, list(cuts), grid, **scalars)
     store.join(paths, folder / name, grid)
     return folder / name
@@ -72,17 +72,19 @@ def test_any_grid_and_cut_gives_expected_values_and_the_same_bytes(tmp_path_fact
     sizes = data.draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
     dims = {name: np.arange(size) / 7 for name, size in zip(DIMS, sizes, strict=False)}
     follow = data.draw(st.sampled_from([None, *dims]))
-    rows = int(np.prod(sizes))
+    way = data.draw(st.sampled_from(["up", "both"]))
+    coords = grid_of(dims, follow, way).coords
+    rows = int(np.prod([len(values) for values in coords.values()]))
     cuts = data.draw(st.lists(st.integers(1, max(1, rows - 1)), max_size=6))
     cuts = [cut for cut in cuts if cut < rows]
     values = rows_of_sweep(rows, seed=data.draw(st.integers(0, 99)))
     folder = tmp_path_factory.mktemp("join")
     with pytest.MonkeyPatch.context() as patch:
         small_blocks(patch, data.draw(st.integers(1, 40)), data.draw(st.sampled_from([8, 50, 400])))
-        one = joined(folder, values, dims, follow, name="one.nc")
-        many = joined(folder, values, dims, follow, cuts, name="many.nc")
+        one = joined(folder, values, dims, follow, name="one.nc", way=way)
+        many = joined(folder, values, dims, follow, cuts, name="many.nc", way=way)
     assert one.read_bytes() == many.read_bytes()
-    check_joined(store.read(many), values, dims, follow)
+    check_joined(store.read(many), values, coords, follow)
 
 
 def test_a_large_grid_with_blocks_of_default_size_and_any_cut(tmp_path):
@@ -337,15 +339,16 @@ def test_a_failed_join_keeps_the_previous_file(tmp_path, shards, monkeypatch):
 @given(
     sizes=st.lists(st.integers(1, 9), min_size=1, max_size=4),
     follow=st.integers(0, 4),
+    way=st.sampled_from(["up", "both"]),
     block_elements=st.integers(1, 200),
     chunk_elements=st.integers(1, 200),
 )
 def test_blocks_of_a_grid_are_its_rows_in_order_and_contain_whole_chunks(
-    sizes, follow, block_elements, chunk_elements
+    sizes, follow, way, block_elements, chunk_elements
 ):
     names = list("abcd")[: len(sizes)]
     dims = {name: np.arange(size) for name, size in zip(names, sizes, strict=True)}
-    grid = grid_of(dims, names[follow] if follow < len(names) else None)
+    grid = grid_of(dims, names[follow] if follow < len(names) else None, way)
     chunk_elements = min(block_elements, chunk_elements)
     stop_of_previous = 0
     rows = np.arange(grid.rows)

@@ -92,8 +92,8 @@ def check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
     along, direction = follow
     if along not in over:
         raise ParameterError("follow.along", along, f"a swept parameter ({', '.join(over)})")
-    if direction not in DIRECTIONS:
-        raise ParameterError("follow.direction", direction, "up or down")
+    if direction not in list(DIRECTIONS):
+        raise ParameterError("follow.direction", direction, "up, down or both")
     return along, direction
 
 

@@ -63,8 +63,9 @@ def sweep(
         Number of harmonics of displacement and velocity.
     follow : (str, str), optional
         A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
-        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches; comparing both
-        directions shows hysteresis.
+        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both" the
+        result has a first dimension `direction` (up, down), which shows hysteresis; its halves are bitwise the sweeps
+        up and down.
     outputs : sequence of str
         Any of harmonics, impacts, motion, stability, energy; others are neither computed nor stored.
     accuracy : float, optional
@@ -232,9 +233,10 @@ def _label(
             variables, row_errors(parameters[0], variables, *perturbed), max_error
         )
     variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
-    swept = grid.parameters(grid.dims, np.arange(start, stop))
+    names = list(grid.values)
+    swept = grid.parameters(names, np.arange(start, stop))
     coords: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}
-    coords |= {name: ("row", swept[:, axis]) for axis, name in enumerate(grid.dims)}
+    coords |= {name: ("row", swept[:, column]) for column, name in enumerate(names)}
     attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
     block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
     return describe(block.set_coords(coords))
@@ -244,7 +246,7 @@ def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float 
     """Return the start as floats; ParameterError if a corner of the grid is no valid exciter for it."""
     ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
     for corner in itertools.product(*ends):
-        Exciter(**grid.shared, **dict(zip(grid.dims, corner, strict=True))).check_start(x0, v0)
+        Exciter(**grid.shared, **dict(zip(grid.values, corner, strict=True))).check_start(x0, v0)
     return None if x0 is None else float(x0), float(v0)
 
 
@@ -280,7 +282,7 @@ def assemble(
         else (dims, values)
         for name, (dims, values) in flat.items()
     }
-    coords: dict[str, Any] = {name: (name, values) for name, values in grid.values.items()}
+    coords: dict[str, Any] = {name: (name, values) for name, values in grid.coords.items()}
     first = ordered[0]
     for name in [str(name) for name in first.coords if name not in grid.dims]:
         # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.

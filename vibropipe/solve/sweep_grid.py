@@ -1,8 +1,9 @@
 """The rows of a sweep: their order, their chains, the cuts between them and their positions in the grid.
 
 A sweep is solved row after row, in C order over the swept parameters, except that the followed one varies fastest
-wherever it stands among them. Rows that seed each other form a chain, which no cut divides. Datasets keep the order
-of the study.
+wherever it stands among them. Rows that seed each other form a chain, which no cut divides. A sweep followed in both
+directions has the further dimension `direction`: all chains up come before all chains down. Datasets keep the order of
+the study, after `direction`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,14 @@ import numpy as np
 Item = TypeVar("Item")
 Follow = tuple[str, str] | None
 
-DIRECTIONS = ("up", "down")
+# Name of the dimension of a sweep that is followed in several directions.
+DIRECTION = "direction"
+# The second part of `follow`, and the directions in which the chains are solved.
+DIRECTIONS: Mapping[str, tuple[str, ...]] = {
+    "up": ("up",),
+    "down": ("down",),
+    "both": ("up", "down"),
+}
 # Rows per call of the kernel. Small enough for progress reports and Ctrl-C, large enough to hide the call overhead;
 # pieces shrink towards the end, to a TAIL_FRACTION-th of the remaining rows, so that threads finish together.
 ROWS_PER_CALL, MIN_ROWS_PER_CALL, TAIL_FRACTION = 256, 64, 4
@@ -53,7 +61,7 @@ class SweepGrid:
     values : mapping of str to np.ndarray
         Values of each swept parameter, in the order of the study.
     follow : (str, str), optional
-        The followed parameter and its direction, one of `DIRECTIONS`.
+        The followed parameter, and a key of `DIRECTIONS`.
     shared : mapping of str to float, optional
         The parameters that are the same in every row.
     """
@@ -68,15 +76,26 @@ class SweepGrid:
             array.flags.writeable = False
         object.__setattr__(self, "values", values)
 
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions in which the chains are solved, in the order of their rows; none without `follow`."""
+        return () if self.follow is None else DIRECTIONS[self.follow[1]]
+
+    @cached_property
+    def coords(self) -> dict[str, np.ndarray]:
+        """Coordinate values of each dimension: `direction` if there are several, then the swept parameters."""
+        several = {DIRECTION: np.array(self.directions)} if len(self.directions) > 1 else {}
+        return {**several, **self.values}
+
     @cached_property
     def dims(self) -> tuple[str, ...]:
-        """Names of the swept parameters, in the order of the study."""
-        return tuple(self.values)
+        """Names of the dimensions."""
+        return tuple(self.coords)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Sizes of the grid in the order of the study."""
-        return tuple(len(values) for values in self.values.values())
+        """Sizes of the dimensions."""
+        return tuple(len(values) for values in self.coords.values())
 
     @property
     def rows(self) -> int:
@@ -134,9 +153,9 @@ class SweepGrid:
         return columns
 
     def text(self, row: int) -> str:
-        """Return the swept parameters of a row as text."""
-        values = zip(self.values.items(), self.indices(row), strict=True)
-        return ", ".join(f"{name} = {float(array[index])!r}" for (name, array), index in values)
+        """Return the coordinates of a row as text."""
+        values = zip(self.coords.items(), self.indices(row), strict=True)
+        return ", ".join(f"{name} = {array[index].item()}" for (name, array), index in values)
 
     def cuts(self, shards: int) -> list[int]:
         """Return the ends of shards of nearly equal length: shard I, from 1, has the rows [ends[I - 1], ends[I])."""
@@ -154,15 +173,16 @@ class SweepGrid:
         """
         positions = np.arange(start, stop)
         in_chain = positions % self.chain_length
-        return positions - in_chain + self._along[in_chain]
+        direction = positions * len(self._along) // self.rows
+        return positions - in_chain + self._along[direction, in_chain]
 
     @cached_property
     def _along(self) -> np.ndarray:
-        """Positions in a chain in the order in which they are solved."""
+        """Positions in a chain in the order in which they are solved, shape (directions, chain_length)."""
         if self.follow is None:
-            return np.zeros(1, int)
-        permutation = np.argsort(self.values[self.follow[0]])
-        return permutation if self.follow[1] == "up" else permutation[::-1]
+            return np.zeros((1, 1), int)
+        upwards = np.argsort(self.values[self.follow[0]])
+        return np.array([upwards if way == "up" else upwards[::-1] for way in self.directions])
 
     def blocks(self, box: tuple[int, ...]) -> Iterator[Block]:
         """Cut the grid into boxes of shape `box` and yield them in the order of the rows."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.store.encoding import StoredVariable, encode
+from vibropipe.store.encoding import StoredVariable, encode, encode_coords
 from vibropipe.store.shards import ROW, open_raw
 
 if TYPE_CHECKING:
@@ -122,7 +122,8 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
         if missing:
             return [Difference(missing[0], "", "nothing", "a quantity")]
         differences = []
-        for name, values in {**grid.values, **shared}.items():
+        grid_coords = {item.name: _values(item) for item in encode_coords(grid.coords)}
+        for name, values in {**grid_coords, **shared}.items():
             differences += _differences(name, np.asarray(file.variables[name][...]), values)
         if differences:  # of another grid, which has other rows
             return differences

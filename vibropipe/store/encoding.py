@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.words.vocabulary import VOCABULARY
+from vibropipe.words.vocabulary import VOCABULARY, attributes
 
 if TYPE_CHECKING:
     import netCDF4
@@ -79,6 +79,15 @@ def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
     if orphans:
         attrs["coordinates"] = " ".join(orphans)
     return stored, attrs
+
+
+def encode_coords(coords: Mapping[str, np.ndarray]) -> list[StoredVariable]:
+    """Encode the coordinates of dimensions, given by name, with the attributes of the vocabulary."""
+    return [
+        item
+        for name, values in coords.items()
+        for item in _encode_values(name, (name,), values, storable(attributes(name)))
+    ]
 
 
 def _rank(name: Any) -> tuple[int, str]:

@@ -23,12 +23,12 @@ from vibropipe.store.encoding import (
     chunk_shape,
     coordinates_attribute,
     define_variables,
+    encode_coords,
     storable,
 )
 from vibropipe.store.ragged import ReorderingWriter, SequentialWriter
 from vibropipe.store.shards import Shard, read_headers, read_rows
 from vibropipe.words.progress import Progress
-from vibropipe.words.vocabulary import attributes
 
 # Limits of a block in memory: bytes of its variables, and rows.
 BLOCK_BYTES = 8 << 20
@@ -120,12 +120,6 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredV
     row_bytes = sum(map(_bytes_each, first.gridded))
     row_bytes += sum(_bytes_each(item) * totals[item.dims[0]] // grid.rows for item in first.ragged)
     block_rows = min(BLOCK_ROWS, max(1, BLOCK_BYTES // max(1, row_bytes)))
-    swept = [
-        StoredVariable(
-            name, (name,), values.shape, values.dtype, storable(attributes(name)), values
-        )
-        for name, values in grid.values.items()
-    ]
     joined = dict(first.variables)
     for item in first.gridded:
         max_elements = min(block_rows, max(1, CHUNK_BYTES // _bytes_each(item)))
@@ -144,7 +138,7 @@ def _layout(shards: Sequence[Shard], grid: SweepGrid) -> tuple[int, list[StoredV
         if "coordinates" in item.attrs:
             attrs |= coordinates_attribute(item.dims, coords)
         joined[name] = replace(item, attrs=attrs)
-    return block_rows, [*swept, *joined.values()]
+    return block_rows, [*encode_coords(grid.coords), *joined.values()]
 
 
 def _bytes_each(item: StoredVariable) -> int:

@@ -7,6 +7,7 @@ already reported: a fault that only follows from another one is not listed.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -91,8 +92,10 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
 def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
     """Check that a scene has at most MAX_ROWS rows."""
     if scene.row_count > MAX_ROWS:
-        sizes = " x ".join(str(grid.size) for grid in scene.grids().values())
-        yield Problem(path, f"{sizes} rows", must="must give at most 1e8 rows in a scene")
+        sizes = [grid.size for grid in scene.grids().values()]
+        directions = scene.row_count // math.prod(sizes)
+        text = " x ".join(map(str, sizes if directions == 1 else [directions, *sizes]))
+        yield Problem(path, f"{text} rows", must="must give at most 1e8 rows in a scene")
 
 
 def check_solver(scene: ForcedScene) -> Iterator[Problem]:

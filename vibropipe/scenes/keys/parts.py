@@ -67,8 +67,9 @@ class Follow(StudyModel):
     """Start each row from the steady state of its neighbour."""
 
     along: ParameterName = Field(description="Swept parameter to follow.")
-    direction: Literal["up", "down"] = Field(
-        description="Upwards from its smallest value, or downwards from its largest."
+    direction: Literal["up", "down", "both"] = Field(
+        description="Upwards from its smallest value, downwards from its largest, or both: the dataset then has the "
+        "dimension `direction`."
     )
 
 

@@ -24,6 +24,7 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
 from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
 from vibropipe.scenes.keys.problems import Problem, did_you_mean
 from vibropipe.scenes.keys.values import NameRule, NotNull, NumberRange, is_allowed
+from vibropipe.solve.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import PARAMETERS
 
@@ -102,6 +103,11 @@ class SweepScene(ForcedScene):
         # As a list, since their order is the order of the dimensions.
         return {**keys, "over": list(keys["over"].items())}
 
+    @property
+    def row_count(self) -> int:  # noqa: D102 - as BaseScene
+        directions = len(DIRECTIONS[self.follow.direction]) if self.follow else 1
+        return directions * super().row_count
+
     def follow_pair(self) -> tuple[str, str] | None:
         """Return `follow` as an argument of `vibropipe.sweep`: ("nu", "up"), or None."""
         return (self.follow.along, self.follow.direction) if self.follow else None
@@ -115,7 +121,9 @@ def _start(scene: SweepScene) -> Iterator[Problem]:
     follow, fixed = scene.follow, {}
     if follow and follow.along in scene.over:
         grid = scene.over[follow.along]
-        fixed = {str(follow.along): grid.low if follow.direction == "up" else grid.high}
+        ends = {"up": grid.low, "down": grid.high}
+        # Chains in both directions begin at both ends, as all corners of the grid do.
+        fixed = {str(follow.along): ends[follow.direction]} if follow.direction in ends else {}
     yield from check_start(scene, fixed)
 
 

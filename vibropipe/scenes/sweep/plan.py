@@ -14,7 +14,6 @@ from vibropipe.scenes.costs import (
     Estimate,
     Sampler,
     Work,
-    grid_size,
     steady_bytes,
     thinned,
 )
@@ -39,15 +38,15 @@ SEGMENT = 32
 
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
-    followed = scene.follow_pair()
+    followed, grid = scene.follow_pair(), sweep_grid(scene)
     return Work(
-        size=grid_size(scene),
+        size=" x ".join(f"{size} {name}" for name, size in zip(grid.dims, grid.shape, strict=True)),
         rows=scene.row_count,
         method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
         outputs=tuple(scene.outputs),
         seconds=scene.row_count * SECONDS_PER_ROW,
         bytes=scene.row_count * steady_bytes(scene.outputs, scene.harmonics),
-        pieces=sweep_grid(scene).chains,
+        pieces=grid.chains,
         is_parallel=True,
     )
 

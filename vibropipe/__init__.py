@@ -45,9 +45,13 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
+        from importlib.metadata import PackageNotFoundError, version
 
-        return version("vibropipe")
+        try:
+            globals()[name] = version("vibropipe")
+        except PackageNotFoundError:
+            globals()[name] = "unknown"
+        return globals()[name]
     if name not in _FACE:
         raise AttributeError(
             f"module 'vibropipe' has no attribute {name!r}; it has {', '.join(__all__)}"

@@ -28,7 +28,7 @@ from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 
 # Attributes of the process that solves; a join keeps those of its shards.
-SOLVER_ATTRS = ("kernel_hash", "versions", "git_commit", "machine")
+SOLVER_ATTRS = ("kernel_hash", "version", "versions", "git_commit", "machine")
 
 
 def solve_to_file(
@@ -83,7 +83,7 @@ def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr
     if "effects" not in dataset.attrs:
         dataset = dataset.assign_attrs(effects=", ".join(scene.called_effects()))
     # attributes of the solution (the method it chose, the accuracy it reached) override those of the study
-    return dataset.assign_attrs(origin(study, scene) | dataset.attrs | accuracy_attrs(dataset))
+    return dataset.assign_attrs(origin(study, scene) | dataset.attrs)
 
 
 def join_to_file(
@@ -176,12 +176,3 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
         ),
         **({"lab_hash": kind.code_hash} if kind.is_timed else {}),
     }
-
-
-def accuracy_attrs(dataset: xr.Dataset) -> dict[str, Any]:
-    """Return the attributes of a motion with a requested accuracy: the method chosen and the error reached."""
-    if "accuracy_reached" not in dataset.attrs:
-        return {}
-    method, steps = str(dataset.attrs["method"]), dataset.attrs.get("steps_per_period")
-    method += f", {steps} steps per forcing period" if steps is not None else ""
-    return {"method": method, "accuracy_reached": float(dataset.attrs["accuracy_reached"])}

@@ -131,9 +131,8 @@ def _accuracy_text(motion: xr.Dataset) -> list[str]:
     attrs = motion.attrs
     if "accuracy_asked" not in attrs:
         return []
-    steps = f", {attrs['steps_per_period']} steps per period" if "steps_per_period" in attrs else ""
     error = f"error {attrs['accuracy_reached']:.1e} (requested {attrs['accuracy_asked']:.1e})"
-    return [f"{attrs['method']}{steps}: {error}"]
+    return [f"{attrs['method']}: {error}"]
 
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:

@@ -9,9 +9,11 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
+from vibropipe.physics.effects import WATCHED
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -108,6 +110,7 @@ def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
                 "omega_bar": ("tau_bar", 2 * np.pi / periods),
             },
             {"delta_over_l": offsets, "tau_bar": periods},
+            origin_attrs(WATCHED, "free vibration"),
         )
     )
 
@@ -178,4 +181,5 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         "velocity_phase": (dims, np.where(x_amplitudes < 0, -0.5 * np.pi, 0.5 * np.pi)),
     }
     coords = {"amplitude": amplitudes, "harmonic": order, "l": exciter.l, "delta": exciter.delta}
-    return describe(xr.Dataset(variables, coords))
+    attrs = origin_attrs(WATCHED, "free vibration, tau = 0 at its end towards support 1")
+    return describe(xr.Dataset(variables, coords, attrs))

@@ -95,8 +95,10 @@ def simulate(
             support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from
             there on. `inaccurate`: rounding errors grow beyond `accuracy`.
         <name>_error
-            With `accuracy`: error estimate of each quantity, in its dimensions. The attributes `method`,
-            `steps_per_period`, `accuracy_asked` and `accuracy_reached` give the selected method and its error.
+            With `accuracy`: error estimate of each quantity, in its dimensions. The attributes `accuracy_asked` and
+            `accuracy_reached` give the requested and the estimated error.
+
+        The attributes `method`, `steps_per_period` (of newmark), `effects`, `start` and `version` say how it was made.
 
     Raises
     ------
@@ -133,7 +135,8 @@ def simulate(
             raise ParameterError("accuracy", accuracy, must=must, got=got)
         return simulate_to_accuracy(exciter, request, accuracy)
     grid = _grid(exciter, request.effects, method, steps_per_period)
-    return to_dataset(exciter, request, run_motion(exciter, request, grid))
+    steps = None if grid is None else grid.steps
+    return to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
 
 
 def _grid(

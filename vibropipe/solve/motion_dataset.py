@@ -11,6 +11,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.load import force_values
 from vibropipe.physics.start import start_text
 from vibropipe.solve.energy import TERMS, balance
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.run import MotionRequest, MotionResult
 from vibropipe.words.vocabulary import describe
 
@@ -18,8 +19,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def to_dataset(exciter: Exciter, request: MotionRequest, run: MotionResult) -> xr.Dataset:
-    """Return the result of a motion as the dataset described in `simulate`."""
+def to_dataset(
+    exciter: Exciter, request: MotionRequest, run: MotionResult, steps_per_period: int | None = None
+) -> xr.Dataset:
+    """Return the result of a motion as the dataset described in `simulate`.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+    run : MotionResult
+    steps_per_period : int, optional
+        Steps of Newmark's method; None for the exact method.
+    """
     import xarray as xr
 
     variables = to_variables(exciter, request, run)
@@ -30,10 +42,8 @@ def to_dataset(exciter: Exciter, request: MotionRequest, run: MotionResult) -> x
         coords["support"] = ("support", [1, 2])
     if "tau" in variables:
         coords["tau"] = variables.pop("tau")
-    attrs = {
-        "effects": ", ".join(effect_names(request.effects)),
-        "start": start_text(exciter.parameters()._asdict(), request.x, request.v),
-    }
+    start = start_text(exciter.parameters()._asdict(), request.x, request.v)
+    attrs = origin_attrs(effect_names(request.effects), start, steps_per_period)
     return describe(xr.Dataset(variables, coords, attrs))
 
 

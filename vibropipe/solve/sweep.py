@@ -20,6 +20,7 @@ from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with
 from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep_grid import Follow, SweepGrid, row_blocks
 from vibropipe.words.outputs import SWEEP_DEFAULT
@@ -88,7 +89,7 @@ def sweep(
         Quantities over the names in `over` and then `support`, `harmonic`, `multiplier` or `phase`, all
         non-dimensional as for `simulate`. `regime` and `status` label rows without a steady state. Impacts are a
         contiguous ragged array [1]_: `impact_*` over `impact`, with `row_size` of them for each row, in the order of
-        the grid.
+        the grid. The attributes `method`, `effects`, `start`, `follow` and `version` say how it was made.
 
     Raises
     ------
@@ -195,7 +196,7 @@ def solve_blocks(
     # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
     values = {**grid.shared, **grid.values}
     e = resolve_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
-    attrs = {"effects": ", ".join(effect_names(e)), "start": start_text(values, x0, v0)}
+    attrs = origin_attrs(effect_names(e), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)
@@ -287,7 +288,9 @@ def assemble(
     for name in [str(name) for name in first.coords if name not in grid.dims]:
         # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
         coords[name] = first[name] if name in first.xindexes else first.variables[name]
-    attrs = {name: first.attrs[name] for name in ("effects", "start")}
+    attrs = {
+        name: value for name, value in first.attrs.items() if name not in ("row_start", "row_stop")
+    }
     joined = describe(xr.Dataset(variables, coords, attrs))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"

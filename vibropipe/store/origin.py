@@ -61,6 +61,7 @@ def provenance(
     """
     return {
         "source": f"vibropipe {_version('vibropipe')}",
+        "version": _version("vibropipe"),
         "method": method,
         "accuracy_asked": _number(accuracy_asked),
         "accuracy_reached": _number(accuracy_reached),

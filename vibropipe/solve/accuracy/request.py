@@ -50,18 +50,12 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
         run = run_motion(exciter, request, grid)
         variables = to_variables(exciter, request, run)
         errors = deviation(variables, to_variables(exciter, request, exact), errors)
-    dataset = to_dataset(exciter, request, run)
+    dataset = to_dataset(exciter, request, run, choice.steps_per_period)
     if dataset["status"] == Status.OK and not choice.reached:
         dataset["status"] = np.int8(Status.INACCURATE)
     for name, error in errors.items():
         dataset[f"{name}_error"] = (dataset[name].dims, error)
-    dataset.attrs |= {
-        "method": choice.method,
-        "accuracy_asked": requested_error,
-        "accuracy_reached": choice.error,
-    }
-    if choice.steps_per_period is not None:
-        dataset.attrs["steps_per_period"] = choice.steps_per_period
+    dataset.attrs |= {"accuracy_asked": requested_error, "accuracy_reached": float(choice.error)}
     return describe(dataset)
 
 

@@ -1,0 +1,48 @@
+"""Attributes that say how a dataset was made, the same from Python and from a study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from vibropipe.solve.sweep_grid import Follow
+from vibropipe.words.methods import method_text
+
+
+def origin_attrs(
+    effects: Iterable[str],
+    start: str,
+    steps_per_period: int | None = None,
+    follow: Follow = None,
+) -> dict[str, Any]:
+    """Return the attributes of a dataset that say how it was made.
+
+    Parameters
+    ----------
+    effects : iterable of str
+        Effects that were computed.
+    start : str
+        Where the motions start, as text.
+    steps_per_period : int, optional
+        Steps of Newmark's method; None for the exact method.
+    follow : (str, str), optional
+        Followed parameter and direction.
+
+    Returns
+    -------
+    dict
+        `method`, `effects`, `start` and `version`; `steps_per_period` and `follow` where there are any.
+    """
+    from vibropipe import __version__
+
+    attrs: dict[str, Any] = {
+        "method": method_text(steps_per_period),
+        "effects": ", ".join(effects),
+        "start": start,
+        "version": __version__,
+    }
+    if steps_per_period is not None:
+        attrs["steps_per_period"] = steps_per_period
+    if follow is not None:
+        attrs["follow"] = " ".join(follow)
+    return attrs

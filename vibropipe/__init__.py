@@ -9,6 +9,7 @@ TYPE_CHECKING = False
 _FACE = {
     "Exciter": "vibropipe.physics.exciter",
     "ParameterError": "vibropipe.physics.exciter",
+    "UnsolvedWarning": "vibropipe.words.status",
     "simulate": "vibropipe.solve.motion",
     "steady_state": "vibropipe.solve.steady",
     "sweep": "vibropipe.solve.sweep",
@@ -21,6 +22,7 @@ _FACE = {
 __all__ = [
     "Exciter",
     "ParameterError",
+    "UnsolvedWarning",
     "amplitude_frequency",
     "backbone",
     "load",
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.steady import steady_state
     from vibropipe.solve.sweep import sweep
     from vibropipe.store import load, open_study, table
+    from vibropipe.words.status import UnsolvedWarning
 
 
 def __getattr__(name: str) -> Any:

@@ -13,6 +13,7 @@ import xarray as xr
 
 from vibropipe import cli
 from vibropipe.store import read, write
+from vibropipe.words.status import Status
 
 STUDY = """\
 title: A study of seconds
@@ -295,3 +296,21 @@ def test_interrupt_ends_with_130_and_leaves_nothing_behind(study):
     assert printed.splitlines()[-1].startswith("vibropipe: interrupted; ")
     assert all(line.startswith("response: ") for line in printed.splitlines()[:-1])
     assert not output.parent.exists()
+
+
+def test_commands_report_a_status_without_warnings_of_python(tmp_path):
+    """In processes of their own, since pytest shows warnings itself."""
+    chaotic = "{l: 0.5, nu: 0.6, f: 1, h: 0.1, R1: 0.9, R2: 0.9}"
+    (tmp_path / "t.yaml").write_text(
+        f"title: t\nexciter: {chaotic}\n"
+        "scenes: {m: {kind: motion, tau_end: 9, outputs: [impacts, harmonics]}}\n"
+    )
+    options = ["--l", "0.5", "--nu", "0.6", "--f", "1", "--h", "0.1", "--R1", "0.9", "--R2", "0.9"]
+    accurate = ["simulate", *options, "--tau-end", "900", "--accuracy", "1e-12"]
+    solve = ["solve", "t.yaml", "--scene", "m", "-o", "m.nc"]
+    for command in (solve, ["table", "m.nc"], accurate):
+        program = [sys.executable, "-c", "from vibropipe.cli import main; main()", *command]
+        done = subprocess.run(program, capture_output=True, text=True, check=True, cwd=tmp_path)
+        assert "Warning" not in done.stderr
+    assert "Rounding errors grow beyond the requested accuracy" in done.stdout
+    assert int(read(tmp_path / "m.nc").status) == Status.MAX_PERIODS

@@ -8,6 +8,7 @@ the imports of a command ends with one line, too.
 from __future__ import annotations
 
 import sys
+import warnings
 
 INTERRUPTED = 130
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
@@ -43,9 +44,13 @@ def _block_dask_import() -> None:
 
 def _run(arguments: list[str] | None) -> None:
     from vibropipe.cli.commands import app
+    from vibropipe.words.status import UnsolvedWarning
 
     try:
-        app(args=arguments, prog_name="vibropipe")
+        with warnings.catch_warnings():
+            # Commands report a status in their own words: in tables, summaries and reports.
+            warnings.simplefilter("ignore", UnsolvedWarning)
+            app(args=arguments, prog_name="vibropipe")
     except Exception as error:
         code = exit_code(error)
         if code is None:

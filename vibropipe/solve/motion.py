@@ -13,6 +13,7 @@ from vibropipe.solve.accuracy.request import simulate_to_accuracy
 from vibropipe.solve.checks import check_whole, span_in_turns
 from vibropipe.solve.motion_dataset import to_dataset
 from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.methods import METHODS
 
 if TYPE_CHECKING:
@@ -105,6 +106,11 @@ def simulate(
     ParameterError
         If an argument is out of range, or `effects` leaves out an effect that the parameters have.
 
+    Warns
+    -----
+    UnsolvedWarning
+        If the status is not `ok`, with the remedy.
+
     References
     ----------
     .. [1] T. Park, P. I. Barton, State event location in differential-algebraic models, ACM Trans. Model. Comput.
@@ -133,10 +139,13 @@ def simulate(
             must = "must not be combined with method or steps_per_period, which it selects"
             got = f"method = {method!r}, steps_per_period = {steps_per_period!r}"
             raise ParameterError("accuracy", accuracy, must=must, got=got)
-        return simulate_to_accuracy(exciter, request, accuracy)
-    grid = _grid(exciter, request.effects, method, steps_per_period)
-    steps = None if grid is None else grid.steps
-    return to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
+        motion = simulate_to_accuracy(exciter, request, accuracy)
+    else:
+        grid = _grid(exciter, request.effects, method, steps_per_period)
+        steps = None if grid is None else grid.steps
+        motion = to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
+    warn_unsolved(motion)
+    return motion
 
 
 def _grid(

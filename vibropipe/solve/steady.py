@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.sweep import MAX_PERIODS, assemble, solve_shard
+from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
@@ -85,6 +86,11 @@ def steady_state(
     ParameterError
         If the start lies beyond a support, or an argument is out of range.
 
+    Warns
+    -----
+    UnsolvedWarning
+        If the status is not `ok`, with the remedy.
+
     References
     ----------
     .. [1] T. S. Parker, L. O. Chua, Practical Numerical Algorithms for Chaotic Systems, Springer 1989.
@@ -98,4 +104,6 @@ def steady_state(
         exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=OF_STEADY_STATE,
         accuracy=accuracy, effects=effects, patience=patience,
     )  # fmt: skip
-    return assemble([shard], over).isel(nu=0).drop_vars("row_size")
+    steady = assemble([shard], over).isel(nu=0).drop_vars("row_size")
+    warn_unsolved(steady)
+    return steady

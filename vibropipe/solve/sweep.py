@@ -23,6 +23,7 @@ from vibropipe.solve.label import concatenate, coordinates, label_rows, take_row
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep_grid import Follow, SweepGrid, row_blocks
+from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
 
@@ -98,6 +99,11 @@ def sweep(
     RuntimeError
         If a worker of the cluster has other kernels, or was lost too often with the same rows.
 
+    Warns
+    -----
+    UnsolvedWarning
+        For each status of a row that is not `ok`, with the number of rows and the remedy.
+
     References
     ----------
     .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
@@ -108,7 +114,9 @@ def sweep(
         outputs=outputs, accuracy=accuracy, effects=effects, patience=patience,
     )  # fmt: skip
     shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
-    return assemble(shards, grid.values, follow)
+    rows = assemble(shards, grid.values, follow)
+    warn_unsolved(rows)
+    return rows
 
 
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from enum import IntEnum
 
 
+class UnsolvedWarning(UserWarning):
+    """A motion, or rows of a sweep, did not end as requested; their `status` gives the reason."""
+
+
 class Status(IntEnum):
     """Outcome of one motion or one row; `remedy` says what to change."""
 

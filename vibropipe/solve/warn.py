@@ -1,0 +1,29 @@
+"""Warning of the public functions that a motion or some rows did not end as requested."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibropipe.words.status import Status, UnsolvedWarning
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# The caller of the public function that calls `warn_unsolved`.
+CALLER = 3
+
+
+def warn_unsolved(dataset: xr.Dataset) -> None:
+    """Warn the caller of a public function of each status other than ok, with its number of rows and its remedy."""
+    status = dataset["status"].values
+    if not status.any():
+        return
+    for code, rows in zip(*np.unique(status, return_counts=True), strict=True):
+        if code == Status.OK:
+            continue
+        where = f"{rows} of {status.size} rows: " if status.ndim else ""
+        text = f"{where}status {Status(code).name.lower()}. {Status(code).remedy}"
+        warnings.warn(text, UnsolvedWarning, stacklevel=CALLER)

@@ -107,7 +107,8 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     -------
     xarray.DataTree
         One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
-        ("1": non-dimensional) and the provenance in its attributes. Closing the tree closes all files.
+        ("1": non-dimensional) and the provenance in its attributes. A group has the methods `where` and `to_dataframe`
+        (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files.
 
     Raises
     ------
@@ -115,13 +116,13 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
         If there is no such folder, it holds no scene, or a scene's file is truncated. Single flipped bytes are detected
         by `vibropipe verify` only.
     """
-    import xarray as xr
+    from vibropipe.store.tree import StudyTree
 
     paths = _files_in(Path(folder))
     for path in paths:
         check_intact(path, every_byte=False)
     scenes = {path.stem: _open(path, chunks="auto") for path in paths}
-    tree = xr.DataTree.from_dict(dict(scenes), name=Path(folder).name)
+    tree = StudyTree.from_dict(dict(scenes), name=Path(folder).name)
     files = ExitStack()
     for scene in scenes.values():
         files.callback(scene.close)

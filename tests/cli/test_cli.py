@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from vibropipe import cli
-from vibropipe.store import read, write
+from vibropipe.store import load, write
 from vibropipe.words.status import Status
 
 STUDY = """\
@@ -63,7 +63,7 @@ def run(*arguments: object) -> int:
 def solve(study: Path, scene: str, *more: object) -> xr.Dataset:
     output = study.parent / "out" / f"{scene}.nc"
     assert run("solve", study, "--scene", scene, "--output", output, *more) == 0
-    return read(output)
+    return load(output)
 
 
 def test_help_names_every_command(capsys):
@@ -199,7 +199,7 @@ def test_simulate_draws_and_keeps_the_motion(tmp_path, capsys):
     options = ["--l", 0.5, "--f", 1, "--tau-end", 7, "--plot", plot, "--output", output]
     assert run("simulate", *options) == 0
     assert plot.read_text().startswith("<?xml")
-    assert read(output)["displacement"].dims == ("tau",)
+    assert load(output)["displacement"].dims == ("tau",)
 
 
 def test_simulate_shortens_a_long_table(capsys):
@@ -250,10 +250,10 @@ def test_shards_join_to_the_whole_sweep_in_any_order(study):
         assert run("solve", study, "--scene", "response", *cut) == 0
     output = study.parent / "joined.nc"
     assert run("join", study, "--scene", "response", "--output", output, *shards) == 0
-    xr.testing.assert_identical(whole, read(output))
+    xr.testing.assert_identical(whole, load(output))
 
     assert run("join", study, "--scene", "response", "--output", output, *shards[:2]) == 2
-    xr.testing.assert_identical(whole, read(output))
+    xr.testing.assert_identical(whole, load(output))
 
 
 def test_show_prints_what_a_dataset_holds(tmp_path, capsys):
@@ -313,4 +313,4 @@ def test_commands_report_a_status_without_warnings_of_python(tmp_path):
         done = subprocess.run(program, capture_output=True, text=True, check=True, cwd=tmp_path)
         assert "Warning" not in done.stderr
     assert "Rounding errors grow beyond the requested accuracy" in done.stdout
-    assert int(read(tmp_path / "m.nc").status) == Status.MAX_PERIODS
+    assert int(load(tmp_path / "m.nc").status) == Status.MAX_PERIODS

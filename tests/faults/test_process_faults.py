@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from vibropipe.store import read
+from vibropipe.store import load
 
 
 def one_core() -> None:
@@ -17,7 +17,7 @@ def test_one_core_and_one_thread_give_the_same_values_to_the_last_bit(work, tmp_
     alone = os.environ | {"NUMBA_NUM_THREADS": "1"}
     done = work.solve_apart(output, "--threads", 2, env=alone, preexec_fn=one_core)
     assert done.returncode == 0, done.stderr
-    one, other = read(output), read(work.whole)
+    one, other = load(output), load(work.whole)
     assert set(one.variables) == set(other.variables)
     for name in one.variables:
         assert one[name].values.tobytes() == other[name].values.tobytes()

@@ -16,7 +16,7 @@ from vibropipe.scenes.sweep.keys import SweepScene
 from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve import rows
-from vibropipe.store import StoreError, read, write
+from vibropipe.store import StoreError, load, write
 from vibropipe.study import load_study, parse_study
 
 SLOW = {"nu": [0.01, 0.05, 300], "f": [0.5, 2, 300]}
@@ -108,7 +108,7 @@ def test_shards_of_other_parameters_are_not_joined(old, new, message, tmp_path):
     shards, target = [tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "s.nc"
     for index, shard in enumerate(shards, 1):
         solve_to_file(other, "s", shard, (index, 2), 1)
-        write(read(shard).assign_attrs(origin(study, study.scene("s"))), shard)
+        write(load(shard).assign_attrs(origin(study, study.scene("s"))), shard)
     remedy = "recompute this shard (delete it and rerun; only missing files are recomputed)"
     with pytest.raises(StoreError, match=re.escape(f"1.nc: {message}: {remedy}")):
         join_to_file(study, "s", shards, target)

@@ -11,7 +11,7 @@ import xarray as xr
 from vibropipe import cli
 from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.store import read, write
+from vibropipe.store import load, write
 from vibropipe.study import load_study
 
 STUDY = """\
@@ -70,7 +70,7 @@ def run(*arguments: object) -> int:
 
 def changed(path: Path, **attrs: str) -> None:
     """Change attributes of a file and renew its checksum."""
-    write(read(path).assign_attrs(attrs), path)
+    write(load(path).assign_attrs(attrs), path)
 
 
 def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
@@ -111,7 +111,7 @@ def test_a_sample_is_of_whole_chains_and_repeated_by_its_seed(solved):
 )  # fmt: skip
 def test_one_changed_bit_is_found_though_the_checksum_is_right(scene, quantity, results, capsys):
     path = results / f"{scene}.nc"
-    dataset = read(path)
+    dataset = load(path)
     values = dataset[quantity].values.copy()
     index = tuple(int(i) for i in np.argwhere(np.isfinite(values))[-1])
     values[index] = np.nextafter(values[index], np.inf)
@@ -141,7 +141,7 @@ def test_a_damaged_file_is_reported_and_the_others_are_verified(results, capsys)
 
 def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     path = results / "forced.nc"
-    versions = json.loads(read(path).attrs["versions"]) | {"numba": "0.1"}
+    versions = json.loads(load(path).attrs["versions"]) | {"numba": "0.1"}
     changed(path, kernel_hash="0123456789abcdef", versions=json.dumps(versions), machine="z80")
     assert run(path) == 0
     printed = capsys.readouterr().out
@@ -152,7 +152,7 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     assert "machine was z80, here " in printed
     assert "numba was 0.1, here " in printed
 
-    dataset = read(path)
+    dataset = load(path)
     write(dataset.assign(displacement=dataset["displacement"] + 1), path)
     assert run(path) == 1
     assert "differences are expected on this system: kernel hash was" in capsys.readouterr().out

@@ -14,7 +14,7 @@ from figures.figure_text import words
 from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.reporting import build_report, report_data
 from vibropipe.jobs.solving import solve_to_file
-from vibropipe.store import read
+from vibropipe.store import load
 from vibropipe.study import parse_study
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
@@ -85,7 +85,7 @@ def solved(scenes, folder):
     study = parse_study(tree, name="mine", source=str(file))
     for name in scenes:
         solve_to_file(study, name, folder / "mine" / f"{name}.nc", None, threads=1)
-    return study, {name: read(folder / "mine" / f"{name}.nc") for name in scenes}
+    return study, {name: load(folder / "mine" / f"{name}.nc") for name in scenes}
 
 
 def alone(study, name):

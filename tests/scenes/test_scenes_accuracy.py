@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
-from vibropipe.store import read
+from vibropipe.store import load
 from vibropipe.study import Study, load_study
 from vibropipe.words.status import Status
 
@@ -66,7 +66,7 @@ def test_a_sweep_carries_its_errors_through_shards_and_files(study: Study, tmp_p
     for i, path in enumerate(parts):
         solve_to_file(study, "response", path, (i + 1, 2), 1)
     join_to_file(study, "response", parts, tmp_path / "response.nc")
-    joined, whole = read(tmp_path / "response.nc"), solve_scene(study, "response")
+    joined, whole = load(tmp_path / "response.nc"), solve_scene(study, "response")
     np.testing.assert_array_equal(joined.error.values, whole.error.values)
     assert joined.attrs["accuracy_asked"] == 1e-9
     assert (joined.error < 1e-12).all()

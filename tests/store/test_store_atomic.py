@@ -56,7 +56,7 @@ def test_each_flipped_byte_is_detected(path):
         damaged[position] ^= 1
         path.write_bytes(damaged)
         with pytest.raises(StoreError, match=r"a\.nc: is (damaged|truncated)"):
-            store.read(path)
+            store.load(path)
 
 
 @pytest.mark.parametrize("missing", [1, 10, 82, 83, 1000])
@@ -76,18 +76,18 @@ def test_an_added_tail_is_detected(path):
 def test_an_empty_file_is_detected(path):
     path.write_bytes(b"")
     with pytest.raises(StoreError, match=r"a\.nc: is empty"):
-        store.read(path)
+        store.load(path)
 
 
 def test_a_foreign_file_is_detected(path):
     path.write_text("not netCDF4 at all" * 20)
     with pytest.raises(StoreError, match="is not a netCDF4 file"):
-        store.read(path)
+        store.load(path)
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(StoreError, match=r"b\.nc: cannot be read: No such file"):
-        store.read(tmp_path / "b.nc")
+        store.load(tmp_path / "b.nc")
 
 
 def test_any_tool_detects_damaged_values_by_hdf5_checksums(tmp_path):

@@ -37,7 +37,7 @@ def same(read, dataset):
 
 def test_round_trip_of_a_motion(tmp_path):
     dataset = motion()
-    read = store.read(written(dataset, tmp_path))
+    read = store.load(written(dataset, tmp_path))
     same(read, dataset)
     assert read["rest_end"].item() == np.inf
     assert read.attrs == {"Conventions": "CF-1.11"} | dataset.attrs
@@ -45,7 +45,7 @@ def test_round_trip_of_a_motion(tmp_path):
 
 def test_round_trip_of_a_shard_with_complex_multipliers(tmp_path):
     dataset = shard(rows_of_sweep(30), 4, 20, nu=1.0)
-    read = store.read(written(dataset, tmp_path))
+    read = store.load(written(dataset, tmp_path))
     same(read, dataset)
     assert read["floquet_multiplier"].dtype == np.complex128
     assert read["floquet_multiplier"].attrs == dataset["floquet_multiplier"].attrs
@@ -55,7 +55,7 @@ def test_round_trip_of_a_shard_with_complex_multipliers(tmp_path):
 def test_an_infinite_imaginary_part_does_not_change_the_real_part(tmp_path):
     values = np.array([[complex(1, np.inf), complex(np.nan, -0.0)]])
     path = written(xr.Dataset({"floquet_multiplier": (("row", "multiplier"), values)}), tmp_path)
-    read = store.read(path)["floquet_multiplier"].values
+    read = store.load(path)["floquet_multiplier"].values
     assert read.tobytes() == values.tobytes()
 
 
@@ -73,7 +73,7 @@ def test_round_trip_of_any_shape_and_type(tmp_path_factory, shape, dtype, seed):
     dims = tuple(f"d{axis}" for axis in range(len(shape)))
     dataset = xr.Dataset({"residual": (dims, values)}, {"nu": 1.5})
     folder = tmp_path_factory.mktemp("any")
-    read = store.read(written(dataset, folder))
+    read = store.load(written(dataset, folder))
     same(read, dataset)
     assert read["residual"].values.tobytes() == np.ascontiguousarray(values).tobytes()
 
@@ -82,7 +82,7 @@ def test_round_trip_of_any_shape_and_type(tmp_path_factory, shape, dtype, seed):
 def test_round_trip_of_text_of_fixed_length_on_disk(tmp_path, text):
     dataset = xr.Dataset({"residual": ("setting", [1.0, 2.0])}, {"setting": text})
     path = written(dataset, tmp_path)
-    read = store.read(path)
+    read = store.load(path)
     assert read["setting"].values.tolist() == text
     assert read["residual"].sel(setting=text[1]) == 2.0
     with netCDF4.Dataset(path) as file:
@@ -95,7 +95,7 @@ def test_truth_values_are_flags_on_disk_and_bool_in_memory(tmp_path):
         assert file["stable"].dtype == np.int8
         assert file["stable"].flag_values.tolist() == [0, 1]
         assert file["stable"].flag_meanings == "unstable stable"
-    assert store.read(path)["stable"].dtype == bool
+    assert store.load(path)["stable"].dtype == bool
 
 
 def test_attributes_without_a_netcdf_type_are_json(tmp_path):
@@ -108,7 +108,7 @@ def test_attributes_without_a_netcdf_type_are_json(tmp_path):
         "xs": [1.0, 2.5],
     }
     odd["array"] = {"of": np.arange(3), "number": np.float64(0.5), "truth": np.bool_(True)}
-    read = store.read(written(xr.Dataset({"residual": 1.0}, attrs=odd | plain), tmp_path))
+    read = store.load(written(xr.Dataset({"residual": 1.0}, attrs=odd | plain), tmp_path))
     decoded = {name: json.loads(read.attrs[name]) for name in odd}
     assert decoded.pop("array") == {"of": [0, 1, 2], "number": 0.5, "truth": True}
     assert decoded == {name: value for name, value in odd.items() if name != "array"}
@@ -124,7 +124,7 @@ def test_an_attribute_that_cannot_be_stored_is_refused(tmp_path):
 
 def test_coordinates_without_variables_stay_coordinates(tmp_path):
     dataset = xr.Dataset(coords={"nu": 1.0, "tau": [0.0, 1.0], "harmonic": ("tau", [1, 2])})
-    same(store.read(written(dataset, tmp_path)), dataset)
+    same(store.load(written(dataset, tmp_path)), dataset)
 
 
 def test_two_writes_give_the_same_bytes(tmp_path):
@@ -133,7 +133,7 @@ def test_two_writes_give_the_same_bytes(tmp_path):
     time.sleep(1.1)  # HDF5 would store times in whole seconds
     second = written(dataset.copy(deep=True), tmp_path, "b.nc")
     assert first.read_bytes() == second.read_bytes()
-    assert written(store.read(first), tmp_path, "c.nc").read_bytes() == first.read_bytes()
+    assert written(store.load(first), tmp_path, "c.nc").read_bytes() == first.read_bytes()
 
 
 def test_one_changed_number_gives_other_bytes(tmp_path):

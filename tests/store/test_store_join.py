@@ -54,7 +54,7 @@ def test_rows_are_placed_on_the_grid(tmp_path, monkeypatch, follow, small):
         small_blocks(monkeypatch)
     values = rows_of_sweep(ROWS, phases=5)
     path = joined(tmp_path, values, DIMS, follow, cuts=[5, 6, 20])
-    dataset = store.read(path)
+    dataset = store.load(path)
     check_joined(dataset, values, DIMS, follow)
     for name, expected in DIMS.items():
         np.testing.assert_array_equal(dataset[name].values, expected)
@@ -84,7 +84,7 @@ def test_any_grid_and_cut_gives_expected_values_and_the_same_bytes(tmp_path_fact
         one = joined(folder, values, dims, follow, name="one.nc", way=way)
         many = joined(folder, values, dims, follow, cuts, name="many.nc", way=way)
     assert one.read_bytes() == many.read_bytes()
-    check_joined(store.read(many), values, coords, follow)
+    check_joined(store.load(many), values, coords, follow)
 
 
 def test_a_large_grid_with_blocks_of_default_size_and_any_cut(tmp_path):
@@ -93,7 +93,7 @@ def test_a_large_grid_with_blocks_of_default_size_and_any_cut(tmp_path):
     one = joined(tmp_path, values, dims, "nu", name="one.nc")
     many = joined(tmp_path, values, dims, "nu", [1, 70_000, 70_001, 131_072], name="many.nc")
     assert one.read_bytes() == many.read_bytes()
-    dataset = store.read(many)
+    dataset = store.load(many)
     places = np.arange(200_000).reshape(400, 500).T
     np.testing.assert_array_equal(dataset["regime"].values, values["regime"][places])
     np.testing.assert_array_equal(dataset["row_size"].values, values["row_size"][places])
@@ -127,7 +127,7 @@ def test_a_sweep_without_impacts_is_joined(tmp_path):
     values["row_size"][:] = 0
     values["impact_velocity"] = np.empty(0)
     values["impact_support"] = np.empty(0, np.int8)
-    dataset = store.read(joined(tmp_path, values, DIMS, cuts=[11]))
+    dataset = store.load(joined(tmp_path, values, DIMS, cuts=[11]))
     assert dataset["impact_velocity"].size == 0
 
 
@@ -138,7 +138,7 @@ def test_a_sweep_without_the_output_impacts_is_joined(tmp_path):
     store.write(shard(values, 0, 12, GRID).drop_vars(dropped), paths[0])
     store.write(shard(values, 12, ROWS, GRID).drop_vars(dropped), paths[1])
     store.join(paths, tmp_path / "joined.nc", GRID)
-    dataset = store.read(tmp_path / "joined.nc")
+    dataset = store.load(tmp_path / "joined.nc")
     np.testing.assert_array_equal(dataset["regime"].values.reshape(-1), values["regime"])
     assert "impact" not in dataset.dims
 
@@ -200,7 +200,7 @@ def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
         shard(values, 12, ROWS, GRID).assign_attrs(git_commit="a", method="exact"), paths[1]
     )
     store.join(paths, tmp_path / "joined.nc", GRID, attrs={"title": "New", "follow": None})
-    attrs = store.read(tmp_path / "joined.nc").attrs
+    attrs = store.load(tmp_path / "joined.nc").attrs
     assert attrs["Conventions"].startswith("CF")
     assert attrs["title"] == "New"
     assert attrs["follow"] == "null"

@@ -93,7 +93,7 @@ def test_provenance_is_the_same_each_time_and_survives_the_file(tmp_path):
     attrs = store.provenance("title: ν\n", "abc", "exact")
     assert attrs == store.provenance("title: ν\n", "abc", "exact")
     store.write(xr.Dataset({"residual": 0.0}, attrs=attrs), tmp_path / "a.nc")
-    read = store.read(tmp_path / "a.nc").attrs
+    read = store.load(tmp_path / "a.nc").attrs
     assert read.pop("Conventions")
     assert read == attrs
 

@@ -51,7 +51,7 @@ def test_blocks_of_any_size_give_the_rows_written_at_once(tmp_path, chunks, star
     store.write_rows(blocks(size, start), tmp_path / "a.nc", ROWS - start)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
     store.write(shard(VALUES, start, ROWS, GRID), tmp_path / "b.nc")
-    xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
+    xr.testing.assert_identical(store.load(tmp_path / "a.nc"), store.load(tmp_path / "b.nc"))
 
 
 @pytest.mark.parametrize("follow", [None, "nu"])
@@ -79,7 +79,7 @@ def test_rows_without_impacts_are_written(tmp_path):
     quiet["impact_velocity"] = np.empty(0)
     store.write_rows(blocks(25, values=quiet), tmp_path / "a.nc", ROWS)
     store.write(shard(quiet, 0, ROWS, GRID), tmp_path / "b.nc")
-    xr.testing.assert_identical(store.read(tmp_path / "a.nc"), store.read(tmp_path / "b.nc"))
+    xr.testing.assert_identical(store.load(tmp_path / "a.nc"), store.load(tmp_path / "b.nc"))
 
 
 def test_a_block_is_written_before_the_next_one_is_requested(tmp_path):

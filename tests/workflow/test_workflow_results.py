@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibropipe.store import read
+from vibropipe.store import load
 from vibropipe.study import StudyError, load_study
 
 
@@ -36,14 +36,14 @@ def test_a_dry_run_prints_the_cost_of_each_study(fresh):
 
 
 def test_shards_make_the_same_dataset(project):
-    whole = read(project.path("results/tiny/response.nc"))
+    whole = load(project.path("results/tiny/response.nc"))
     often = {"VIBROPIPE_SHARD_SECONDS": "1e-6"}
     jobs = {f"solving response, shard {shard}/3" for shard in (1, 2, 3)}
     name = "results/tiny/response.nc"
     assert project.planned(name, **often) == {*jobs, "joining the shards of response"}
 
     project.snakemake(name, **often)
-    joined = read(project.path(name))
+    joined = load(project.path(name))
     xr.testing.assert_identical(whole, joined)
     for variable in whole.variables:
         assert np.asarray(whole[variable]).tobytes() == np.asarray(joined[variable]).tobytes()

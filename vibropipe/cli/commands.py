@@ -216,13 +216,13 @@ def show(
     ],
 ) -> None:
     """Summarise a dataset: parameters, dimensions, quantities and provenance."""
-    from vibropipe.store import open_study, read, summary
+    from vibropipe.store import load, open_study, summary
 
     if dataset.is_dir():
         tree = open_study(dataset)
         texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
     else:
-        texts = [summary(read(dataset))]
+        texts = [summary(load(dataset))]
     typer.echo("\n".join(texts))
 
 

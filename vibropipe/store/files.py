@@ -51,18 +51,19 @@ def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
         seal(temporary)
 
 
-def read(path: str | PathLike[str]) -> xr.Dataset:
-    """Read a file of `write` or `join` into memory and check every byte.
+def load(path: str | PathLike[str]) -> xr.Dataset:
+    """Load one dataset into memory and check every byte.
 
     Parameters
     ----------
-    path : path-like
-        File to read.
+    path : path
+        A file of a study's results, `results/<study>/<scene>.nc`, or any other of `write` or `join`.
 
     Returns
     -------
     xarray.Dataset
-        Complex quantities are complex, flags of truth bool, text str.
+        Its quantities with units and long names; where they come from stands in the attributes. Complex quantities are
+        complex, flags of truth bool, text str.
 
     Raises
     ------
@@ -72,27 +73,6 @@ def read(path: str | PathLike[str]) -> xr.Dataset:
     check_intact(path)
     with _open(Path(path), chunks=None) as lazy:
         return lazy.load()
-
-
-def load(path: str | PathLike[str]) -> xr.Dataset:
-    """Load one dataset into memory.
-
-    Parameters
-    ----------
-    path : path
-        A file of a study's results: `results/<study>/<scene>.nc`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Its quantities with units and long names; where they come from stands in the attributes.
-
-    Raises
-    ------
-    StoreError
-        If the file is missing, truncated or damaged.
-    """
-    return read(path)
 
 
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
@@ -147,7 +127,7 @@ def read_scenes(
     Returns
     -------
     dict of str to xarray.Dataset
-        Datasets by scene, as of `read`.
+        Datasets by scene, as of `load`.
 
     Raises
     ------
@@ -160,7 +140,7 @@ def read_scenes(
     missing = [name for name, path in paths.items() if not path.is_file()]
     if missing:
         raise StoreError(f"{folder}: holds no dataset of {series(missing)}: solve the study first")
-    datasets = {name: read(path) for name, path in paths.items()}
+    datasets = {name: load(path) for name, path in paths.items()}
     for name, dataset in datasets.items():
         if ROW_RANGE_ATTRS[0] in dataset.attrs:
             raise StoreError(f"{paths[name]}: is a shard of a sweep: join all its shards first")

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
-from vibropipe.store.files import read
+from vibropipe.store.files import load
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,7 +50,7 @@ def table(
     import xarray as xr
 
     if isinstance(dataset, str | PathLike):
-        dataset = read(dataset)
+        dataset = load(dataset)
     elif isinstance(dataset, xr.DataTree):
         dataset = dataset.to_dataset()
     grid = _grid_dims(dataset)

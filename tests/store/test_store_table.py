@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 
+import dask
+import dask.array as da
 import numpy as np
 import pandas as pd
 import pytest
@@ -107,3 +109,20 @@ def test_mistakes_are_said_and_leave_nothing(folder, capsys):
     assert run("table", "results/s", "-o", "x.csv") == 2
     assert "Traceback" not in capsys.readouterr().err
     assert not (folder / "x.csv").exists()
+
+
+def test_each_lazy_quantity_is_read_once(sweep):
+    reads = []
+
+    def read(values, name):
+        reads.append(name)
+        return values
+
+    lazy = sweep.copy()
+    for name in ("displacement_amplitude", "floquet_multiplier", "regime"):
+        chunk = da.from_delayed(
+            dask.delayed(read)(sweep[name].values, name), sweep[name].shape, sweep[name].dtype
+        )
+        lazy[name] = sweep[name].copy(data=chunk)
+    pd.testing.assert_frame_equal(vp.table(lazy), vp.table(sweep))
+    assert sorted(reads) == ["displacement_amplitude", "floquet_multiplier", "regime"]

@@ -84,7 +84,8 @@ def _point_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str
         if not values.dims:
             columns += _named(name, values)
             continue
-        spread = values.set_dims({**sizes, **{dim: dataset.sizes[dim] for dim in inner}})
+        # Read once: every component of a lazy quantity would be read from the file anew.
+        spread = values.compute().set_dims({**sizes, **{dim: dataset.sizes[dim] for dim in inner}})
         spread = spread.transpose(*grid, *inner)
         for index in np.ndindex(*(dataset.sizes[dim] for dim in inner)):
             labels = [str(dataset[dim].values[at]) for dim, at in zip(inner, index, strict=True)]

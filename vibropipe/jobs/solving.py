@@ -26,6 +26,7 @@ from vibropipe.store import (
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import method_text
 
 # Attributes of the process that solves; a join keeps those of its shards.
 SOLVER_ATTRS = ("kernel_hash", "version", "versions", "git_commit", "machine")
@@ -83,7 +84,9 @@ def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr
     if "effects" not in dataset.attrs:
         dataset = dataset.assign_attrs(effects=", ".join(scene.called_effects()))
     # attributes of the solution (the method it chose, the accuracy it reached) override those of the study
-    return dataset.assign_attrs(origin(study, scene) | dataset.attrs)
+    attrs = origin(study, scene) | dataset.attrs
+    method = method_text(attrs["method"], attrs.get("steps_per_period"))
+    return dataset.assign_attrs(attrs | {"method": method})
 
 
 def join_to_file(

@@ -11,7 +11,7 @@ from vibropipe.scenes.costs import Estimate
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
-from vibropipe.words.wording import aligned, count
+from vibropipe.words.wording import aligned, count, method_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -132,7 +132,7 @@ def _accuracy_text(motion: xr.Dataset) -> list[str]:
     if "accuracy_asked" not in attrs:
         return []
     error = f"error {attrs['accuracy_reached']:.1e} (requested {attrs['accuracy_asked']:.1e})"
-    return [f"{attrs['method']}: {error}"]
+    return [f"{method_text(attrs['method'], attrs.get('steps_per_period'))}: {error}"]
 
 
 def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from vibropipe.solve.sweep_grid import Follow
-from vibropipe.words.methods import method_text
+from vibropipe.words.methods import METHODS
+
+EXACT, NEWMARK = METHODS
 
 
 def origin_attrs(
@@ -31,12 +33,13 @@ def origin_attrs(
     Returns
     -------
     dict
-        `method`, `effects`, `start` and `version`; `steps_per_period` and `follow` where there are any.
+        `method` (exact or newmark), `effects`, `start` and `version`; `steps_per_period` and `follow` where there are
+        any.
     """
     from vibropipe import __version__
 
     attrs: dict[str, Any] = {
-        "method": method_text(steps_per_period),
+        "method": EXACT if steps_per_period is None else NEWMARK,
         "effects": ", ".join(effects),
         "start": start,
         "version": __version__,

@@ -24,6 +24,12 @@ def series(words: Iterable[str]) -> str:
     return f"{', '.join(listed[:-1])} and {listed[-1]}"
 
 
+def method_text(method: str, steps_per_period: int | None = None) -> str:
+    """Write a method with its number of steps: `newmark, 64 steps per forcing period`."""
+    steps = "" if steps_per_period is None else f", {steps_per_period} steps per forcing period"
+    return method + steps
+
+
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows of cells as lines with aligned columns; a combining accent takes no column."""
 

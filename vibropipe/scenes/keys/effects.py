@@ -14,7 +14,7 @@ from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull
 from vibropipe.words.effects import Effect
-from vibropipe.words.methods import method_text
+from vibropipe.words.wording import method_text
 
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]
 EFFECTS_TEXT = "Physical effects to compute (default: those that the parameters require)."
@@ -29,7 +29,8 @@ class ForcedScene(BaseScene):
         effects: StatedEffects
 
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
-        return method_text(self.solver.arguments().get("steps_per_period"))
+        solver = self.solver.arguments()
+        return method_text(solver.get("method", "exact"), solver.get("steps_per_period"))
 
     def accuracy_asked(self) -> float | None:  # noqa: D102 - as BaseScene
         accuracy: float | None = self.solver.arguments().get("accuracy")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from vibropipe.scenes.keys.base import BaseScene, canonical_json, plain
@@ -33,8 +32,7 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
     if scene is not None:
         return _scene(study, scene).canonical_text()
     scenes = [
-        [name, {"data": json.loads(entry.canonical_text()), **_texts(entry)}]
-        for name, entry in study.scenes.items()
+        [name, {"data": entry.data_keys(), **_texts(entry)}] for name, entry in study.scenes.items()
     ]
     head = {"title": study.title, "description": study.description}
     return canonical_json({**head, "scenes": scenes})

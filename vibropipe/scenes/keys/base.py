@@ -114,7 +114,7 @@ class BaseScene(StudyModel):
         return self.resolved_exciter()
 
     def data_keys(self) -> dict[str, Any]:
-        """Return the keys that the data of the scene depend on, with defaults filled in."""
+        """Return the keys that the data of the scene depend on, with defaults filled in, and their `meaning`."""
         keys = {name: plain(getattr(self, name)) for name in type(self).model_fields}
         keys = {name: value for name, value in keys.items() if name not in NO_DATA}
         for name in ("outputs", "effects"):
@@ -123,11 +123,11 @@ class BaseScene(StudyModel):
         if keys.get("start"):
             ends = {name: [grid.low, grid.high] for name, grid in self.grids().items()}
             keys["start"] = resolved_start(keys["start"], {**self.resolved_exciter(), **ends})
-        return {"exciter": self.data_exciter(), **keys}
+        return {"meaning": SEMANTICS_VERSION, "exciter": self.data_exciter(), **keys}
 
     def canonical_text(self) -> str:
         """Return the keys that the data depend on as one line of JSON, equal for scenes of the same meaning."""
-        return canonical_json({"meaning": SEMANTICS_VERSION, **self.data_keys()})
+        return canonical_json(self.data_keys())
 
     def fingerprint(self) -> str:
         """Return the SHA-256 hash (64 hex digits) of the keys that the data depend on."""

@@ -1,5 +1,6 @@
 """The studies of a call, as the rules of the workflow read them."""
 
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -124,6 +125,13 @@ def test_a_caption_is_text_whatever_marks_it_has(folder):
     assert path == str(folder / ".snakemake/captions/first/one.rst")
     with open(path) as caption:
         assert caption.read() == r"Impacts \{\{ on \}\} \*both\*" + "\n"
+    os.utime(path, ns=(1, 1))
+    write_caption("first", run.studies["first"].scenes["one"])
+    assert os.stat(path).st_mtime_ns == 1  # equal text is not written again
+    file.write_text(file.read_text().replace("Impacts", "Contacts"))
+    write_caption("first", read_run(None, {}).studies["first"].scenes["one"])
+    with open(path) as caption:
+        assert caption.read().startswith("Contacts")
 
 
 def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):

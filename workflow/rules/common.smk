@@ -12,12 +12,12 @@ from vibropipe.jobs.run import (
     read_run,
     write_caption,
 )
-from vibropipe.scenes.costs import PlanError
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
+from vibropipe.scenes.costs import PlanError
+from vibropipe.scenes.keys.values import NAME
 from vibropipe.store import NotWrittenError
 from vibropipe.study import StudyError
-from vibropipe.scenes.keys.values import NAME
 
 
 def print_message(text):

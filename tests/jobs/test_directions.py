@@ -57,6 +57,7 @@ def test_the_plan_counts_the_rows_of_both(study: Study) -> None:
 def test_a_scene_holds_the_sweeps_up_and_down(whole: Path) -> None:
     stored = vp.load(whole)
     assert stored.regime.dims == ("direction", "nu", "f")
+    assert stored.direction.dtype.kind == "U"
     parts = halves()
     for way, part in zip(("up", "down"), parts, strict=True):
         half = stored.sel(direction=way, drop=True)
@@ -103,6 +104,7 @@ def test_it_is_verified_and_a_changed_direction_is_found(whole: Path, tmp_path: 
 def test_a_study_opens_lazily_and_becomes_a_table(whole: Path) -> None:
     node = vp.open_study(whole.parent)["map"]
     assert node.displacement_amplitude.chunks is not None
+    assert node.direction.dtype.kind == "U"
     up = node.impact_velocity_max.sel(direction="up", f=0.5, support=1)
     np.testing.assert_array_equal(up.values, halves()[0].impact_velocity_max.sel(f=0.5, support=1))
     for table in (vp.table(node), vp.table(whole)):

@@ -237,7 +237,13 @@ def _open(path: Path, chunks: str | None) -> xr.Dataset:
                 variables = {name: all_variables[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {error}") from error
-    joined = _join_parts(xr.Dataset(variables, dataset.coords, dataset.attrs))
+    words = {
+        name: values.astype(str)
+        for name, values in dataset.coords.items()
+        if values.dtype.kind == "O" and name in dataset.dims
+    }
+    coords = dataset.assign_coords(words).coords  # text as it was written, not objects
+    joined = _join_parts(xr.Dataset(variables, coords, dataset.attrs))
     joined.set_close(dataset.close)
     return joined
 

@@ -144,8 +144,7 @@ def simulate(
         grid = _grid(exciter, request.effects, method, steps_per_period)
         steps = None if grid is None else grid.steps
         motion = to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
-    warn_unsolved(motion)
-    return motion
+    return warn_unsolved(motion)
 
 
 def _grid(

@@ -104,6 +104,4 @@ def steady_state(
         exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=OF_STEADY_STATE,
         accuracy=accuracy, effects=effects, patience=patience,
     )  # fmt: skip
-    steady = assemble([shard], over).isel(nu=0).drop_vars("row_size")
-    warn_unsolved(steady)
-    return steady
+    return warn_unsolved(assemble([shard], over).isel(nu=0).drop_vars("row_size"))

@@ -65,9 +65,8 @@ def sweep(
         Number of harmonics of displacement and velocity.
     follow : (str, str), optional
         A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
-        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both" the
-        result has a first dimension `direction` (up, down), which shows hysteresis; its halves are bitwise the sweeps
-        up and down.
+        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
+        show hysteresis, the sweeps up and down lie along a first dimension `direction`.
     outputs : sequence of str
         Any of harmonics, impacts, motion, stability, energy; others are neither computed nor stored.
     accuracy : float, optional
@@ -114,9 +113,7 @@ def sweep(
         outputs=outputs, accuracy=accuracy, effects=effects, patience=patience,
     )  # fmt: skip
     shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
-    rows = assemble(shards, grid.values, follow)
-    warn_unsolved(rows)
-    return rows
+    return warn_unsolved(assemble(shards, grid.values, follow))
 
 
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
@@ -296,9 +293,7 @@ def assemble(
     for name in [str(name) for name in first.coords if name not in grid.dims]:
         # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
         coords[name] = first[name] if name in first.xindexes else first.variables[name]
-    attrs = {
-        name: value for name, value in first.attrs.items() if name not in ("row_start", "row_stop")
-    }
+    attrs = {k: v for k, v in first.attrs.items() if k not in ("row_start", "row_stop")}
     joined = describe(xr.Dataset(variables, coords, attrs))
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"

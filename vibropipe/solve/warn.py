@@ -16,14 +16,11 @@ if TYPE_CHECKING:
 CALLER = 3
 
 
-def warn_unsolved(dataset: xr.Dataset) -> None:
-    """Warn the caller of a public function of each status other than ok, with its number of rows and its remedy."""
+def warn_unsolved(dataset: xr.Dataset) -> xr.Dataset:
+    """Warn the caller of a public function of each status other than ok, with rows and remedy; return the dataset."""
     status = dataset["status"].values
-    if not status.any():
-        return
-    for code, rows in zip(*np.unique(status, return_counts=True), strict=True):
-        if code == Status.OK:
-            continue
+    for code, rows in zip(*np.unique(status[status != Status.OK], return_counts=True), strict=True):
         where = f"{rows} of {status.size} rows: " if status.ndim else ""
         text = f"{where}status {Status(code).name.lower()}. {Status(code).remedy}"
         warnings.warn(text, UnsolvedWarning, stacklevel=CALLER)
+    return dataset

@@ -183,8 +183,7 @@ def _item(variable: netCDF4.Variable) -> StoredVariable:
 def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> None:
     """Raise unless the rows [start, stop) in a file have the parameters of the grid."""
     with raw(path) as file:
-        swept = list(grid.values)
-        missing = [name for name in (*swept, *grid.shared) if name not in file]
+        missing = [name for name in (*grid.values, *grid.shared) if name not in file]
         if missing:
             raise StoreError(f"{path}: does not hold the {missing[0]} of its rows: {AGAIN}")
         for name, expected in grid.shared.items():
@@ -192,7 +191,8 @@ def _check_parameters(path: Path, start: int, stop: int, grid: SweepGrid) -> Non
                 raise _other_value(path, name, held, "every row", expected)
         for first in range(start, stop, ROWS_AT_ONCE):
             rows = np.arange(first, min(first + ROWS_AT_ONCE, stop))
-            for name, values in zip(swept, grid.parameters(swept, rows).T, strict=True):
+            swept = grid.parameters(tuple(grid.values), rows).T
+            for name, values in zip(grid.values, swept, strict=True):
                 stored = file[name][rows[0] - start : rows[-1] + 1 - start]
                 if (differs := stored != values).any():
                     index = int(differs.argmax())

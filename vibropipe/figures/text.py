@@ -6,7 +6,7 @@ Only values and names of the vocabulary pass through here, never a user's own te
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import xarray as xr
@@ -47,14 +47,16 @@ def regime_name(code: int) -> str:
     raise KeyError(f"{code} is not a regime (vibropipe/words/vocabulary.py)")
 
 
-def format_number(value: float, digits: int = 4) -> str:
-    """Write a number with `digits` significant digits, a true minus sign and powers of ten.
+def format_number(value: float | str, digits: int = 4) -> str:
+    """Write a number with `digits` significant digits, a true minus sign and powers of ten; text stays.
 
     >>> format_number(-0.035367)
     '−0.03537'
     >>> format_number(1.5e-13)
     '1.5 × 10⁻¹³'
     """
+    if isinstance(value, str):  # a direction
+        return value
     if math.isnan(value):
         return "–"
     if math.isinf(value):
@@ -87,14 +89,14 @@ def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     return ",  ".join(parts)
 
 
-def plain_parameters(values: dict[str, float]) -> str:
+def plain_parameters(values: Mapping[str, float | str]) -> str:
     """Write parameters as plain text, for a sentence of the report."""
     return ", ".join(
         f"{PLAIN_SYMBOLS.get(name, name)} = {format_number(v)}" for name, v in values.items()
     )
 
 
-def mathtext(value: float) -> str:
+def mathtext(value: float | str) -> str:
     """Write a number as `format_number` does, with powers of ten in mathtext."""
     text = format_number(value)
     if " × 10" not in text:
@@ -111,7 +113,7 @@ def sentences(*parts: str) -> str:
 def grid_text(values: np.ndarray) -> str:
     """Write the values of a grid; of more than FEW_VALUES, the ends and the number."""
     if values.size <= FEW_VALUES:
-        return ", ".join(format_number(float(value)) for value in values)
+        return ", ".join(format_number(value) for value in values.tolist())
     return f"{format_number(float(values.min()))} … {format_number(float(values.max()))} ({values.size} values)"
 
 

@@ -56,7 +56,7 @@ def peak_text(dataset: xr.Dataset) -> str:
 def location_text(values: xr.DataArray) -> str:
     """Write the swept parameters at the maximum of an array."""
     at = values.isel({str(k): int(v) for k, v in values.argmax(...).items()})
-    return plain_parameters({str(name): float(at[name]) for name in values.dims})
+    return plain_parameters({str(name): at[name].values.item() for name in values.dims})
 
 
 def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

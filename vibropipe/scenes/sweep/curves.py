@@ -168,9 +168,7 @@ def stack_columns(dataset: xr.Dataset, dims: list[str]) -> list[tuple[str, xr.Da
     first, *further = dims
     return [
         (
-            ", ".join(
-                filter(None, [f"{quantity(first).symbol} = {mathtext(float(value))}", title])
-            ),
+            ", ".join(filter(None, [f"{quantity(first).symbol} = {mathtext(value)}", title])),
             part,
         )
         for position, value in enumerate(dataset[first].values)
@@ -280,7 +278,7 @@ def line_handles(
     if lines_dim is not None:
         symbol = quantity(lines_dim).symbol
         for position, value in enumerate(dataset[lines_dim].values):
-            text = f"{symbol} = {mathtext(float(value))}"
+            text = f"{symbol} = {mathtext(value)}"
             handles.append(Line2D([], [], **line_style(position), label=text))
     if backbone is not None and along == "nu" and "eigenfrequency" in backbone:
         handles.append(Line2D([], [], **BACKBONE_STYLE, label="conservative exciter"))

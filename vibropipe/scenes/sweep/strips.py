@@ -42,7 +42,7 @@ def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, n
     ax.set_xlim(edges[0], edges[-1])
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    labels = [""] if lines_dim is None else [mathtext(float(v)) for v in part[lines_dim].values]
+    labels = [""] if lines_dim is None else [mathtext(v) for v in part[lines_dim].values]
     ax.set_yticks(range(count), labels if named else [""] * count)
     if named:
         name = "regime" if lines_dim is None else f"regime\nat {quantity(lines_dim).symbol} ="

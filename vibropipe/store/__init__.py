@@ -15,12 +15,12 @@ from vibropipe.store.files import (
     attributes_of,
     count_equal,
     load,
-    open_study,
     read_scenes,
     scene_files,
     write,
 )
 from vibropipe.store.joining import join
+from vibropipe.store.opening import open_study
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
 from vibropipe.store.streaming import write_grid, write_rows

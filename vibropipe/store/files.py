@@ -1,9 +1,9 @@
-"""Datasets written to files and read back: one at a time in memory, or a whole study opened lazily."""
+"""Datasets written to files and read back."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
 from os import PathLike
@@ -71,43 +71,8 @@ def load(path: str | PathLike[str]) -> xr.Dataset:
         If the file is missing, truncated or damaged.
     """
     check_intact(path)
-    with _open(Path(path), chunks=None) as lazy:
+    with open_lazily(Path(path), chunks=None) as lazy:
         return lazy.load()
-
-
-def open_study(folder: str | PathLike[str]) -> xr.DataTree:
-    """Open the results of a study lazily: a slice reads only its values.
-
-    Parameters
-    ----------
-    folder : path-like
-        Results of a study: one file per scene.
-
-    Returns
-    -------
-    xarray.DataTree
-        One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
-        ("1": non-dimensional) and the provenance in its attributes. A group has the methods `where` and `to_dataframe`
-        (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files.
-
-    Raises
-    ------
-    StoreError
-        If there is no such folder, it holds no scene, or a scene's file is truncated. Single flipped bytes are detected
-        by `vibropipe verify` only.
-    """
-    from vibropipe.store.tree import StudyTree
-
-    paths = _files_in(Path(folder))
-    for path in paths:
-        check_intact(path, every_byte=False)
-    scenes = {path.stem: _open(path, chunks="auto") for path in paths}
-    tree = StudyTree.from_dict(dict(scenes), name=Path(folder).name)
-    files = ExitStack()
-    for scene in scenes.values():
-        files.callback(scene.close)
-    tree.set_close(files.close)
-    return tree
 
 
 def read_scenes(
@@ -162,7 +127,7 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
     """
     path = Path(path)
     if not path.is_file():
-        return _files_in(path)
+        return files_in(path)
     if path.suffix != ENDING:
         raise StoreError(
             f"{path}: is no dataset (its name does not end in {ENDING}): name a {ENDING} file"
@@ -207,7 +172,7 @@ def _check_folder(folder: Path) -> None:
         raise StoreError(f"{folder}: does not exist{_nearest(folder)}: solve the study first")
 
 
-def _files_in(folder: Path) -> list[Path]:
+def files_in(folder: Path) -> list[Path]:
     """Return the files of scenes in a folder."""
     _check_folder(folder)
     # names of temporary files begin with a dot, and shards are in a folder of their own
@@ -217,7 +182,7 @@ def _files_in(folder: Path) -> list[Path]:
     return paths
 
 
-def _open(path: Path, chunks: str | None) -> xr.Dataset:
+def open_lazily(path: Path, chunks: str | None) -> xr.Dataset:
     """Open a file lazily and combine the parts of complex quantities."""
     import dask
     import xarray as xr

@@ -126,3 +126,12 @@ def test_each_lazy_quantity_is_read_once(sweep):
         lazy[name] = sweep[name].copy(data=chunk)
     pd.testing.assert_frame_equal(vp.table(lazy), vp.table(sweep))
     assert sorted(reads) == ["displacement_amplitude", "floquet_multiplier", "regime"]
+
+
+def test_samples_of_orbits_do_not_multiply_the_rows(sweep):
+    every = ("harmonics", "impacts", "motion", "stability", "energy")
+    sampled = vp.sweep(EXCITER, OVER, harmonics=2, outputs=every)
+    rows = vp.table(sampled)
+    assert len(rows) == 12
+    assert set(vp.table(sweep).columns) <= set(rows.columns)
+    pd.testing.assert_frame_equal(vp.table(sampled, impacts=True), vp.table(sweep, impacts=True))

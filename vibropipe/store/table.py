@@ -39,7 +39,8 @@ def table(
         A row for each point of the grid (of a motion: for each sample), the swept parameters first, then those that
         are the same in every row, then the quantities. Codes such as regimes stand by their names. A quantity over
         support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a complex one has
-        two, `_re` and `_im`. With `impacts`, a row for each impact, at its point of the grid.
+        two, `_re` and `_im`. Samples of the orbits of a sweep are left out. With `impacts`, a row for each impact, at
+        its point of the grid.
 
     Raises
     ------
@@ -62,9 +63,11 @@ def table(
 
 
 def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return the dimensions whose points are the rows: those of the largest quantity, or the samples of a motion."""
+    """Return the dimensions whose points are the rows: samples of a motion, steady states, or the largest quantity."""
     if "tau" in dataset.dims:
         return ("tau",)
+    if "regime" in dataset:
+        return tuple(str(dim) for dim in dataset["regime"].dims)
     inner = {*COMPONENTS, *RAGGED}
     dims = [
         tuple(str(dim) for dim in values.dims if dim not in inner)

@@ -1,0 +1,112 @@
+"""Flight over any time in closed form, eq. (5): the free flow plus the response to the force, also at resonance."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit
+from vibropipe.physics.flow import free_flow
+from vibropipe.physics.load import forcing_period, sincos_turns
+from vibropipe.physics.quotient import divide
+
+# Modulus below which sinh(w)/w is summed from its series, whose first neglected term is then below 1e-18.
+SERIES_REACH = 0.5
+_SINHC = (1.0, 1 / 6, 1 / 120, 1 / 5040, 1 / 362880, 1 / 39916800, 1 / 6227020800)
+
+
+@jit
+def _exponential(z: complex) -> complex:
+    """Return exp(z)."""
+    size = math.exp(z.real)
+    return complex(size * math.cos(z.imag), size * math.sin(z.imag))
+
+
+@jit
+def _exponential_difference(a: complex, b: complex, t: float, forced: complex) -> complex:
+    """Return the divided difference (exp(a t) - exp(b t)) / (a - b), also where a is b; forced is exp(a t)."""
+    half = 0.5 * t * (a - b)
+    if abs(half) > SERIES_REACH:
+        return divide(forced - _exponential(b * t), a - b)
+    square, total = half * half, complex(0.0, 0.0)
+    for n in range(len(_SINHC) - 1, -1, -1):
+        total = total * square + _SINHC[n]
+    return t * _exponential(0.5 * t * (a + b)) * total
+
+
+@jit
+def force_response(
+    h: float, nu: float, turns: float, t: float, odd: float
+) -> tuple[complex, complex]:
+    """Return the motion y'' + h y' + y = exp(i nu tau) that starts at rest, and its rate, after a time t.
+
+    Parameters
+    ----------
+    h, nu : float
+        Damping and frequency of the force.
+    turns, t : float
+        The time in forcing periods and in tau.
+    odd : float
+        Element e12 of `free_flow` over t.
+
+    Returns
+    -------
+    y, w : complex
+
+    Notes
+    -----
+    The motion is the divided difference of exp(s t) over s = i nu and the roots s1, s2 of s^2 + h s + 1. Taken first
+    over i nu and the root s1 next to it, then over s1 and s2 (which is e12), it keeps its digits at resonance without
+    damping and at critical damping, where the difference of steady and free motion cancels: |i nu - s2| is at least 1.
+
+    References
+    ----------
+    C. de Boor, "Divided differences", Surveys in Approximation Theory 1 (2005) 46-69.
+    """
+    b = 0.5 * h
+    square = (1.0 - b) * (1.0 + b)
+    if square > 0.0:
+        root = math.sqrt(square)
+        near, far = complex(-b, root), complex(-b, -root)
+    else:
+        root = math.sqrt(-square)
+        near, far = complex(-1.0 / (b + root), 0.0), complex(-(b + root), 0.0)
+    rate = complex(0.0, nu)
+    sine, cosine = sincos_turns(turns)
+    first = _exponential_difference(rate, near, t, complex(cosine, sine))
+    y = divide(first - odd, rate - far)
+    return y, rate * y + odd
+
+
+@jit
+def acceleration(p, x: float, v: float, turn: float) -> float:
+    """Return x'' of eq. (5) at the phase `turn`, in turns."""
+    return p.f * sincos_turns(turn)[0] - p.h * v - x
+
+
+@jit
+def fly_freely(p, start: float, end: float, x: float, v: float):
+    """Return the state after a flight without contact, and its derivative by the state at the start.
+
+    Parameters
+    ----------
+    p : Parameters
+    start, end : float
+        Times in forcing periods.
+    x, v : float
+        State at the start.
+
+    Returns
+    -------
+    x, v : float
+        State at the end.
+    e11, e12, e21, e22 : float
+        The matrix of `free_flow`.
+    """
+    turns = end - start
+    t = turns * forcing_period(p)
+    e11, e12, e21, e22 = free_flow(p.h, t)
+    response, rate = force_response(p.h, p.nu, turns, t, e12)
+    sine, cosine = sincos_turns(start)
+    x1 = (e11 * x + e12 * v) + p.f * (cosine * response.imag + sine * response.real)
+    v1 = (e21 * x + e22 * v) + p.f * (cosine * rate.imag + sine * rate.real)
+    return x1, v1, e11, e12, e21, e22

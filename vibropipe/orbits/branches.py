@@ -1,0 +1,172 @@
+"""All branches that are reached from an orbit: the one through it, and those that begin at its bifurcations."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+
+import numpy as np
+
+from vibropipe.orbits.curve import Curve, Point
+from vibropipe.orbits.curve import Problem as Problem
+from vibropipe.orbits.events import Event
+from vibropipe.orbits.following import Path, follow
+from vibropipe.orbits.linear_branch import follow_linear
+from vibropipe.orbits.sequence import Sequence
+from vibropipe.orbits.switching import Branch, Seed, parent_point, seeds_at
+from vibropipe.orbits.symmetry import doubled, halved, halves_agree
+
+# Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
+# speed of impacts, relative, at which two bifurcations are one.
+MAX_BRANCHES, SAME_BIFURCATION = 64, 1e-6
+# Weighted difference of the halves of an orbit that settled, at which they are equal.
+SETTLED_HALVES = 1e-6
+
+# Index of l, the scale of lengths, among the parameters.
+L = 3
+# A bifurcation: its kind and parameter, and speeds and velocities of its impacts added up, per forcing period.
+Key = tuple[str, float, float, float]
+
+
+def seed_of_orbit(
+    problem: Problem, m: int, supports: np.ndarray, u: np.ndarray, signs: tuple[float, ...]
+) -> Seed | None:
+    """Return the start of the branch through an orbit.
+
+    Parameters
+    ----------
+    problem : Problem
+    m : int
+        Period multiple.
+    supports : (n,) int8
+        Impact sequence; without impacts the orbit is the motion in closed form.
+    u : (2n + 1,) float
+        Times, velocities, and the parameter.
+    signs : tuple of float
+        Directions of the parameter to follow: 1, -1 or both.
+
+    Returns
+    -------
+    Seed or None
+        None if the equations of the sequence have no solution there.
+    """
+    n = len(supports)
+    if n == 0:
+        return Seed(None, None, float(u[-1]), signs)
+    sequence, speed = Sequence(m, 0, supports), float(np.abs(u[n : 2 * n]).max())
+    curve = Curve(problem, sequence, speed)
+    kind = halves_agree(sequence, u, curve.weights, SETTLED_HALVES)
+    if problem.symmetric and kind == "pitchfork":
+        sequence, u = halved(sequence, u, kind)
+        curve = Curve(problem, sequence, speed)
+    point = curve.settle(u)
+    return None if point is None else Seed(curve, point, point.value, signs)
+
+
+def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> list[Branch]:
+    """Follow the branch of a seed, and those that begin at its bifurcations of the kinds `switch`, and at theirs.
+
+    Parameters
+    ----------
+    problem : Problem
+    seed : Seed
+    switch : collection of str
+        Any of flip, pitchfork, grazing.
+
+    Returns
+    -------
+    list of Branch
+        At most `MAX_BRANCHES`, the one of the seed first. None is followed from both of its ends.
+    """
+    branches: list[Branch] = []
+    waiting: deque[tuple[Key | None, Seed]] = deque([(None, seed)])
+    known: list[Key] = []
+    arrived: list[Key] = []
+    while waiting and len(branches) < MAX_BRANCHES:
+        origin, seed = waiting.popleft()
+        if origin is not None and _find(problem, arrived, origin):
+            continue
+        branch = _follow_seed(problem, seed)
+        if origin is not None and len(branch.points) + len(branch.values) < 2:
+            continue
+        branches.append(branch)
+        for event in branch.events:
+            key = _key(branch, event)
+            if event.kind not in switch:
+                continue
+            if _find(problem, known, key):
+                if event.reason and origin is not None and not _find(problem, [origin], key):
+                    arrived.append(key)
+                continue
+            known.append(key)
+            waiting += [(key, each) for each in seeds_at(branch, event)]
+    return branches
+
+
+def _key(branch: Branch, event: Event) -> Key:
+    """Return what tells a bifurcation of a branch from others."""
+    if branch.curve is None:
+        return event.kind, branch.values[event.point], 0.0, 0.0
+    sequence, u = branch.curve.sequence, branch.points[event.point].u
+    velocities = u[len(sequence.supports) : -1] / sequence.span
+    total = 0.0 if sequence.mirrored else float(velocities.sum())
+    return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
+
+
+def _find(problem: Problem, keys: list[Key], key: Key) -> bool:
+    """Return whether a bifurcation is among some."""
+    reach = SAME_BIFURCATION * (problem.high - problem.low)
+    floor = 1e-9 * problem.values[L]
+    return any(
+        kind == key[0]
+        and abs(value - key[1]) <= reach
+        and abs(speed - key[2]) + abs(total - key[3])
+        <= 1e3 * SAME_BIFURCATION * (speed + key[2]) + floor
+        for kind, value, speed, total in keys
+    )
+
+
+def _follow_seed(problem: Problem, seed: Seed) -> Branch:
+    """Follow a branch from its seed, to one or both sides."""
+    if seed.curve is None or seed.point is None:
+        return _follow_linear_seed(problem, seed)
+    paths: dict[float, Path] = {}
+    for sign in seed.signs:
+        if sign < 0.0 and 1.0 in paths and paths[1.0].end == "closed":
+            continue
+        start = seed.point if sign > 0.0 else seed.point.reversed()
+        paths[sign] = _refined(
+            seed.curve, follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
+        )
+    back, ahead = paths.get(-1.0, Path([seed.point])), paths.get(1.0, Path([seed.point]))
+    points = [*(each.reversed() for each in back.points[:0:-1]), *ahead.points]
+    shift = len(back.points) - 1
+    events = [Event(*each[:2], shift - each.point) for each in reversed(back.events)]
+    events += [Event(*each[:2], shift + each.point) for each in ahead.events]
+    for path, index in ((back, 0), (ahead, len(points) - 1)):
+        if path.end in ("lost", "points", "closed"):
+            events.append(Event("end", path.end, index))
+    return Branch(problem, seed.curve, points, [], sorted(events, key=lambda each: each.point))
+
+
+def _refined(curve: Curve, path: Path) -> Path:
+    """Return a path that ends at the parent of its doubled orbits with that point taken from the parent."""
+    # Two branches cross there, so the equations of the doubled sequence lose half of their digits.
+    if path.end == "doubled":
+        last = path.points[-1]
+        found = parent_point(curve, last, path.events[-1].kind)
+        if found is not None:
+            parent, point = found
+            _sequence, u, _by = doubled(parent.sequence, point.u, np.zeros(point.u.size))
+            path.points[-1] = Point(u, last.tangent, last.tests)
+    return path
+
+
+def _follow_linear_seed(problem: Problem, seed: Seed) -> Branch:
+    """Follow the motion without impacts from a seed."""
+    sides = {sign: follow_linear(problem, seed.value, sign) for sign in seed.signs}
+    back, ahead = sides.get(-1.0, ([], False)), sides.get(1.0, ([], False))
+    values = [*reversed(back[0]), seed.value, *ahead[0]]
+    events = [Event("grazing", "gap", 0)] if back[1] else []
+    events += [Event("grazing", "gap", len(values) - 1)] if ahead[1] else []
+    return Branch(problem, None, [], values, events)

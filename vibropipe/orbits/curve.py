@@ -1,0 +1,190 @@
+"""Points of a branch of one impact sequence: steps along it, and the places where a function of its points is zero."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.continuation import FOLD, TESTS, Work, advance, doubling_vector, settle_at
+from vibropipe.orbits.sequence import Sequence
+from vibropipe.physics.flow import DEGREE
+
+# Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.
+LOCATED = 1e-13
+MAX_LOCATIONS = 100
+
+
+class Problem(NamedTuple):
+    """What is followed.
+
+    Attributes
+    ----------
+    values : (7,) float
+        Parameters of the exciter.
+    along : int
+        Index of the parameter that varies.
+    low, high : float
+        Its range.
+    at : tuple of float
+        Its values at which points are wanted.
+    symmetric : bool
+        Whether the exciter is its own mirror image over the whole range.
+    max_length : float
+        Largest weighted length of a step.
+    """
+
+    values: np.ndarray
+    along: int
+    low: float
+    high: float
+    at: tuple[float, ...]
+    symmetric: bool
+    max_length: float
+
+
+class Point(NamedTuple):
+    """A point of a branch: unknowns and tangent (2n + 1,), and test functions (TESTS,)."""
+
+    u: np.ndarray
+    tangent: np.ndarray
+    tests: np.ndarray
+
+    @property
+    def value(self) -> float:
+        """The parameter."""
+        return float(self.u[-1])
+
+    def reversed(self) -> Point:
+        """Return the point with its tangent reversed."""
+        tests = self.tests.copy()
+        tests[FOLD] = -tests[FOLD]
+        return Point(self.u, -self.tangent, tests)
+
+
+class Curve:
+    """The branch of one impact sequence, on which points are found by continuation.
+
+    Parameters
+    ----------
+    problem : Problem
+    sequence : Sequence
+    speed : float
+        Scale of impact velocities, > 0.
+    """
+
+    def __init__(self, problem: Problem, sequence: Sequence, speed: float) -> None:
+        n = len(sequence.supports)
+        size = 2 * n + 1
+        self.problem, self.sequence, self.speed = problem, sequence, speed
+        self.weights = np.ones(size)
+        self.weights[n : 2 * n] = 1.0 / speed
+        self.weights[-1] = 1.0 / (problem.high - problem.low)
+        rhs, above, below, border = np.zeros((4, size))
+        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
+        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
+        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
+        self._arguments = (
+            problem.values.reshape(1, -1).copy(),
+            problem.along,
+            sequence.span,
+            sequence.mirrored,
+            sequence.supports,
+        )
+
+    def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
+        """Return the point near u with the unknown `fixed` (default: the parameter) held; None if there is none."""
+        u = np.array(u, float)
+        tangent, tests = np.empty(u.size), np.empty(TESTS)
+        held = u[fixed]
+        arguments = (fixed % u.size, self.weights, self.work, u, tangent, tests)
+        if settle_at(*self._arguments, *arguments) < 0:
+            return None
+        u[fixed] = held
+        return Point(u, tangent, tests)
+
+    def advance(self, point: Point, length: float) -> Point | None:
+        """Return the point a weighted length along the branch; None if the corrector does not converge."""
+        size = point.u.size
+        u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
+        arguments = (point.u, point.tangent, length, self.weights, self.work, u, tangent, tests)
+        if advance(*self._arguments, *arguments) < 0:
+            return None
+        return Point(u, tangent, tests)
+
+    def doubling_vector(self, point: Point) -> np.ndarray:
+        """Return the perturbation (2n + 1,) that changes sign over the sequence, where DOUBLING is zero."""
+        vector = np.zeros(point.u.size)
+        doubling_vector(*self._arguments, point.u, self.work, vector)
+        return vector
+
+    def cosine(self, before: Point, after: Point) -> float:
+        """Return the cosine of the angle between the tangents of two points."""
+        return float(np.sum(self.weights**2 * before.tangent * after.tangent))
+
+    def distance(self, first: Point, second: Point) -> float:
+        """Return the largest weighted difference of two points, whole forcing periods apart or not."""
+        change = first.u - second.u
+        n = len(self.sequence.supports)
+        change[:n] -= round(change[0])
+        return float(np.abs(change * self.weights).max())
+
+    def locate(
+        self, start: Point, ends: tuple[float, float], function: Callable[[Point], float]
+    ) -> tuple[float, Point] | None:
+        """Return where a function of the points is zero.
+
+        Parameters
+        ----------
+        start : Point
+        ends : (float, float)
+            Lengths from `start` between which the function changes sign.
+        function : callable
+            Of a point.
+
+        Returns
+        -------
+        (float, Point) or None
+            Length from `start`, and the point; None if a step fails or the function does not change sign.
+
+        References
+        ----------
+        M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11 (1971)
+        168-174; with a bisection whenever three of its steps do not halve the interval.
+        """
+        low, high = ends
+        first, last = self.advance(start, low), self.advance(start, high)
+        if first is None or last is None:
+            return None
+        f_low, f_high = function(first), function(last)
+        if not f_low * f_high <= 0.0:
+            return None
+        best = min((abs(f_low), low, first), (abs(f_high), high, last), key=lambda each: each[0])
+        side, width = 0, high - low
+        for iteration in range(MAX_LOCATIONS):
+            if best[0] == 0.0 or high - low <= LOCATED:
+                break
+            length = (low * f_high - high * f_low) / (f_high - f_low)
+            if (iteration % 3 == 2 and high - low > 0.5 * width) or not low < length < high:
+                length = 0.5 * (low + high)
+            if iteration % 3 == 2:
+                width = high - low
+            point = self.advance(start, length)
+            if point is None:
+                return None
+            value = function(point)
+            if not math.isfinite(value):
+                return None
+            if abs(value) < best[0]:
+                best = (abs(value), length, point)
+            if (value > 0.0) == (f_low > 0.0):
+                low, f_low = length, value
+                f_high *= 0.5 if side == 1 else 1.0
+                side = 1
+            else:
+                high, f_high = length, value
+                f_low *= 0.5 if side == -1 else 1.0
+                side = -1
+        return best[1], best[2]

@@ -1,0 +1,156 @@
+"""Following a branch: steps of adapted length, its bifurcations located, and the reason why it ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from vibropipe.orbits.continuation import DOUBLING, FOLD, GAP, SPEED
+from vibropipe.orbits.curve import Curve, Point
+from vibropipe.orbits.events import Event, Mark, is_no_motion, marks_within
+
+# First and least length of a step, and factors of its growth.
+FIRST_LENGTH, MIN_LENGTH, GROWTH = 1e-3, 1e-10, 1.5
+# Cosine of the largest angle between the tangents of neighbouring points, and of that below which steps grow.
+MIN_COSINE, GROWTH_COSINE = math.cos(0.15), math.cos(0.07)
+# A branch with more points is left.
+MAX_POINTS = 20_000
+# The least impact speed may fall to this share in a step, unless it is below a bound: tests vary with its inverse.
+SPEED_SHARE, SLOW = 0.4, 1e-5
+# Evaluations in the search for a zero of a test function that three points only hint at.
+MAX_SEARCH = 30
+
+
+@dataclass
+class Path:
+    """Points of a branch in one direction, its events, and why it ended."""
+
+    points: list[Point]
+    events: list[Event] = field(default_factory=list)
+    end: str = ""
+
+
+def follow(
+    curve: Curve, start: Point, closes: bool = True, first_length: float = FIRST_LENGTH
+) -> Path:
+    """Follow a branch from a point along its tangent until it ends or leaves the range of the parameter.
+
+    Parameters
+    ----------
+    curve : Curve
+    start : Point
+    closes : bool
+        Whether the branch is left where it returns to its start.
+    first_length : float
+        Weighted length of the first step.
+
+    Returns
+    -------
+    Path
+        Its end is `limit` (of the parameter), `closed`, `lost` (no further point), `points` (too many), or that of its
+        last event.
+    """
+    path, length = Path([start]), first_length
+    lengths, searches = [0.0], 0
+    while not path.end:
+        point = path.points[-1]
+        new = curve.advance(point, length)
+        is_first = len(path.points) == 1
+        if new is None or _is_too_far(curve, point, new) or (is_first and is_no_motion(new)):
+            length *= 0.5
+            if length < MIN_LENGTH:
+                path.end = "lost"
+            continue
+        if not is_first and searches < 3:
+            hint = _missed(curve, path.points[-2], point, new, lengths[-1], length)
+            if hint is not None:
+                searches += 1
+                if hint > 0.0:
+                    length = hint
+                    continue
+                if not path.events or path.events[-1].point < len(path.points) - 1:
+                    path.points.pop()
+                    length = lengths.pop() + hint
+                    continue
+        marks = marks_within(curve, point, new, length, start if closes else None)
+        if marks is None:
+            length *= 0.5
+            if length < MIN_LENGTH:
+                path.end = "lost"
+            continue
+        _append(path, marks, lengths)
+        searches = 0
+        if len(path.points) >= MAX_POINTS:
+            path.end = path.end or "points"
+        if curve.cosine(point, new) > GROWTH_COSINE:
+            length = min(GROWTH * length, curve.problem.max_length)
+    return path
+
+
+def _is_too_far(curve: Curve, point: Point, new: Point) -> bool:
+    """Return whether a step is too long to see what lies within it."""
+    speed = point.tests[SPEED]
+    return bool(
+        curve.cosine(point, new) < MIN_COSINE
+        or (speed > SLOW and new.tests[SPEED] < SPEED_SHARE * speed)
+    )
+
+
+def _append(path: Path, marks: list[Mark], lengths: list[float]) -> None:
+    """Append the points of a step, up to the first that ends the branch."""
+    before = 0.0
+    for mark in marks:
+        if mark.reason == "closed":
+            path.end = "closed"
+            break
+        if mark.length > before or not mark.kind:
+            path.points.append(mark.point)
+            lengths.append(mark.length - before)
+            before = mark.length
+        if mark.kind not in ("", "limit"):
+            path.events.append(Event(mark.kind, mark.reason, len(path.points) - 1))
+        if mark.reason:
+            path.end = mark.reason
+            break
+
+
+def _missed(
+    curve: Curve, before: Point, point: Point, new: Point, back: float, ahead: float
+) -> float | None:
+    """Return where, from `point`, a test function changes sign that none of three points in a row shows; or None."""
+    for test in (FOLD, DOUBLING, SPEED, GAP):
+        a, b, c = (float(each.tests[test]) for each in (before, point, new))
+        if not (a * b > 0.0 and b * c > 0.0 and abs(b) < abs(a) and abs(b) <= abs(c)):
+            continue
+        slope_back, slope_ahead = (b - a) / back, (c - b) / ahead
+        curvature = (slope_ahead - slope_back) / (0.5 * (back + ahead))
+        slope = (slope_back * ahead + slope_ahead * back) / (back + ahead)
+        if curvature != 0.0 and (b - 0.5 * slope**2 / curvature) * b > 0.5 * b * b:
+            continue
+        found = _search(curve, point, -back, ahead, test, math.copysign(1.0, b))
+        if found is not None:
+            return found
+    return None
+
+
+def _search(
+    curve: Curve, point: Point, low: float, high: float, test: int, sign: float
+) -> float | None:
+    """Return a length at which a test function has the other sign, sought at its minimum by golden sections."""
+    ratio = 0.5 * (math.sqrt(5.0) - 1.0)
+    first, second = high - ratio * (high - low), low + ratio * (high - low)
+    values: dict[float, float] = {}
+    for _ in range(MAX_SEARCH):
+        for length in (first, second):
+            if length not in values:
+                found = curve.advance(point, length)
+                values[length] = math.inf if found is None else sign * float(found.tests[test])
+                if values[length] < 0.0:
+                    return length
+        if values[first] < values[second]:
+            high, second = second, first
+            first = high - ratio * (high - low)
+        else:
+            low, first = first, second
+            second = low + ratio * (high - low)
+    return None

@@ -1,0 +1,143 @@
+"""The branch of the motion without impacts, in closed form, up to where it touches a support."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from vibropipe.orbits.curve import Curve, Point, Problem
+from vibropipe.orbits.sequence import Sequence, parameters_at
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.linear import linear_amplitude
+from vibropipe.physics.load import TWO_PI
+
+# Points over the range of the parameter, and iterations that locate a zero or a minimum of the gap.
+LINEAR_POINTS, MAX_ITERATIONS = 64, 200
+
+
+def parameters_of(problem: Problem, value: float) -> Parameters:
+    """Return the parameters of the problem at a value of the one that varies."""
+    p: Parameters = parameters_at(problem.values.reshape(1, -1).copy(), problem.along, value)
+    return p
+
+
+def linear_gap(problem: Problem, value: float) -> float:
+    """Return the least distance of the motion without impacts from a support, l - |delta| - 2 |X|."""
+    p = parameters_of(problem, value)
+    return p.l - abs(p.delta) - 2.0 * abs(linear_amplitude(p))
+
+
+def _zero(problem: Problem, inside: float, outside: float) -> float:
+    """Return where the gap closes, by bisection; on the side where it is open."""
+    for _ in range(MAX_ITERATIONS):
+        middle = 0.5 * (inside + outside)
+        if middle in (inside, outside):
+            break
+        if linear_gap(problem, middle) > 0.0:
+            inside = middle
+        else:
+            outside = middle
+    return inside
+
+
+def _least(problem: Problem, low: float, high: float) -> float:
+    """Return where the gap is least between two values, by golden sections."""
+    ratio = 0.5 * (math.sqrt(5.0) - 1.0)
+    first, second = high - ratio * (high - low), low + ratio * (high - low)
+    for _ in range(MAX_ITERATIONS):
+        if linear_gap(problem, first) < linear_gap(problem, second):
+            high, second = second, first
+            first = high - ratio * (high - low)
+        else:
+            low, first = first, second
+            second = low + ratio * (high - low)
+        if min(linear_gap(problem, first), linear_gap(problem, second)) <= 0.0:
+            break
+    return first if linear_gap(problem, first) < linear_gap(problem, second) else second
+
+
+def follow_linear(problem: Problem, value: float, sign: float) -> tuple[list[float], bool]:
+    """Follow the motion without impacts from a value of the parameter, upwards or downwards.
+
+    Parameters
+    ----------
+    problem : Problem
+    value : float
+        Where its gap is open.
+    sign : float
+        1 or -1.
+
+    Returns
+    -------
+    values : list of float
+        The parameter at the points after the start.
+    grazes : bool
+        Whether the motion touches a support at the last of them; else that is the limit of the range.
+    """
+    limit = problem.high if sign > 0 else problem.low
+    if sign * (limit - value) <= 0.0:
+        return [], False
+    step = (problem.high - problem.low) / LINEAR_POINTS
+    n = max(2, math.ceil(abs(limit - value) / step))
+    wanted = [at for at in problem.at if 0.0 < sign * (at - value) < sign * (limit - value)]
+    grid = [*np.linspace(value, limit, n + 1)[1:-1].tolist(), limit, *wanted]
+    ordered = sorted({value, *grid}, key=lambda each: sign * each)
+    gaps = [linear_gap(problem, each) for each in ordered]
+    values: list[float] = []
+    for k in range(1, len(ordered)):
+        if gaps[k] <= 0.0:
+            return [*values, _zero(problem, ordered[k - 1], ordered[k])], True
+        after = ordered[k + 1] if k + 1 < len(ordered) else ordered[k]
+        if gaps[k] < gaps[k - 1] and (k + 1 == len(ordered) or gaps[k] <= gaps[k + 1]):
+            least = _least(problem, *sorted((ordered[k - 1], after)))
+            if linear_gap(problem, least) <= 0.0:
+                if sign * (least - ordered[k]) > 0.0:
+                    values.append(ordered[k])
+                inside = values[-1] if values else value
+                return [*values, _zero(problem, inside, least)], True
+        values.append(ordered[k])
+    return values, False
+
+
+def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | None:
+    """Return the branch with impacts that begins where the motion without impacts touches a support.
+
+    Parameters
+    ----------
+    problem : Problem
+    value : float
+        The parameter there.
+
+    Returns
+    -------
+    (Curve, Point) or None
+        With its tangent towards impacts; one impact, or two where both supports are touched.
+    """
+    p = parameters_of(problem, value)
+    # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
+    top = (-cmath.phase(linear_amplitude(p)) / TWO_PI) % 1.0
+    if p.delta != 0.0:
+        support = 1 if p.delta < 0.0 else 2
+        supports, times = [support], [top if support == 1 else (top + 0.5) % 1.0]
+    elif problem.symmetric:
+        supports, times = [1], [top]
+    else:
+        supports, times = [1, 2], [top, top + 0.5]
+    mirrored = int(problem.symmetric and p.delta == 0.0)
+    # Impacts will have velocities of the order of the motion's largest one.
+    speed = max(2.0 * p.nu * abs(linear_amplitude(p)), p.l)
+    sequence = Sequence(1, mirrored, np.array(supports, np.int8))
+    return begin_struck(Curve(problem, sequence, speed), [*times, *[0.0] * len(times), value], 0)
+
+
+def begin_struck(curve: Curve, u: list[float], index: int) -> tuple[Curve, Point] | None:
+    """Return a branch at its point where the impact `index` has no speed, with its tangent towards impacts."""
+    n = len(curve.sequence.supports)
+    start = curve.settle(np.array(u), n + index)
+    if start is None:
+        return None
+    if curve.sequence.supports[index] == 2:
+        start = start.reversed()
+    return curve, start

@@ -1,0 +1,110 @@
+"""Orbits that repeat or mirror themselves half an orbit later: their halves, and the doubled sequence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.orbits.sequence import Sequence
+
+# Weighted difference of the halves of an orbit at which they count as equal. Where a branch of doubled orbits turns at
+# its parent the difference goes with the root of the error of the parameter.
+EQUAL_HALVES = 1e-4
+
+
+def _halves(
+    sequence: Sequence, u: np.ndarray, mirrored: bool
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return both halves of times and velocities, the second moved (and mirrored) onto the first; None without."""
+    n = len(sequence.supports)
+    half = n // 2
+    if n == 0 or n % 2 or sequence.mirrored:
+        return None
+    first, second = sequence.supports[:half], sequence.supports[half:]
+    if not np.array_equal(second, 3 - first if mirrored else first):
+        return None
+    times, velocities = u[:n], u[n : 2 * n]
+    sign = -1.0 if mirrored else 1.0
+    later = np.concatenate([times[half:] - 0.5 * sequence.m, sign * velocities[half:]])
+    return np.concatenate([times[:half], velocities[:half]]), later
+
+
+def halves_agree(
+    sequence: Sequence, u: np.ndarray, weights: np.ndarray, tolerance: float = EQUAL_HALVES
+) -> str:
+    """Return how the halves of an orbit agree: "flip" if it repeats, "pitchfork" if it mirrors itself, "" if not.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    u : (2n + 1,) float
+        Times, velocities and the parameter.
+    weights : (2n + 1,) float
+        Of the unknowns.
+    tolerance : float
+        Largest weighted difference of the halves.
+    """
+    n = len(sequence.supports)
+    for kind, mirrored in (("flip", False), ("pitchfork", True)):
+        # The force repeats after whole periods and mirrors itself after odd halves.
+        if sequence.m % 2 != mirrored:
+            continue
+        halves = _halves(sequence, u, mirrored)
+        if halves is not None:
+            of_first = np.concatenate([weights[: n // 2], weights[n : n + n // 2]])
+            if np.abs((halves[0] - halves[1]) * of_first).max() < tolerance:
+                return kind
+    return ""
+
+
+def halved(sequence: Sequence, u: np.ndarray, kind: str) -> tuple[Sequence, np.ndarray]:
+    """Return the sequence of half an orbit whose halves agree, and the mean of both halves with the parameter.
+
+    Parameters
+    ----------
+    sequence, u
+        As for `halves_agree`.
+    kind : str
+        What that returned: "flip" or "pitchfork".
+    """
+    halves = _halves(sequence, u, kind == "pitchfork")
+    assert halves is not None
+    mean = np.append(0.5 * (halves[0] + halves[1]), u[-1])
+    supports = sequence.supports[: len(sequence.supports) // 2].copy()
+    if kind == "pitchfork":
+        return Sequence(sequence.m, 1, supports), mean
+    return Sequence(sequence.m // 2, 0, supports), mean
+
+
+def doubled(
+    sequence: Sequence, u: np.ndarray, by: np.ndarray
+) -> tuple[Sequence, np.ndarray, np.ndarray]:
+    """Return the sequence of two turns of an orbit, its unknowns, and a perturbation that changes sign between them.
+
+    Parameters
+    ----------
+    sequence, u
+        As for `halves_agree`. The second turn of a mirrored sequence is the mirror image of the first.
+    by : (2n + 1,) float
+        Perturbation over the first turn.
+
+    Returns
+    -------
+    sequence : Sequence
+    u, perturbation : (4n + 1,) float
+    """
+    n, sign = len(sequence.supports), -1.0 if sequence.mirrored else 1.0
+    first, times, velocities = sequence.supports, u[:n], u[n : 2 * n]
+    second = (3 - first if sequence.mirrored else first).astype(np.int8)
+    m = sequence.m if sequence.mirrored else 2 * sequence.m
+    later = [times, times + sequence.span, velocities, sign * velocities, u[-1:]]
+    change = [by[:n], -by[:n], by[n : 2 * n], -sign * by[n : 2 * n], np.zeros(1)]
+    whole = Sequence(m, 0, np.concatenate([first, second]))
+    return whole, np.concatenate(later), np.concatenate(change)
+
+
+def whole_orbit(sequence: Sequence, u: np.ndarray) -> tuple[Sequence, np.ndarray]:
+    """Return the sequence of the whole orbit and its unknowns: both halves if it is mirrored."""
+    if not sequence.mirrored:
+        return sequence, u
+    whole, unknowns, _change = doubled(sequence, u, np.zeros(u.size))
+    return whole, unknowns

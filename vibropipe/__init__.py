@@ -13,6 +13,7 @@ _FACE = {
     "simulate": "vibropipe.solve.motion",
     "steady_state": "vibropipe.solve.steady",
     "sweep": "vibropipe.solve.sweep",
+    "branch": "vibropipe.solve.branch",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
     "load": "vibropipe.store",
@@ -25,6 +26,7 @@ __all__ = [
     "UnsolvedWarning",
     "amplitude_frequency",
     "backbone",
+    "branch",
     "load",
     "open_study",
     "simulate",
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from vibropipe.physics.exciter import Exciter, ParameterError
+    from vibropipe.solve.branch import branch
     from vibropipe.solve.conservative import amplitude_frequency, backbone
     from vibropipe.solve.motion import simulate
     from vibropipe.solve.steady import steady_state

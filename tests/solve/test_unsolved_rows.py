@@ -137,7 +137,7 @@ def test_a_sampling_march_that_fails_leaves_no_samples(monkeypatch: Any) -> None
     out = rows.new_rows(2, 3, ALL, rows.new_impact_buffer(2))
     out.period_multiple[:], out.frequency[:], out.residual[:] = 1, 1.0, 0.0
     out.motion[1] = math.nan
-    masked = mask_unsolved(rows._compact(out))
+    masked = mask_unsolved(rows.compact_impacts(out))
     assert masked.status.tolist() == [Status.OK, Status.NOT_FINITE]
     assert masked.regime.tolist() == [Regime.NO_IMPACT, Regime.UNRESOLVED]
     assert masked.period_multiple.tolist() == [1, 0]

@@ -168,7 +168,7 @@ class _Solver:
             # Rows in closed form, which are not marched, have their samples already.
             marched = np.where(out.settled_after > 0, out.period_multiple, 0)
             _sample(self.effects, values, out.section, marched, out.motion)
-        return mask_unsolved(_compact(out))
+        return mask_unsolved(compact_impacts(out))
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
@@ -285,7 +285,7 @@ def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResu
     ]
 
 
-def _compact(out: RowResults) -> RowResults:
+def compact_impacts(out: RowResults) -> RowResults:
     """Return the results with impacts as flat arrays in the order of rows (contiguous ragged arrays)."""
     sizes = out.impact_count
     if sizes.size == 0:

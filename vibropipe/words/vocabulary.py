@@ -13,6 +13,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -37,6 +38,8 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "support": {"support_1": 1, "support_2": 2},
     "stable": {"unstable": 0, "stable": 1},
     "passed": _members(Passed),
+    "bifurcation_kind": _members(Bifurcation),
+    "end_reason": _members(BranchEnd),
 }
 """Names of integer values."""
 

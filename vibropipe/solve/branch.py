@@ -1,0 +1,198 @@
+"""The function `branch`: orbits followed along a parameter, stable or not, as a labelled dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.orbits.branches import follow_branches, seed_of_orbit
+from vibropipe.orbits.curve import Problem
+from vibropipe.orbits.switching import Branch
+from vibropipe.physics import limits
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.physics.start import start_text
+from vibropipe.solve.branch_dataset import branch_dataset
+from vibropipe.solve.checks import check_whole
+from vibropipe.solve.steady import steady_state
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.regimes import Regime
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Kinds of bifurcation at which branches begin.
+SWITCHES = ("flip", "pitchfork", "grazing")
+# Parameters whose change keeps a symmetric exciter symmetric.
+KEEP_SYMMETRY = ("nu", "f", "h", "l")
+
+
+def branch(
+    exciter: Exciter,
+    along: str,
+    to: float | Sequence[float],
+    x0: float | None = None,
+    v0: float | None = None,
+    at: Sequence[float] = (),
+    switch: Collection[str] = (),
+    harmonics: int = 6,
+    max_step: float = 0.02,
+) -> xr.Dataset:
+    """Follow the orbit that settles from (x0, v0) along a parameter, stable or not, round folds.
+
+    An orbit of m forcing periods and n impacts is a zero of 2n equations in the times and velocities of its impacts:
+    flights between them are closed forms. Pseudo-arclength continuation [1]_ follows it; nothing is marched but the
+    start. Test functions find the bifurcations, each located to rounding: the component of the tangent along the
+    parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
+    a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
+    least impact velocity (grazing [2]_).
+
+    Parameters
+    ----------
+    exciter : Exciter
+        The start; its own value of `along` lies on the branch.
+    along : str
+        The parameter that varies: nu, f, h, l, delta, R1 or R2.
+    to : float or (float, float)
+        Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
+        ways. A branch is left where it leaves this range.
+    x0, v0 : float, optional
+        Start of the motion that settles on the orbit, as for `steady_state`.
+    at : sequence of float
+        Values of the parameter at which points are wanted exactly, each time the branch passes them.
+    switch : collection of str
+        Any of flip, pitchfork, grazing: at these bifurcations the branches that begin there are followed too, and so
+        on: the orbits of twice the period, both asymmetric ones, and those with an impact more or less. At most 64
+        branches are followed.
+    harmonics : int
+        Number of harmonics.
+    max_step : float
+        Largest distance of neighbouring points, where 1 is the range of the parameter, a forcing period, or the
+        largest impact velocity of the start.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `point`, in order along each branch, all quantities of `steady_state`, the parameter under its own name,
+        and
+
+        branch_id
+            Number of the branch; 0 is the one through the start.
+        stable, floquet_multiplier (multiplier)
+            As for `steady_state`; multipliers are infinite and 0 where an impact has no velocity.
+
+        Impacts are a contiguous ragged array, `row_size` of them for each point. Over `bifurcation`:
+
+        bifurcation_kind
+            fold, flip, pitchfork, grazing or end.
+        bifurcation_<along>
+            The parameter.
+        bifurcation_point
+            Index of its point.
+        end_reason
+            Why the branch ends there: other_sequence (grazing), parent (of doubled or asymmetric orbits), chatter,
+            rest, closed, lost or points; or goes_on. A branch that ends at the limit of the range has no entry for it.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or the motion from (x0, v0) settles on no orbit of the force.
+
+    References
+    ----------
+    .. [1] H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: Applications of
+       Bifurcation Theory, Academic Press 1977, 359-384.
+    .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
+       and Vibration 145 (1991) 279-297.
+    """
+    v = 0.0 if v0 is None else v0
+    exciter.check_start(x0, v)
+    problem, signs = _problem(exciter, along, to, at, max_step)
+    check_whole("harmonics", harmonics, limits.HARMONICS)
+    switches = _check_switch(switch)
+    start = steady_state(exciter, x0, v, harmonics=1)
+    branches = _follow(exciter, problem, signs, start, switches)
+    values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
+    attrs = {"start": start_text(values, x0, v), "follow": f"{along} {_direction(signs)}"}
+    return branch_dataset(problem, branches, harmonics, attrs)
+
+
+def _direction(signs: tuple[float, ...]) -> str:
+    """Return the directions in which a parameter is followed as a word."""
+    return "both" if len(signs) > 1 else "up" if signs[0] > 0 else "down"
+
+
+def _problem(
+    exciter: Exciter, along: str, to: Any, at: Sequence[float], max_step: float
+) -> tuple[Problem, tuple[float, ...]]:
+    """Return what is followed and in which directions; ParameterError for values that are not allowed."""
+    if along not in PARAMETERS:
+        raise ParameterError("along", along, f"one of {', '.join(PARAMETERS)}")
+    own = getattr(exciter, along)
+    ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
+    if len(ends) == 1:
+        if ends[0] == own:
+            raise ParameterError("to", to, must=f"must differ from the exciter's own {along}")
+        low, high = sorted((own, ends[0]))
+        signs: tuple[float, ...] = (1.0 if ends[0] > own else -1.0,)
+    else:
+        if len(ends) != 2 or not ends[0] < own < ends[1]:
+            allowed = f"a number, or two that enclose the exciter's own {along}, {own!r}"
+            raise ParameterError("to", to, allowed)
+        low, high = ends
+        signs = (1.0, -1.0)
+    wanted = [_check_value(exciter, along, "at", value) for value in at]
+    for value in wanted:
+        if not low <= value <= high:
+            raise ParameterError("at", value, f"numbers from {low!r} to {high!r}")
+    length = as_float("max_step", max_step, "a number above 0 up to 0.1")
+    if not 0.0 < length <= 0.1:
+        raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
+    symmetric = exciter.delta == 0.0 and exciter.R1 == exciter.R2 and along in KEEP_SYMMETRY
+    values = np.array(exciter.parameters())
+    index = Parameters._fields.index(along)
+    return Problem(values, index, low, high, tuple(sorted(set(wanted))), symmetric, length), signs
+
+
+def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
+    """Return a value of the parameter as a float; ParameterError if the exciter cannot have it."""
+    number = as_float(name, value, PARAMETERS[along].range.text)
+    if not PARAMETERS[along].range.contains(number):
+        raise ParameterError(name, value, PARAMETERS[along].range.text)
+    Exciter(**{**vars(exciter), along: number})
+    return number
+
+
+def _check_switch(switch: Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of bifurcation to switch at, or raise a ParameterError."""
+    if isinstance(switch, str) or not set(switch) <= set(SWITCHES):
+        raise ParameterError("switch", switch, f"a list of {', '.join(SWITCHES)}")
+    return tuple(switch)
+
+
+def _follow(
+    exciter: Exciter,
+    problem: Problem,
+    signs: tuple[float, ...],
+    start: xr.Dataset,
+    switches: tuple[str, ...],
+) -> list[Branch]:
+    """Return the branches through the orbit of a steady state."""
+    regime = Regime(int(start.regime))
+    must = "must lead from (x0, v0) to an orbit without rest that repeats with the force"
+    got = f"a motion with the regime {regime.name.lower()}"
+    is_free = exciter.f == 0.0 and exciter.h == 0.0
+    if int(start.period_multiple) == 0 or regime == Regime.WITH_REST or is_free:
+        raise ParameterError("exciter", exciter, must=must, got=got)
+    times = start.impact_phase.values + start.impact_period.values
+    own = problem.values[problem.along]
+    u = np.concatenate([times, start.impact_velocity.values, [own]])
+    supports = start.impact_support.values.astype(np.int8)
+    seed = seed_of_orbit(problem, int(start.period_multiple), supports, u, signs)
+    if seed is None or not math.isfinite(seed.value):
+        raise ParameterError(
+            "exciter", exciter, must=must, got="an orbit within rounding of chatter"
+        )
+    return follow_branches(problem, seed, switches)

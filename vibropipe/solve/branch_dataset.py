@@ -1,0 +1,136 @@
+"""Branches as a labelled dataset: the points of all of them in a row, and their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.march.log import new_log
+from vibropipe.orbits.branch_rows import write_points
+from vibropipe.orbits.curve import Problem
+from vibropipe.orbits.events import Event
+from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.sequence import Sequence as ImpactSequence
+from vibropipe.orbits.switching import Branch
+from vibropipe.orbits.symmetry import whole_orbit
+from vibropipe.physics.effects import ALL_EFFECTS, effect_names
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.rows import ImpactBuffer, compact_impacts, new_rows
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Why a branch ends, by the reason of its last event.
+REASONS = {
+    "": BranchEnd.GOES_ON,
+    "gap": BranchEnd.OTHER_SEQUENCE,
+    "speed": BranchEnd.OTHER_SEQUENCE,
+    "doubled": BranchEnd.PARENT,
+    "chatter": BranchEnd.CHATTER,
+    "rest": BranchEnd.REST,
+    "closed": BranchEnd.CLOSED,
+    "lost": BranchEnd.LOST,
+    "points": BranchEnd.POINTS,
+}
+
+
+def branch_dataset(
+    problem: Problem, branches: Sequence[Branch], harmonics: int, attrs: Mapping[str, Any]
+) -> xr.Dataset:
+    """Return branches as the dataset of `vp.branch`.
+
+    Parameters
+    ----------
+    problem : Problem
+    branches : sequence of Branch
+    harmonics : int
+        Number of harmonics.
+    attrs : mapping
+        Attributes of the dataset.
+    """
+    import xarray as xr
+
+    name = Parameters._fields[problem.along]
+    rows = concatenate([_label(problem, each, harmonics) for each in branches])
+    sizes = [_size(each) for each in branches]
+    variables = {
+        key: (tuple("point" if dim == "row" else dim for dim in dims), values)
+        for key, (dims, values) in rows.items()
+    }
+    variables["branch_id"] = (("point",), np.repeat(np.arange(len(branches)), sizes))
+    values = np.concatenate([_values(each) for each in branches])
+    variables[name] = (("point",), values)
+    variables |= _bifurcations(name, values, branches, sizes)
+    coords: dict[str, Any] = {
+        other: ((), np.array(value))
+        for other, value in zip(Parameters._fields, problem.values, strict=True)
+        if other != name
+    }
+    every = {"effects": ", ".join(effect_names(ALL_EFFECTS)), **attrs}
+    dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), every)
+    return describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
+
+
+def _size(branch: Branch) -> int:
+    """Return the number of points of a branch."""
+    return len(branch.points) + len(branch.values)
+
+
+def _values(branch: Branch) -> np.ndarray:
+    """Return the parameter at the points of a branch."""
+    return np.array(branch.values or [point.value for point in branch.points])
+
+
+def _label(problem: Problem, branch: Branch, harmonics: int) -> Variables:
+    """Return the steady states of the points of a branch as variables over `row`."""
+    parameters = np.tile(problem.values, (_size(branch), 1))
+    parameters[:, problem.along] = _values(branch)
+    return label_rows(_solve(branch, parameters, harmonics), parameters)
+
+
+def _solve(branch: Branch, parameters: np.ndarray, harmonics: int) -> RowResults:
+    """Return the compacted results of the points of a branch."""
+    sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
+    unknowns = parameters[:, :1]
+    if branch.curve is not None:
+        wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
+        sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
+    n, rows = len(sequence.supports), len(parameters)
+    shape = (max(n, 1), rows)
+    buffer = ImpactBuffer(np.empty(shape), np.empty(shape), np.empty(shape, np.int8))
+    out = new_rows(rows, harmonics, OF_STEADY_STATE, buffer)
+    log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
+    write_points(
+        ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
+        np.empty(2 * n + 2), out, 0,
+    )  # fmt: skip
+    return compact_impacts(out)
+
+
+def _bifurcations(
+    name: str, values: np.ndarray, branches: Sequence[Branch], sizes: Sequence[int]
+) -> Variables:
+    """Return the bifurcations of branches as variables over `bifurcation`."""
+    begins = np.cumsum([0, *sizes[:-1]])
+    events: list[tuple[int, Event]] = [
+        (int(begin), event)
+        for begin, branch in zip(begins, branches, strict=True)
+        for event in branch.events
+    ]
+    kinds = [Bifurcation[event.kind.upper()] for _begin, event in events]
+    points = np.array([begin + event.point for begin, event in events], np.int64)
+    reasons = [REASONS[event.reason] for _begin, event in events]
+    dim = ("bifurcation",)
+    return {
+        "bifurcation_kind": (dim, np.array(kinds, np.int8)),
+        f"bifurcation_{name}": (dim, values[points]),
+        "bifurcation_point": (dim, points),
+        "end_reason": (dim, np.array(reasons, np.int8)),
+    }

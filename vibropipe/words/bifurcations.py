@@ -1,0 +1,34 @@
+"""Bifurcations of branches, and why a branch ends: the integers that datasets hold."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Bifurcation(IntEnum):
+    """Where a branch turns, doubles its period, loses its symmetry, touches a support, or ends."""
+
+    FOLD = 0
+    FLIP = 1
+    PITCHFORK = 2
+    GRAZING = 3
+    END = 4
+
+
+class BranchEnd(IntEnum):
+    """Why a branch does not go on beyond a bifurcation.
+
+    GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing. PARENT: the branch of orbits of half
+    the period, or symmetric, is reached. CHATTER: an impact loses its speed where the force presses the mass on its
+    support. REST: the mass sticks. CLOSED: the branch returns to its start. LOST: no further point was found. POINTS:
+    it has too many.
+    """
+
+    GOES_ON = 0
+    OTHER_SEQUENCE = 1
+    PARENT = 2
+    CHATTER = 3
+    REST = 4
+    CLOSED = 5
+    LOST = 6
+    POINTS = 7

@@ -82,6 +82,7 @@ class Curve:
         self.weights = np.ones(size)
         self.weights[n : 2 * n] = 1.0 / speed
         self.weights[-1] = 1.0 / (problem.high - problem.low)
+        self.squares = self.weights**2
         rhs, above, below, border = np.zeros((4, size))
         matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
         none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
@@ -122,7 +123,7 @@ class Curve:
 
     def cosine(self, before: Point, after: Point) -> float:
         """Return the cosine of the angle between the tangents of two points."""
-        return float(np.sum(self.weights**2 * before.tangent * after.tangent))
+        return float(np.dot(self.squares * before.tangent, after.tangent))
 
     def distance(self, first: Point, second: Point) -> float:
         """Return the largest weighted difference of two points, whole forcing periods apart or not."""

@@ -100,9 +100,6 @@ def _append(path: Path, marks: list[Mark], lengths: list[float]) -> None:
     """Append the points of a step, up to the first that ends the branch."""
     before = 0.0
     for mark in marks:
-        if mark.reason == "closed":
-            path.end = "closed"
-            break
         if mark.length > before or not mark.kind:
             path.points.append(mark.point)
             lengths.append(mark.length - before)

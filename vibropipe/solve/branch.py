@@ -14,8 +14,9 @@ from vibropipe.orbits.switching import Branch
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
-from vibropipe.solve.branch_dataset import branch_dataset
+from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
@@ -47,7 +48,8 @@ def branch(
     start. Test functions find the bifurcations, each located to rounding: the component of the tangent along the
     parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
-    least impact velocity (grazing [2]_).
+    least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
+    settles has the same rests.
 
     Parameters
     ----------
@@ -113,9 +115,13 @@ def branch(
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches = _check_switch(switch)
     start = steady_state(exciter, x0, v, harmonics=1)
-    branches = _follow(exciter, problem, signs, start, switches)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     attrs = {"start": start_text(values, x0, v), "follow": f"{along} {_direction(signs)}"}
+    if int(start.regime) == Regime.WITH_REST:
+        return rest_dataset(
+            problem, follow_rest(exciter, problem, signs, start, harmonics), harmonics, attrs
+        )
+    branches = _follow(exciter, problem, signs, start, switches)
     return branch_dataset(problem, branches, harmonics, attrs)
 
 
@@ -181,10 +187,10 @@ def _follow(
 ) -> list[Branch]:
     """Return the branches through the orbit of a steady state."""
     regime = Regime(int(start.regime))
-    must = "must lead from (x0, v0) to an orbit without rest that repeats with the force"
+    must = "must lead from (x0, v0) to an orbit that repeats with the force"
     got = f"a motion with the regime {regime.name.lower()}"
     is_free = exciter.f == 0.0 and exciter.h == 0.0
-    if int(start.period_multiple) == 0 or regime == Regime.WITH_REST or is_free:
+    if int(start.period_multiple) == 0 or is_free:
         raise ParameterError("exciter", exciter, must=must, got=got)
     times = start.impact_phase.values + start.impact_period.values
     own = problem.values[problem.along]

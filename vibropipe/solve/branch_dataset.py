@@ -10,7 +10,6 @@ import numpy as np
 from vibropipe.march.log import new_log
 from vibropipe.orbits.branch_rows import write_points
 from vibropipe.orbits.curve import Problem
-from vibropipe.orbits.events import Event
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.switching import Branch
@@ -19,6 +18,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.rest_branch import RestBranch
 from vibropipe.solve.rows import ImpactBuffer, compact_impacts, new_rows
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -27,6 +27,8 @@ from vibropipe.words.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
+# Kind of a bifurcation, why the branch ends there, and the index of its point.
+LabelledEvent = tuple[str, BranchEnd, int]
 # Why a branch ends, by the reason of its last event.
 REASONS = {
     "": BranchEnd.GOES_ON,
@@ -55,27 +57,69 @@ def branch_dataset(
     attrs : mapping
         Attributes of the dataset.
     """
+    rows = concatenate([_label(problem, each, harmonics) for each in branches])
+    sizes = [_size(each) for each in branches]
+    values = np.concatenate([_values(each) for each in branches])
+    begins = np.cumsum([0, *sizes[:-1]])
+    events: list[LabelledEvent] = [
+        (event.kind, REASONS[event.reason], int(begin) + event.point)
+        for begin, branch in zip(begins, branches, strict=True)
+        for event in branch.events
+    ]
+    ids = np.repeat(np.arange(len(branches)), sizes)
+    return _to_dataset(problem, rows, values, ids, events, harmonics, attrs)
+
+
+def rest_dataset(
+    problem: Problem, branch: RestBranch, harmonics: int, attrs: Mapping[str, Any]
+) -> xr.Dataset:
+    """Return a branch of orbits with rests as the dataset of `vp.branch`; arguments are those of `branch_dataset`."""
+    events: list[LabelledEvent] = []
+    for ends, point in ((branch.ends_first, 0), (branch.ends_last, len(branch.values) - 1)):
+        if ends:
+            events.append(("end", BranchEnd.REST, point))
+    ids = np.zeros(len(branch.values), np.int64)
+    return _to_dataset(problem, branch.variables, branch.values, ids, events, harmonics, attrs)
+
+
+def _to_dataset(
+    problem: Problem,
+    rows: Variables,
+    values: np.ndarray,
+    ids: np.ndarray,
+    events: Sequence[LabelledEvent],
+    harmonics: int,
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return steady states over `row`, the parameter there, and bifurcations as a described dataset."""
     import xarray as xr
 
     name = Parameters._fields[problem.along]
-    rows = concatenate([_label(problem, each, harmonics) for each in branches])
-    sizes = [_size(each) for each in branches]
-    variables = {
-        key: (tuple("point" if dim == "row" else dim for dim in dims), values)
-        for key, (dims, values) in rows.items()
+    variables: Variables = {
+        key: (tuple("point" if dim == "row" else dim for dim in dims), numbers)
+        for key, (dims, numbers) in rows.items()
     }
-    variables["branch_id"] = (("point",), np.repeat(np.arange(len(branches)), sizes))
-    values = np.concatenate([_values(each) for each in branches])
-    variables[name] = (("point",), values)
-    variables |= _bifurcations(name, values, branches, sizes)
+    points = np.array([point for _kind, _reason, point in events], np.int64)
+    kinds = [Bifurcation[kind.upper()] for kind, _reason, _point in events]
+    dim = ("bifurcation",)
+    variables |= {
+        "branch_id": (("point",), ids),
+        name: (("point",), values),
+        "bifurcation_kind": (dim, np.array(kinds, np.int8)),
+        f"bifurcation_{name}": (dim, values[points]),
+        "bifurcation_point": (dim, points),
+        "end_reason": (dim, np.array([reason for _kind, reason, _point in events], np.int8)),
+    }
     coords: dict[str, Any] = {
         other: ((), np.array(value))
         for other, value in zip(Parameters._fields, problem.values, strict=True)
         if other != name
     }
-    every = {"effects": ", ".join(effect_names(ALL_EFFECTS)), **attrs}
+    every = {"method": "exact", "effects": ", ".join(effect_names(ALL_EFFECTS)), **attrs}
     dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), every)
-    return describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
+    dataset = describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
+    dataset["row_size"].attrs["sample_dimension"] = "impact"
+    return dataset
 
 
 def _size(branch: Branch) -> int:
@@ -112,25 +156,3 @@ def _solve(branch: Branch, parameters: np.ndarray, harmonics: int) -> RowResults
         np.empty(2 * n + 2), out, 0,
     )  # fmt: skip
     return compact_impacts(out)
-
-
-def _bifurcations(
-    name: str, values: np.ndarray, branches: Sequence[Branch], sizes: Sequence[int]
-) -> Variables:
-    """Return the bifurcations of branches as variables over `bifurcation`."""
-    begins = np.cumsum([0, *sizes[:-1]])
-    events: list[tuple[int, Event]] = [
-        (int(begin), event)
-        for begin, branch in zip(begins, branches, strict=True)
-        for event in branch.events
-    ]
-    kinds = [Bifurcation[event.kind.upper()] for _begin, event in events]
-    points = np.array([begin + event.point for begin, event in events], np.int64)
-    reasons = [REASONS[event.reason] for _begin, event in events]
-    dim = ("bifurcation",)
-    return {
-        "bifurcation_kind": (dim, np.array(kinds, np.int8)),
-        f"bifurcation_{name}": (dim, values[points]),
-        "bifurcation_point": (dim, points),
-        "end_reason": (dim, np.array(reasons, np.int8)),
-    }

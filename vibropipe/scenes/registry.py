@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from vibropipe.scenes import accuracy, backbone, effects, hard_cases, motion, sweep
+from vibropipe.scenes import accuracy, backbone, branch, effects, hard_cases, motion, sweep
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 
@@ -14,6 +14,7 @@ _KINDS = {
     for kind in (
         motion.KIND,
         sweep.KIND,
+        branch.KIND,
         backbone.KIND,
         hard_cases.KIND,
         accuracy.KIND,

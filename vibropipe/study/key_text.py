@@ -38,7 +38,9 @@ def allowed_text(field: FieldInfo) -> str:
     for entry in field.metadata:
         if isinstance(entry, Rule):
             return entry.allowed
-    return _type_text(field.annotation)
+    text = _type_text(field.annotation)
+    needs_entry = any(getattr(entry, "min_length", 0) for entry in field.metadata)
+    return f"{text}, at least one" if needs_entry and text.startswith("a mapping") else text
 
 
 def _type_text(annotation: Any) -> str:
@@ -56,19 +58,30 @@ def _type_text(annotation: Any) -> str:
         nouns = [f"{noun}s" for noun in ("number", "name") if noun in entry]
         return f"a list of {nouns[0] if nouns else entry.replace(' or ', ', ')}"
     if origin is dict:
-        return f"a mapping of {_entries(arguments[1])}, at least one"
+        return f"a mapping of {_entries(arguments[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return f"a mapping with {', '.join(annotation.model_fields)}"
+        return f"a mapping with {', '.join(keys_of(annotation))}"
     raise TypeError(f"no words for {annotation!r}")
 
 
 def _entries(annotation: Any) -> str:
     """Return the entries of a mapping as text."""
     while get_args(annotation):
+        if get_origin(annotation) is list:
+            return "pairs [low, high] by parameter"
         annotation = get_args(annotation)[0]
     if issubclass(annotation, MotionKeys):
         return "motions by name"
-    return "scenes by name" if issubclass(annotation, BaseScene) else "grids by parameter"
+    if issubclass(annotation, BaseScene):
+        return "scenes by name"
+    if issubclass(annotation, (ValueGrid, RangeGrid)):
+        return "grids by parameter"
+    return f"{{{', '.join(keys_of(annotation))}}} by parameter"
+
+
+def keys_of(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return the fields of a model by key; a key that is a word of Python is the alias of its field."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def model_at(
@@ -84,7 +97,7 @@ def model_at(
         elif step in tagged:
             model = tagged[str(step)]
         else:
-            field = model.model_fields.get(str(step)) if model else None
+            field = keys_of(model).get(str(step)) if model else None
             model = _nested(field.annotation) if field else None
             by_name = (
                 model is not None and field is not None and get_origin(field.annotation) is dict
@@ -95,7 +108,7 @@ def model_at(
 def field_at(loc: tuple[str | int, ...], root: type[BaseModel] | None = None) -> FieldInfo | None:
     """Return the field that the `loc` of a pydantic error points at, None if it points at none."""
     owner = model_at(loc[:-1], root) if loc else None
-    return owner.model_fields.get(str(loc[-1])) if owner else None
+    return keys_of(owner).get(str(loc[-1])) if owner else None
 
 
 def _nested(annotation: Any) -> type[BaseModel] | None:

@@ -19,7 +19,7 @@ from vibropipe.scenes.keys.problems import (
 )
 from vibropipe.scenes.keys.values import REFUSED
 from vibropipe.scenes.registry import kinds
-from vibropipe.study.key_text import allowed_text, field_at, model_at, tags
+from vibropipe.study.key_text import allowed_text, field_at, keys_of, model_at, tags
 
 
 def plain_path(loc: KeyPath) -> KeyPath:
@@ -51,7 +51,7 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
         return Problem(path, **{**context, "found": context["found"] or found})
     if kind == "extra_forbidden":
         owner = model_at(loc[:-1], root)
-        return unknown(path, list(owner.model_fields) if owner else [])
+        return unknown(path, list(keys_of(owner)) if owner else [])
     if kind == "literal_error":
         choices = re.findall(r"'([^']*)'", context["expected"])
         if loc[-1] == "[key]":
@@ -68,7 +68,7 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
 
 def _model_words(loc: KeyPath, root: type[BaseModel]) -> str:
     model = model_at(loc, root)
-    return f"a mapping with {', '.join(model.model_fields)}" if model else ""
+    return f"a mapping with {', '.join(keys_of(model))}" if model else ""
 
 
 def _untagged(path: KeyPath, value: Any) -> Problem:

@@ -20,7 +20,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError
 from vibropipe.scenes.keys.spelling import OLD_KEYS, greek
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
-from vibropipe.study.key_text import allowed_text
+from vibropipe.study.key_text import allowed_text, keys_of
 from vibropipe.study.loading import Config
 from vibropipe.study.models import study_model
 
@@ -110,7 +110,7 @@ def _table(
     if note:
         lines += [note, ""]
     lines += ["| key | takes | default | meaning |", "|---|---|---|---|"]
-    for name, field in model.model_fields.items():
+    for name, field in keys_of(model).items():
         if name in without:
             continue
         default = (

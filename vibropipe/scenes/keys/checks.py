@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from vibropipe.physics.exciter import Exciter, ParameterError
@@ -16,7 +16,7 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS
-from vibropipe.scenes.keys.problems import KeyPath, Problem, refused, required
+from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, refused, required
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.parameters import PARAMETERS
 
@@ -125,3 +125,15 @@ def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Ite
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
 SOLVER = Check((("solver",),), check_solver)
 EXCITER_CHECK = Check(SUPPORTS, check_exciter)
+
+
+def check_backbone(
+    scene: Any, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that the backbone drawn under a picture is a backbone scene over amplitude."""
+    wanted = scene.figure.backbone
+    fits = [name for name, other in scenes.items() if other.gives_backbone]
+    if wanted is not None and wanted not in (*fits, *broken):
+        allowed = f"a backbone scene over amplitude ({', '.join(fits) or 'the study has none'})"
+        hint = did_you_mean(wanted, fits)
+        yield Problem(("figure", "backbone"), repr(wanted), allowed, hint)

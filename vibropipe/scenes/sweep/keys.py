@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.scenes.keys.base import BaseScene, Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.base import Harmonics, Outputs, each_once
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER_CHECK,
@@ -22,7 +22,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
 from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
-from vibropipe.scenes.keys.problems import Problem, did_you_mean
+from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NameRule, NotNull, NumberRange, is_allowed
 from vibropipe.solve.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
@@ -182,15 +182,3 @@ CHECKS = (
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
     Check((("figure",), ("over",)), _figure),
 )
-
-
-def check_backbone(
-    scene: SweepScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
-) -> Iterator[Problem]:
-    """Check that the backbone drawn under a sweep is a backbone scene over amplitude."""
-    wanted = scene.figure.backbone
-    fits = [name for name, other in scenes.items() if other.gives_backbone]
-    if wanted is not None and wanted not in (*fits, *broken):
-        allowed = f"a backbone scene over amplitude ({', '.join(fits) or 'the study has none'})"
-        hint = did_you_mean(wanted, fits)
-        yield Problem(("figure", "backbone"), repr(wanted), allowed, hint)

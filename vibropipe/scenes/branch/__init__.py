@@ -1,0 +1,7 @@
+"""Orbits followed along a parameter, stable or not."""
+
+from vibropipe.scenes.branch.keys import CHECKS, BranchScene
+from vibropipe.scenes.keys.checks import check_backbone
+from vibropipe.scenes.kind import Kind
+
+KIND = Kind(__name__, BranchScene, CHECKS, unit="branches", check_among=check_backbone)

@@ -1,0 +1,219 @@
+"""Branches along a parameter: stable orbits as solid lines, unstable ones dotted, bifurcations as marks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibropipe.figures.style import BLACK, GREY, LINES, legend, new_figure
+from vibropipe.figures.text import ORDINALS, mathtext, parameter_line
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.vocabulary import FLAGS, label, quantity
+
+PANEL_HEIGHT_CM, MARGINS_CM = 4.6, 3.2
+MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X"}
+DRAWN_HARMONICS = 1
+
+
+class Panel(NamedTuple):
+    """A panel: its label and the values over `point`."""
+
+    label: str
+    values: xr.DataArray
+
+
+class Piece(NamedTuple):
+    """Consecutive points of a branch of one stability and one law of motion."""
+
+    points: slice
+    law: str
+    is_stable: bool
+    value: float
+
+
+def followed(dataset: xr.Dataset) -> str:
+    """Return the parameter along which the branches were followed."""
+    return str(dataset.attrs["follow"]).split()[0]
+
+
+def swept(dataset: xr.Dataset) -> str | None:
+    """Return the further parameter with several values, or None."""
+    along = followed(dataset)
+    names = (name for name in PARAMETERS if name in dataset and dataset[name].dims == ("point",))
+    return next((name for name in names if name != along), None)
+
+
+def law_text(m: int, p1: float, p2: float) -> str:
+    """Write a law of motion as (m; p1, p2): impacts on each support in m forcing periods."""
+    return f"({m}; {p1:g}, {p2:g})"
+
+
+def laws_of(dataset: xr.Dataset) -> list[str]:
+    """Return the law of motion at each point."""
+    impacts = dataset["impacts_per_orbit"].transpose("point", "support").values
+    multiples = dataset["period_multiple"].values
+    return [law_text(int(m), *pair) for m, pair in zip(multiples, impacts, strict=True)]
+
+
+def panels_of(dataset: xr.Dataset, show: Sequence[str]) -> list[Panel]:
+    """Return the panels of the quantities to show; of harmonics the first."""
+    panels: list[Panel] = []
+    for name in show:
+        entry, values = quantity(name), dataset[name]
+        if "harmonic" in values.dims:
+            for k in range(min(DRAWN_HARMONICS, values.sizes["harmonic"])):
+                symbol = entry.symbol.replace("_k", f"_{k + 1}")
+                panels.append(Panel(f"{ORDINALS[k]} harmonic {symbol}", values.isel(harmonic=k)))
+        elif "support" in values.dims:
+            short = {
+                "impact_velocity_max": "impact velocity",
+                "impacts_per_period": "impacts per period",
+            }
+            panels += [
+                Panel(f"{short.get(name, entry.long_name)}\non support {s}", values.sel(support=s))
+                for s in dataset["support"].values.tolist()
+            ]
+        else:
+            panels.append(Panel(f"{entry.long_name}\n{entry.symbol}", values))
+    return panels
+
+
+def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
+    """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
+    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    laws, over = laws_of(dataset), swept(dataset)
+    values = dataset[over].values if over else np.zeros(branches.size)
+    keys = list(zip(branches, stable, laws, strict=True))
+    cuts = [0, *(n + 1 for n in range(len(keys) - 1) if keys[n] != keys[n + 1]), len(keys)]
+    for start, stop in pairwise(cuts):
+        joined = stop < len(keys) and branches[stop] == branches[start]
+        yield Piece(
+            slice(start, stop + joined), laws[start], bool(stable[start]), float(values[start])
+        )
+
+
+def draw_branches(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> Figure:
+    """Draw branches.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Data of a branch scene.
+    show : sequence of str
+        Quantities of the panels.
+    backbone : xarray.Dataset, optional
+        Backbone over amplitude, drawn under the branches.
+    """
+    panels, along = panels_of(dataset, show), followed(dataset)
+    figure = new_figure(MARGINS_CM + PANEL_HEIGHT_CM * len(panels))
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    pieces = list(pieces_of(dataset))
+    colours = colours_of(dataset, pieces)
+    for ax, panel in zip(axes, panels, strict=True):
+        if backbone is not None and panel.values.name in backbone:
+            draw_backbone(ax, backbone, panel)
+        draw_pieces(ax, dataset[along].values, panel.values.values, pieces, colours, swept(dataset))
+        draw_bifurcations(ax, dataset, panel.values.values)
+        ax.set_ylabel(panel.label)
+        ax.margins(x=0.01)
+    low, high = float(dataset[along].min()), float(dataset[along].max())
+    axes[-1].set_xlim(low, high)
+    axes[-1].set_xlabel(label(along))
+    figure.align_ylabels(axes)
+    legend(figure, line_handles(dataset, colours, backbone), "upper", parameter_line(dataset))
+    legend(figure, mark_handles(dataset), "lower")
+    return figure
+
+
+def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
+    """Return a colour for each value of the further parameter or, without one, for each law of motion."""
+    over = swept(dataset)
+    names = dict.fromkeys(piece.value if over else piece.law for piece in pieces)
+    return {name: LINES[n % len(LINES)]["color"] for n, name in enumerate(names)}
+
+
+def draw_pieces(
+    ax: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    pieces: Sequence[Piece],
+    colours: dict[Any, str],
+    over: str | None,
+) -> None:
+    """Draw the pieces, stable ones solid and unstable ones dotted."""
+    for piece in pieces:
+        style: dict[str, Any] = (
+            {"linestyle": "-", "linewidth": 1.5}
+            if piece.is_stable
+            else {"linestyle": (0, (1, 1.2)), "linewidth": 1.0}
+        )
+        colour = colours[piece.value if over else piece.law]
+        ax.plot(x[piece.points], y[piece.points], color=colour, **style)
+
+
+def draw_backbone(ax: Axes, backbone: xr.Dataset, panel: Panel) -> None:
+    """Draw the free motion as a wide grey line."""
+    values = backbone[panel.values.name]
+    if "harmonic" in values.dims:
+        values = values.sel(harmonic=panel.values["harmonic"])
+    ax.plot(backbone["eigenfrequency"], values, color=GREY, alpha=0.45, linewidth=4, zorder=0)
+
+
+def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return the mask of each kind of bifurcation that occurs."""
+    codes = dataset["bifurcation_kind"].values
+    masks = {name: codes == code for name, code in FLAGS["bifurcation_kind"].items()}
+    return {name: mask for name, mask in masks.items() if mask.any()}
+
+
+def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:
+    """Draw a mark at each bifurcation."""
+    at = dataset[f"bifurcation_{followed(dataset)}"].values
+    height = y[dataset["bifurcation_point"].values]
+    for name, mask in kinds_present(dataset).items():
+        ax.plot(at[mask], height[mask], **mark_style(name), clip_on=False)
+
+
+def mark_style(name: str) -> dict[str, Any]:
+    """Return the style of the mark of a kind of bifurcation."""
+    return {
+        "linestyle": "none", "marker": MARKS[name], "markersize": 4.5, "markerfacecolor": "white",
+        "markeredgecolor": BLACK, "markeredgewidth": 0.8, "zorder": 5,
+    }  # fmt: skip
+
+
+def line_handles(
+    dataset: xr.Dataset, colours: dict[Any, str], backbone: xr.Dataset | None
+) -> list[Line2D]:
+    """Return legend entries of the lines."""
+    over = swept(dataset)
+    handles = [
+        Line2D(
+            [], [], color=colour, linewidth=1.5,
+            label=f"{quantity(over).symbol} = {mathtext(name)}" if over else f"$(m; p_1, p_2)$ = {name}",
+        )
+        for name, colour in colours.items()
+    ]  # fmt: skip
+    if backbone is not None:
+        handles.append(Line2D([], [], color=GREY, alpha=0.45, linewidth=4, label="free motion"))
+    return handles
+
+
+def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
+    """Return legend entries of stability and of the bifurcations."""
+    stability = [
+        Line2D([], [], color=BLACK, linewidth=1.5, label="stable"),
+        Line2D([], [], color=BLACK, linewidth=1.0, linestyle=(0, (1, 1.2)), label="unstable"),
+    ]
+    return stability + [
+        Line2D([], [], **mark_style(name), label=name) for name in kinds_present(dataset)
+    ]

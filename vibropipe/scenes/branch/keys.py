@@ -1,0 +1,192 @@
+"""Keys of branch scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+
+from vibropipe.physics.effects import effect_names, effects_of
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.start import largest_start
+from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
+from vibropipe.scenes.keys.checks import Check
+from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
+from vibropipe.scenes.keys.problems import Problem, refused, required
+from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
+from vibropipe.words.parameters import PARAMETERS
+
+Switch = Literal["flip", "pitchfork", "grazing"]
+_NUMBER = {"type": "number"}
+ENDS_SCHEMA = {
+    "anyOf": [_NUMBER, {"type": "array", "items": _NUMBER, "minItems": 1, "maxItems": 2}]
+}
+# Lines of a panel: as many as there are styles of lines.
+MAX_LINES = 7
+
+
+def _as_list(value: Any) -> Any:
+    return value if isinstance(value, list) else [value]
+
+
+def _one_or_two(ends: list[float]) -> list[float]:
+    if not 1 <= len(ends) <= 2:
+        refuse("a number or a list of two", f"a list of {len(ends)}")
+    return ends
+
+
+class Along(StudyModel):
+    """Where a branch begins, and how far it is followed."""
+
+    begin: Number = Field(alias="from", description="Value at which the first orbit settles.")
+    to: Annotated[
+        list[Number],
+        BeforeValidator(_as_list),
+        AfterValidator(_one_or_two),
+        WithJsonSchema(ENDS_SCHEMA),
+    ] = Field(description="Value up to which the branch is followed; a list of two for both ways.")
+
+
+class BranchFigure(FigureOptions):
+    """Options of the picture of branches."""
+
+    show: Annotated[
+        list[
+            Literal[
+                "displacement_mean",
+                "displacement_amplitude",
+                "impact_velocity_max",
+                "impacts_per_period",
+            ]
+        ],
+        AfterValidator(each_once),
+    ] = Field(
+        default=["displacement_amplitude", "impact_velocity_max"],
+        description="Quantities of the panels.",
+    )
+    backbone: Annotated[str | None, NameRule()] = Field(
+        default=None, description="Backbone scene over `amplitude`, drawn under the branches."
+    )
+
+
+class BranchScene(BaseScene):
+    """Orbits followed along a parameter, stable or not, with their bifurcations."""
+
+    kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
+    figure: BranchFigure = Field(
+        default_factory=BranchFigure,
+        description="Options of the picture; data do not depend on them.",
+    )
+    along: Annotated[dict[ParameterName, Along], Field(min_length=1, max_length=1)] = Field(
+        description="The parameter along which orbits are followed."
+    )
+    over: Annotated[dict[ParameterName, Grid], Field(max_length=1)] = Field(
+        default={}, description="A further parameter; a branch is followed at each of its values."
+    )
+    start: Start = Field(
+        default_factory=Start, description="Start of the motion that settles on the first orbit."
+    )
+    at: Grid | None = Field(
+        default=None, description="Values of the followed parameter with a point each."
+    )
+    switch: Annotated[list[Switch], AfterValidator(each_once)] = Field(
+        default=[], description="Bifurcations at which the branches that begin there are followed."
+    )
+    harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
+
+    @property
+    def followed(self) -> str:
+        """The parameter along which orbits are followed."""
+        return str(next(iter(self.along)))
+
+    @property
+    def ends(self) -> Along:
+        """Where branches begin and end."""
+        return next(iter(self.along.values()))
+
+    def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
+        return {str(name): grid for name, grid in self.over.items()}
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        swept = {str(name): grid.low for name, grid in self.over.items()}
+        return {**super().resolved_exciter(), self.followed: self.ends.begin, **swept}
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        values = self.resolved_exciter()
+        return {name: value for name, value in values.items() if name not in self.over}
+
+    def values(self) -> dict[str, Any]:
+        """Return each parameter with all the values it may take."""
+        ends = np.array([self.ends.begin, *self.ends.to])
+        return {**self.resolved_exciter(), **self.over_arrays(), self.followed: ends}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return the effects that orbits between the ends may need."""
+        values = self.values()
+        start = largest_start(values, self.start.x0)
+        return effect_names(effects_of(values, start, self.start.v0, math.inf, followed=True))
+
+
+def _parameters(scene: BranchScene) -> Iterator[Problem]:
+    """Check that followed and swept values are in range and that no parameter is given twice."""
+    name = scene.followed
+    stated = scene.exciter.explicit()
+    for key, value in (("from", scene.ends.begin), *(("to", value) for value in scene.ends.to)):
+        if not is_allowed(name, value):
+            yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
+    if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
+        must = "must differ from `from` and from each other"
+        yield Problem(("along", name, "to"), repr(scene.ends.to), must=must)
+    for swept, grid in scene.over.items():
+        if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
+            yield Problem(("over", swept), repr(grid.low), PARAMETERS[swept].range.text)
+        if grid.size > MAX_LINES:
+            must = f"must have at most {MAX_LINES} values"
+            yield Problem(("over", swept), f"{grid.size} values", must=must)
+    if name in scene.over:
+        yield Problem(("over", name), "", must=f"must be left out, since {name} is followed")
+    for other in (name, *map(str, scene.over)):
+        if other in stated:
+            must = f"must be left out, since it stands in {'along' if other == name else 'over'}"
+            yield Problem(("exciter", other), repr(stated[other]), must=must)
+
+
+def _exciter(scene: BranchScene) -> Iterator[Problem]:
+    """Check that l is given, and that the first orbits have supports and a start between them."""
+    if not (scene.has_l() or scene.followed == "l"):
+        where = ", in the scene or in the study"
+        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        return
+    changes: list[dict[str, float]] = [
+        {str(name): value} for name, grid in scene.over.items() for value in (grid.low, grid.high)
+    ]
+    for change in changes or [{}]:
+        try:
+            exciter = Exciter(**{**scene.resolved_exciter(), **change})
+        except ParameterError as error:
+            yield refused(("exciter", "l"), error)
+            return
+        try:
+            exciter.check_start(scene.start.x0, scene.start.v0)
+        except ParameterError as error:
+            yield refused(("start", "x0"), error)
+            return
+
+
+def _at(scene: BranchScene) -> Iterator[Problem]:
+    """Check that points are wanted between the ends."""
+    ends = [scene.ends.begin, *scene.ends.to]
+    if scene.at is not None and not min(ends) <= scene.at.low <= scene.at.high <= max(ends):
+        allowed = f"values from {min(ends)!r} to {max(ends)!r}"
+        yield Problem(("at",), f"{scene.at.low!r} to {scene.at.high!r}", allowed)
+
+
+CHECKS = (
+    Check((("along",), ("over",)), _parameters),
+    Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
+    Check((("along",), ("at",)), _at),
+)

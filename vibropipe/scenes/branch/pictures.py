@@ -1,0 +1,30 @@
+"""The picture of a branch scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
+from vibropipe.scenes.branch.captions import describe_branches
+from vibropipe.scenes.branch.curves import draw_branches
+from vibropipe.scenes.branch.keys import BranchFigure
+from vibropipe.scenes.kind import Picture
+
+
+def arguments(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the keywords of `draw_branches` and `describe_branches`."""
+    options = options or BranchFigure()
+    backbone = None if options.backbone is None else others[options.backbone]
+    return {"show": options.show, "backbone": backbone}
+
+
+PICTURES = (
+    Picture(
+        "branches",
+        lambda dataset: True,
+        lambda dataset, options, others: draw_branches(dataset, **arguments(options, others)),
+        lambda dataset, options, others: describe_branches(dataset, **arguments(options, others)),
+    ),
+)

@@ -1,0 +1,37 @@
+"""Cost of a branch scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, steady_bytes
+from vibropipe.words.outputs import OF_STEADY_STATE
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.branch.keys import BranchScene
+
+# Points of a branch that its steps usually need, and seconds per point.
+USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-3
+
+
+def plan(scene: BranchScene) -> Work:
+    """Return the work of branches of the usual length; how many follow from their bifurcations is not known before."""
+    ends, at = len(scene.ends.to), 0 if scene.at is None else scene.at.size
+    points = scene.row_count * (ends * USUAL_POINTS + at) * (1 + len(scene.switch))
+    size = f"{scene.followed} from {scene.ends.begin:g} to {', '.join(f'{v:g}' for v in scene.ends.to)}"
+    for name, grid in scene.over.items():
+        size += f", {grid.size} {name}"
+    return Work(
+        size=size,
+        rows=scene.row_count,
+        method="exact",
+        outputs=OF_STEADY_STATE,
+        seconds=points * SECONDS_PER_POINT,
+        bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
+    )
+
+
+def estimate(scene: BranchScene, sampler: Sampler) -> Estimate:
+    """Estimate a scene by following its branches."""
+    seconds, load = sampler.warm(scene, scene.kind)
+    return Estimate(seconds, load, sampler.bytes, False, plan(scene).method)

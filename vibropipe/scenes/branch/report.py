@@ -1,0 +1,58 @@
+"""Part of the report on branches: their bifurcations, in a table."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
+from vibropipe.report.section import Section
+from vibropipe.report.table import Datasets, Table
+from vibropipe.scenes.branch.curves import followed, laws_of, swept
+from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.vocabulary import FLAGS, quantity
+
+# Rows of a table; the others are in the dataset.
+MAX_ROWS = 24
+KINDS = {code: name for name, code in FLAGS["bifurcation_kind"].items()}
+REASONS = {code: name.replace("_", " ") for name, code in FLAGS["end_reason"].items()}
+
+
+def sections(datasets: Datasets) -> list[Section]:
+    """Return the section on the branches of a study."""
+    if not datasets:
+        return []
+    tables = [bifurcation_table(name, data) for name, data in datasets.items()]
+    return [Section("Bifurcations of the branches", tables=[table for table in tables if table])]
+
+
+def bifurcation_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return a table of the bifurcations of a scene, those of the first branches; None if there are none."""
+    points = dataset["bifurcation_point"].values
+    if points.size == 0:
+        return None
+    along, over = followed(dataset), swept(dataset)
+    laws = laws_of(dataset)
+    shown = np.lexsort((points, dataset["branch_id"].values[points]))[:MAX_ROWS]
+    rows = [row(dataset, int(n), laws[int(points[n])], along, over) for n in shown]
+    head = ["bifurcation", quantity(along).plain, *([quantity(over).plain] if over else [])]
+    rest = f"; {points.size - MAX_ROWS} more are in the dataset" if points.size > MAX_ROWS else ""
+    caption = f"Bifurcations of {scene}: where, law of motion (m; p1, p2), and what the branch does{rest}."
+    return Table([*head, "law", "branch", "goes on"], rows, caption, left=1)
+
+
+def row(dataset: xr.Dataset, n: int, law: str, along: str, over: str | None) -> list[str]:
+    """Return a row of the table of bifurcations."""
+    point = int(dataset["bifurcation_point"][n])
+    reason = REASONS[int(dataset["end_reason"][n])]
+    return [
+        KINDS[int(dataset["bifurcation_kind"][n])],
+        format_number(float(dataset[f"bifurcation_{along}"][n]), 8),
+        *([format_number(float(dataset[over][point]))] if over else []),
+        law,
+        str(int(dataset["branch_id"][point])),
+        "yes" if reason == "goes on" else f"no: {reason}",
+    ]
+
+
+REPORT = ReportPart(sections)

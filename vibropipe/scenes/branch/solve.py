@@ -1,0 +1,77 @@
+"""Solution of branch scenes: branches at each value of the further parameter, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.branch import branch
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.branch.keys import BranchScene
+    from vibropipe.words.progress import Progress
+
+
+def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
+    """Follow the branches of a scene in memory."""
+    name, grid = next(iter(scene.over_arrays().items()), ("", np.array([])))
+    exciters = [
+        Exciter(**{**scene.resolved_exciter(), **change})
+        for change in [{name: value} for value in grid.tolist()] or [{}]
+    ]
+    parts = []
+    for exciter in exciters:
+        parts.append(
+            branch(
+                exciter,
+                scene.followed,
+                scene.ends.to[0] if len(scene.ends.to) == 1 else scene.ends.to,
+                x0=scene.start.x0,
+                v0=scene.start.v0,
+                at=[] if scene.at is None else scene.at.array().tolist(),
+                switch=scene.switch,
+                harmonics=scene.harmonics,
+            )
+        )
+        if progress is not None:
+            progress(len(parts), len(exciters))
+    return joined(parts, name) if name else parts[0]
+
+
+def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
+    """Join the branches at several values of a parameter, which then varies over `point`.
+
+    Parameters
+    ----------
+    parts : sequence of xarray.Dataset
+        Branches at each value, `name` as a scalar coordinate.
+    name : str
+        The parameter.
+    """
+    shifted, points, branches = [], 0, 0
+    for part in parts:
+        size = part.sizes["point"]
+        swept = xr.full_like(part["branch_id"], float(part[name]), dtype=float)
+        numbered = part.assign(
+            branch_id=part["branch_id"] + branches,
+            bifurcation_point=part["bifurcation_point"] + points,
+        )
+        shifted.append(numbered.assign_coords({name: swept.assign_attrs(part[name].attrs)}))
+        points, branches = points + size, branches + int(part["branch_id"].max()) + 1
+    dims = ("point", "impact", "bifurcation")
+    by_dim = [
+        xr.concat([part[names_over(part, dim)] for part in shifted], dim)
+        for dim in dims
+        if dim in parts[0].dims
+    ]
+    rest = shifted[0].drop_dims(dims, errors="ignore")
+    return xr.merge([rest, *by_dim], combine_attrs="override")
+
+
+def names_over(dataset: xr.Dataset, dim: str) -> list[str]:
+    """Return the names of the variables over a dimension."""
+    return [str(name) for name, values in dataset.variables.items() if dim in values.dims]

@@ -1,0 +1,19 @@
+"""Branches followed again, whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vibropipe.scenes.branch.keys import BranchScene
+from vibropipe.scenes.branch.solve import solve
+from vibropipe.scenes.recompute import Recomputed
+from vibropipe.store import compare
+
+
+def recompute(
+    path: Path, scene: BranchScene, rows: int, generator: np.random.Generator
+) -> Recomputed:
+    """Follow the branches again; a point depends on those before it."""
+    return Recomputed("all of it", compare(path, solve(scene)))

@@ -16,6 +16,10 @@ _FACE = {
     "branch": "vibropipe.solve.branch",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
+    "symmetric_orbit": "vibropipe.solve.closed_orbits",
+    "symmetric_orbit_boundaries": "vibropipe.solve.closed_boundaries",
+    "one_sided_orbit": "vibropipe.solve.closed_orbits",
+    "one_sided_orbit_boundaries": "vibropipe.solve.closed_boundaries",
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "table": "vibropipe.store",
@@ -28,10 +32,14 @@ __all__ = [
     "backbone",
     "branch",
     "load",
+    "one_sided_orbit",
+    "one_sided_orbit_boundaries",
     "open_study",
     "simulate",
     "steady_state",
     "sweep",
+    "symmetric_orbit",
+    "symmetric_orbit_boundaries",
     "table",
 ]
 __version__: str  # as installed; pyproject.toml states it
@@ -41,6 +49,11 @@ if TYPE_CHECKING:
 
     from vibropipe.physics.exciter import Exciter, ParameterError
     from vibropipe.solve.branch import branch
+    from vibropipe.solve.closed_boundaries import (
+        one_sided_orbit_boundaries,
+        symmetric_orbit_boundaries,
+    )
+    from vibropipe.solve.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.conservative import amplitude_frequency, backbone
     from vibropipe.solve.motion import simulate
     from vibropipe.solve.steady import steady_state

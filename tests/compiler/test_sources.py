@@ -140,8 +140,8 @@ def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
     }
     scene_modules = [f"{kind.package}.solve" for kind in kinds().values()]
     lab = set(closure(scene_modules))
-    # Newmark's method in lanes is called from Python only
-    others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows"}
+    # Newmark's method in lanes and orbits in closed form are called from Python only
+    others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows", "vibropipe.orbits.extremes"}
     assert compiled - set(closure(SOLVERS)) - lab == others
     assert len(compiled) > 20
 

@@ -57,7 +57,7 @@ def _arcs(
             coefficients[i, k] = arc_harmonic(a, k).real
 
 
-def _values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
+def finite_values(name: str, values: Any, allowed: str, least: float) -> np.ndarray:
     """Return values as a one-dimensional array of finite floats > `least`, or raise a ParameterError."""
     try:
         array = np.atleast_1d(np.asarray(values, dtype=float))
@@ -100,8 +100,8 @@ def backbone(delta_over_l: Any, tau_bar: Any) -> xr.Dataset:
     """
     import xarray as xr
 
-    offsets = _values("delta_over_l", delta_over_l, "a list of finite numbers", -np.inf)
-    periods = _values("tau_bar", tau_bar, "a list of finite numbers > 0", 0.0)
+    offsets = finite_values("delta_over_l", delta_over_l, "a list of finite numbers", -np.inf)
+    periods = finite_values("tau_bar", tau_bar, "a list of finite numbers > 0", 0.0)
     velocity = backbone_velocity(offsets[:, None], periods[None, :])
     return describe(
         xr.Dataset(
@@ -153,7 +153,9 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
 
     lower, upper = exciter.lower, exciter.upper
     least = max(0.0, lower, -upper)
-    amplitudes = _values("amplitude", amplitude, f"a list of finite numbers > {least!r}", least)
+    amplitudes = finite_values(
+        "amplitude", amplitude, f"a list of finite numbers > {least!r}", least
+    )
     harmonics = check_whole("harmonics", harmonics, HARMONICS)
     frequency, meets = np.empty(amplitudes.size), np.empty((amplitudes.size, 2), np.int64)
     coefficients = np.empty((amplitudes.size, harmonics + 1))

@@ -37,6 +37,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "outcome": _members(Outcome),
     "support": {"support_1": 1, "support_2": 2},
     "stable": {"unstable": 0, "stable": 1},
+    "admissible": {"inadmissible": 0, "admissible": 1},
     "passed": _members(Passed),
     "bifurcation_kind": _members(Bifurcation),
     "end_reason": _members(BranchEnd),

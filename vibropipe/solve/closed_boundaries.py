@@ -1,0 +1,121 @@
+"""Where the orbits in closed form begin, end or change: the forces of first impact, fold, flip and pitchfork."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics import closed_orbits as closed
+from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.closed_flights import Family, fly, one_sided_family, symmetric_family
+from vibropipe.solve.conservative import finite_values
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Dataset:
+    """Compute the forces at which the symmetric orbits (m; 1, 1) begin, end or lose their symmetry, over nu.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        With delta = 0 and R1 = R2; its own nu and f are not used.
+    nu : array_like
+        Frequencies of excitation, > 0.
+    m : int
+        Period multiple, odd.
+
+    Returns
+    -------
+    xarray.Dataset
+        That of `one_sided_orbit_boundaries`, with the pitchfork in place of the flip.
+
+    Raises
+    ------
+    ParameterError
+        If the exciter is not mirror-symmetric, or an argument is out of range.
+    """
+    return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0), m), nu)
+
+
+def one_sided_orbit_boundaries(
+    exciter: Exciter, nu: Any, support: int = 1, m: int = 1
+) -> xr.Dataset:
+    """Compute the forces at which the orbits (m; 1, 0) or (m; 0, 1) begin, end or double their period, over nu.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        Its own nu and f are not used.
+    nu : array_like
+        Frequencies of excitation, > 0.
+    support : int
+        The support struck, 1 or 2.
+    m : int
+        Period multiple.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `nu`; NaN where there is no such force.
+
+        first_impact_f
+            Amplitude of the force from which on the linear motion reaches the support; at it an impact velocity is 0.
+        fold_f, fold_velocity, fold_admissible
+            Amplitude at which both roots meet, their impact velocity, and whether the orbit there is admissible. With
+            less force there is no such orbit.
+        flip_f, flip_velocity, flip_admissible
+            The same of the flip.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+    """
+    return _boundaries(one_sided_family(dataclasses.replace(exciter, f=1.0), support, m), nu)
+
+
+def _is_admissible(family: Family, nu: float, f: float, phase: float, v: float) -> bool:
+    """Return whether the orbit of a family at other nu and f, with an impact at a phase, is admissible."""
+    if not (np.isfinite(v) and f > 0.0):
+        return False
+    exciter = dataclasses.replace(family.exciter, nu=float(nu), f=float(f))
+    return fly(family._replace(exciter=exciter), float(phase), float(v)).admissible
+
+
+def _boundaries(family: Family, nu: Any) -> xr.Dataset:
+    """Return the boundaries of a family over nu."""
+    import xarray as xr
+
+    values = finite_values("nu", nu, "a list of finite numbers > 0", 0.0)
+    e = family.exciter
+    terms = closed.flight_terms(values, e.h, family.n)
+    r = closed.response(values, e.h, e.R1, terms)
+    velocities = {
+        "fold": closed.fold_velocity(e.upper, r),
+        "pitchfork" if family.is_symmetric else "flip": closed.flip_velocity(
+            values, e.upper, e.R1, terms, r
+        ),
+    }
+    variables = {"first_impact_f": closed.first_impact_force(e.upper, r)}
+    for name, v in velocities.items():
+        forcing = closed.forcing_at_impact(e.upper, v, r)
+        force = np.where(np.isfinite(v), abs(forcing), np.nan)
+        phase = closed.impact_phase(1.0, forcing)
+        admissible = [
+            _is_admissible(family, *point) for point in zip(values, force, phase, v, strict=True)
+        ]
+        variables[f"{name}_f"], variables[f"{name}_velocity"] = force, v
+        variables[f"{name}_admissible"] = np.array(admissible, np.int8)
+    original = e if family.sign > 0 else e.mirrored()
+    coords: dict[str, Any] = {
+        name: ((), value)
+        for name, value in original.parameters()._asdict().items()
+        if name not in ("nu", "f")
+    }
+    dataset = xr.Dataset({k: ("nu", x) for k, x in variables.items()}, {**coords, "nu": values})
+    return describe(dataset)

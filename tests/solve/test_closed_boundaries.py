@@ -47,26 +47,29 @@ def root(function: Any, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def test_the_pitchfork_of_a_known_exciter_is_where_the_symmetry_breaks() -> None:
+@pytest.mark.parametrize(("low", "high", "stable_side"), [(1.03, 1.06, -1), (1.4, 1.7, 1)])
+def test_a_pitchfork_is_where_the_symmetry_breaks(
+    low: float, high: float, stable_side: int
+) -> None:
     e = vp.Exciter(l=0.5, nu=1.5, f=1.0, h=0.1, R1=0.8, R2=0.8)
 
     def excess(nu: float) -> float:
         return vp.symmetric_orbit_boundaries(e, nu).pitchfork_f.item() - e.f
 
-    nu = root(excess, 1.4, 1.7)
+    nu = root(excess, low, high)
     at = vp.symmetric_orbit(dataclasses.replace(e, nu=nu)).isel(solution=0)
-    assert (at.admissible, at.stable.dtype) == (1, np.int8)
+    assert at.admissible == 1
     assert at.floquet_multiplier.values[0] == pytest.approx(1, abs=1e-10)
-    for side, symmetric in ((-1e-3, False), (1e-3, True)):
-        near = dataclasses.replace(e, nu=nu + side)
+    for side, symmetric in ((-stable_side, False), (stable_side, True)):
+        near = dataclasses.replace(e, nu=nu + 1e-3 * side)
         orbit = vp.symmetric_orbit(near).isel(solution=0)
         assert (orbit.pitchfork_condition > 0) == (orbit.stable == 1) == symmetric
-        # what settles beside the unstable symmetric orbit has lost the symmetry
+        # beside the unstable symmetric orbit a motion settles on another one, or on none
         x0, v0 = orbit.displacement_strobe.item(), orbit.velocity_strobe.item() + 1e-3
         settled = vp.steady_state(near, x0, v0)
+        returns = settled.period_multiple.item() == 1
         speeds = abs(settled.impact_velocity.values)
-        assert settled.impacts_per_orbit.values.tolist() == [1, 1]
-        assert (abs(speeds[0] - speeds[1]) < 1e-9) == symmetric
+        assert (returns and abs(speeds[0] - speeds[-1]) < 1e-9) == symmetric
 
 
 def test_the_flip_is_where_the_period_doubles() -> None:

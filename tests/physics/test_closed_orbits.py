@@ -35,7 +35,7 @@ FREQUENCIES = st.one_of(
 )
 
 # few exciters of the whole space have the bifurcation
-rare = settings(suppress_health_check=[HealthCheck.filter_too_much])
+rare = settings(max_examples=50, suppress_health_check=[HealthCheck.filter_too_much])
 
 
 @st.composite
@@ -133,6 +133,7 @@ def test_a_free_period_without_damping_leaves_no_orbit(nu: float, n: int) -> Non
 def test_the_fold_is_where_the_roots_meet(family: Any) -> None:
     nu, h, R, n, b = family
     terms, r = solved(nu, h, R, n)
+    b = -math.copysign(b, float(r.impulses.imag))  # else there is no fold
     v = float(fold_velocity(b, r))
     assume(math.isfinite(v) and 1e-6 < v < 1e6)
     f = float(abs(forcing_at_impact(b, v, r)))

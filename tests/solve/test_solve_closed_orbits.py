@@ -6,10 +6,11 @@ import dataclasses
 import math
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from textbook import Flight, Parameters, digits
 
@@ -136,7 +137,9 @@ def test_stable_or_not_it_is_a_fixed_point_with_its_multipliers(
 
 def samples(e: vp.Exciter, orbit: xr.Dataset, n: int) -> np.ndarray:
     """Return x over the flight after the impact on support 1, by the textbook and without supports."""
-    c = digits(Parameters(**e.parameters()._asdict()), 30)
+    # doubles suffice away from the resonance
+    near = e.h == 0 and abs(e.nu - 1) < 1e-3
+    c = digits(Parameters(**e.parameters()._asdict()), 30) if near else mpmath.fp
     impact = int(np.argmax(orbit.impact_support.values == 1))
     turn, v = orbit.impact_phase.values[impact], orbit.impact_velocity.values[impact]
     nu, f, h = (c.mpf(value) for value in (e.nu, e.f, e.h))
@@ -182,6 +185,7 @@ def test_admissibility_and_clearance_are_those_of_dense_samples(e: vp.Exciter, n
             assert orbit.admissible == (outside < 0)
 
 
+@settings(max_examples=40)
 @given(REACHING, st.sampled_from([1, 3]))
 def test_mirrored_exciters_have_mirrored_orbits(e: vp.Exciter, m: int) -> None:
     one, other = vp.one_sided_orbit(e, 1, m), vp.one_sided_orbit(e.mirrored(), 2, m)
@@ -223,6 +227,10 @@ def test_mirrored_exciters_have_mirrored_orbits(e: vp.Exciter, m: int) -> None:
         (
             lambda: vp.symmetric_orbit_boundaries(vp.Exciter(l=1), [1.0, -1.0]),
             "nu: must be a list of finite numbers > 0, got [1.0, -1.0]",
+        ),
+        (
+            lambda: vp.one_sided_orbit(vp.Exciter(l=1, f=1e6, nu=1e-4, h=1e4)),
+            "nu: must give a flight of less than 1e8 steps of the march, got 0.0001 with 1.26e+09 steps",
         ),
     ],
 )  # fmt: skip

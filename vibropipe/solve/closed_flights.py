@@ -10,12 +10,15 @@ import numpy as np
 from vibropipe.orbits.extremes import flight_extremes
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
 # Largest period multiple.
 MAX_MULTIPLE = 1000
+# Steps of the march of a flight: some seconds.
+MAX_FLIGHT_STEPS = 1e8
 # Distance from the support, as a share of the motion's size, within which a contact at the end of a flight is the
 # impact of the orbit itself: well above the rounding of a flight.
 CONTACT_TOLERANCE = 1e-12
@@ -86,11 +89,22 @@ class Flight(NamedTuple):
     strobe: tuple[float, float] = (math.nan, math.nan)
 
 
+def _check_steps(exciter: Exciter, periods: float) -> None:
+    """Raise a ParameterError if the march of a flight over some forcing periods takes too long."""
+    steps = periods * exciter.period * fastest_rate(exciter.nu, exciter.h) / REACH
+    if not steps < MAX_FLIGHT_STEPS:
+        must = "must give a flight of less than 1e8 steps of the march"
+        raise ParameterError(
+            "nu", exciter.nu, must=must, got=f"{exciter.nu!r} with {steps:.3g} steps"
+        )
+
+
 def fly(family: Family, phase: float, v: float) -> Flight:
     """March the flight that follows an impact on support 1."""
     if not math.isfinite(v):
         return Flight()
     e, half = family.exciter, 0.5 * family.n
+    _check_steps(e, half)
     least, most = flight_extremes(e.parameters(), phase, e.upper, -e.R1 * v, family.n)
     clearance = min(e.upper - most, least - e.lower)
     start, end = phase * e.period, (phase + half) * e.period

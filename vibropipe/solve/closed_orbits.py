@@ -87,7 +87,7 @@ def one_sided_orbit(exciter: Exciter, support: int = 1, m: int = 1) -> xr.Datase
     Raises
     ------
     ParameterError
-        If the exciter is not forced, or `support` or m is out of range.
+        If the exciter is not forced, `support` or m is out of range, or a flight takes more than 1e8 steps.
 
     References
     ----------

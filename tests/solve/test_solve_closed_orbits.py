@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 import xarray as xr
+from comparisons import parameters_of, reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from textbook import Flight, Parameters, digits
@@ -97,6 +98,19 @@ def test_a_settled_one_sided_orbit_is_the_closed_form(
     compared = COMPARED if m == 1 else COMPARED[:3]
     for name in compared:
         np.testing.assert_allclose(orbit[name], settled[name], rtol=1e-12, atol=1e-12)
+
+
+def test_the_symmetric_orbit_of_figure_6_in_20_digits() -> None:
+    entry = reference("steady")["fig6"]
+    exciter = vp.Exciter(**parameters_of(entry)._asdict())
+    orbit = vp.symmetric_orbit(exciter).isel(solution=0)
+    assert orbit.displacement_strobe.item() == pytest.approx(float(entry["x_strobe"]), abs=1e-15)
+    assert orbit.velocity_strobe.item() == pytest.approx(float(entry["v_strobe"]), abs=1e-15)
+    multipliers = [float(real) for real, _imag in entry["multipliers"]]
+    np.testing.assert_allclose(orbit.floquet_multiplier, multipliers, rtol=1e-14)
+    for name, key in (("impact_phase", "phase"), ("impact_velocity", "velocity_before")):
+        expected = [float(impact[key]) for impact in entry["impacts"]]
+        np.testing.assert_allclose(orbit[name], expected, rtol=4e-16)
 
 
 @pytest.mark.parametrize(

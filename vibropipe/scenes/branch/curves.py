@@ -17,16 +17,20 @@ from vibropipe.figures.text import ORDINALS, mathtext, parameter_line
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import FLAGS, label, quantity
 
-PANEL_HEIGHT_CM, MARGINS_CM = 4.6, 3.2
+PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X"}
-DRAWN_HARMONICS = 1
+# Bifurcations beyond which their marks shrink.
+MANY_MARKS = 16
+FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
+SHORT_TEXT = {"impact_velocity_max": "impact velocity", "impacts_per_period": "impacts per period"}
 
 
 class Panel(NamedTuple):
-    """A panel: its label and the values over `point`."""
+    """A panel: its label, and the values of each line, (points, lines); `backbone` is the line of the free motion."""
 
     label: str
-    values: xr.DataArray
+    values: np.ndarray
+    backbone: np.ndarray | None = None
 
 
 class Piece(NamedTuple):
@@ -62,27 +66,42 @@ def laws_of(dataset: xr.Dataset) -> list[str]:
     return [law_text(int(m), *pair) for m, pair in zip(multiples, impacts, strict=True)]
 
 
-def panels_of(dataset: xr.Dataset, show: Sequence[str]) -> list[Panel]:
-    """Return the panels of the quantities to show; of harmonics the first."""
+def panels_of(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> list[Panel]:
+    """Return the panels of the quantities to show, of harmonics the first, without supports that are not struck."""
     panels: list[Panel] = []
     for name in show:
-        entry, values = quantity(name), dataset[name]
-        if "harmonic" in values.dims:
-            for k in range(min(DRAWN_HARMONICS, values.sizes["harmonic"])):
-                symbol = entry.symbol.replace("_k", f"_{k + 1}")
-                panels.append(Panel(f"{ORDINALS[k]} harmonic {symbol}", values.isel(harmonic=k)))
-        elif "support" in values.dims:
-            short = {
-                "impact_velocity_max": "impact velocity",
-                "impacts_per_period": "impacts per period",
-            }
-            panels += [
-                Panel(f"{short.get(name, entry.long_name)}\non support {s}", values.sel(support=s))
-                for s in dataset["support"].values.tolist()
-            ]
+        entry = quantity(name)
+        if name == "impact_velocity":
+            panels.append(Panel("impact velocity\nof each impact", velocities_of(dataset)))
+        elif "harmonic" in entry.dims:
+            free = backbone[name].sel(harmonic=1).values if backbone is not None else None
+            symbol = entry.symbol.replace("_k", "_1")
+            values = dataset[name].sel(harmonic=1).values[:, None]
+            panels.append(Panel(f"{ORDINALS[0]} harmonic {symbol}", values, free))
+        elif "support" in entry.dims:
+            text = SHORT_TEXT.get(name, entry.long_name)
+            for support in dataset["support"].values.tolist():
+                values = dataset[name].sel(support=support).values[:, None]
+                if np.isfinite(values).any():
+                    panels.append(Panel(f"{text}\non support {support}", values))
         else:
-            panels.append(Panel(f"{entry.long_name}\n{entry.symbol}", values))
+            free = backbone[name].values if backbone is not None and name in backbone else None
+            values = dataset[name].values[:, None]
+            panels.append(Panel(f"{entry.long_name}\n{entry.symbol}", values, free))
     return panels
+
+
+def velocities_of(dataset: xr.Dataset) -> np.ndarray:
+    """Return the velocity of each impact of each point, largest first and NaN beyond the last: (points, impacts)."""
+    sizes = dataset["row_size"].values
+    velocities = np.full((sizes.size, max(int(sizes.max(initial=0)), 1)), np.nan)
+    velocities[np.arange(velocities.shape[1]) < sizes[:, None]] = -np.abs(
+        dataset["impact_velocity"]
+    )
+    # Along a branch the order by size is continuous, whichever impact comes first in the orbit.
+    return -np.sort(velocities, axis=1)
 
 
 def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
@@ -113,16 +132,16 @@ def draw_branches(
     backbone : xarray.Dataset, optional
         Backbone over amplitude, drawn under the branches.
     """
-    panels, along = panels_of(dataset, show), followed(dataset)
-    figure = new_figure(MARGINS_CM + PANEL_HEIGHT_CM * len(panels))
+    panels, along = panels_of(dataset, show, backbone), followed(dataset)
+    figure = new_figure(MARGINS_CM + max(PANEL_HEIGHT_CM * len(panels), LEAST_HEIGHT_CM))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     pieces = list(pieces_of(dataset))
     colours = colours_of(dataset, pieces)
     for ax, panel in zip(axes, panels, strict=True):
-        if backbone is not None and panel.values.name in backbone:
-            draw_backbone(ax, backbone, panel)
-        draw_pieces(ax, dataset[along].values, panel.values.values, pieces, colours, swept(dataset))
-        draw_bifurcations(ax, dataset, panel.values.values)
+        if backbone is not None and panel.backbone is not None:
+            ax.plot(backbone["eigenfrequency"], panel.backbone, **FREE_STYLE)
+        draw_pieces(ax, dataset[along].values, panel.values, pieces, colours, swept(dataset))
+        draw_bifurcations(ax, dataset, panel.values)
         ax.set_ylabel(panel.label)
         ax.margins(x=0.01)
     low, high = float(dataset[along].min()), float(dataset[along].max())
@@ -160,14 +179,6 @@ def draw_pieces(
         ax.plot(x[piece.points], y[piece.points], color=colour, **style)
 
 
-def draw_backbone(ax: Axes, backbone: xr.Dataset, panel: Panel) -> None:
-    """Draw the free motion as a wide grey line."""
-    values = backbone[panel.values.name]
-    if "harmonic" in values.dims:
-        values = values.sel(harmonic=panel.values["harmonic"])
-    ax.plot(backbone["eigenfrequency"], values, color=GREY, alpha=0.45, linewidth=4, zorder=0)
-
-
 def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Return the mask of each kind of bifurcation that occurs."""
     codes = dataset["bifurcation_kind"].values
@@ -176,18 +187,19 @@ def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:
-    """Draw a mark at each bifurcation."""
+    """Draw a mark at each bifurcation, on every line."""
     at = dataset[f"bifurcation_{followed(dataset)}"].values
     height = y[dataset["bifurcation_point"].values]
+    size = 4.5 if at.size <= MANY_MARKS else 3.0
     for name, mask in kinds_present(dataset).items():
-        ax.plot(at[mask], height[mask], **mark_style(name), clip_on=False)
+        ax.plot(at[mask], height[mask], **mark_style(name, size), clip_on=False)
 
 
-def mark_style(name: str) -> dict[str, Any]:
+def mark_style(name: str, size: float = 4.5) -> dict[str, Any]:
     """Return the style of the mark of a kind of bifurcation."""
     return {
-        "linestyle": "none", "marker": MARKS[name], "markersize": 4.5, "markerfacecolor": "white",
-        "markeredgecolor": BLACK, "markeredgewidth": 0.8, "zorder": 5,
+        "linestyle": "none", "marker": MARKS[name], "markersize": size, "markerfacecolor": "white",
+        "markeredgecolor": BLACK, "markeredgewidth": 0.7, "zorder": 5,
     }  # fmt: skip
 
 
@@ -204,7 +216,7 @@ def line_handles(
         for name, colour in colours.items()
     ]  # fmt: skip
     if backbone is not None:
-        handles.append(Line2D([], [], color=GREY, alpha=0.45, linewidth=4, label="free motion"))
+        handles.append(Line2D([], [], **FREE_STYLE, label="free motion"))
     return handles
 
 

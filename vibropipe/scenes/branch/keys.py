@@ -59,6 +59,7 @@ class BranchFigure(FigureOptions):
             Literal[
                 "displacement_mean",
                 "displacement_amplitude",
+                "impact_velocity",
                 "impact_velocity_max",
                 "impacts_per_period",
             ]

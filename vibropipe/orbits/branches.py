@@ -7,14 +7,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from vibropipe.orbits.curve import Curve, Point
+from vibropipe.orbits.curve import Curve
 from vibropipe.orbits.curve import Problem as Problem
 from vibropipe.orbits.events import Event
 from vibropipe.orbits.following import Path, follow
 from vibropipe.orbits.linear_branch import follow_linear
 from vibropipe.orbits.sequence import Sequence
-from vibropipe.orbits.switching import Branch, Seed, parent_point, seeds_at
-from vibropipe.orbits.symmetry import doubled, halved, halves_agree
+from vibropipe.orbits.switching import Branch, Seed, seeds_at
+from vibropipe.orbits.symmetry import halved, halves_agree
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.
@@ -135,10 +135,12 @@ def _follow_seed(problem: Problem, seed: Seed) -> Branch:
         if sign < 0.0 and 1.0 in paths and paths[1.0].end == "closed":
             continue
         start = seed.point if sign > 0.0 else seed.point.reversed()
-        paths[sign] = _refined(
-            seed.curve, follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
-        )
-    back, ahead = paths.get(-1.0, Path([seed.point])), paths.get(1.0, Path([seed.point]))
+        paths[sign] = follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
+    none = Path([seed.point])
+    # Followed to one side only, the branch begins at its start.
+    back, ahead = paths.get(-1.0, none), paths.get(1.0, none)
+    if 1.0 not in paths:
+        back, ahead = none, back
     points = [*(each.reversed() for each in back.points[:0:-1]), *ahead.points]
     shift = len(back.points) - 1
     events = [Event(*each[:2], shift - each.point) for each in reversed(back.events)]
@@ -149,23 +151,13 @@ def _follow_seed(problem: Problem, seed: Seed) -> Branch:
     return Branch(problem, seed.curve, points, [], sorted(events, key=lambda each: each.point))
 
 
-def _refined(curve: Curve, path: Path) -> Path:
-    """Return a path that ends at the parent of its doubled orbits with that point taken from the parent."""
-    # Two branches cross there, so the equations of the doubled sequence lose half of their digits.
-    if path.end == "doubled":
-        last = path.points[-1]
-        found = parent_point(curve, last, path.events[-1].kind)
-        if found is not None:
-            parent, point = found
-            _sequence, u, _by = doubled(parent.sequence, point.u, np.zeros(point.u.size))
-            path.points[-1] = Point(u, last.tangent, last.tests)
-    return path
-
-
 def _follow_linear_seed(problem: Problem, seed: Seed) -> Branch:
     """Follow the motion without impacts from a seed."""
     sides = {sign: follow_linear(problem, seed.value, sign) for sign in seed.signs}
-    back, ahead = sides.get(-1.0, ([], False)), sides.get(1.0, ([], False))
+    none: tuple[list[float], bool] = ([], False)
+    back, ahead = sides.get(-1.0, none), sides.get(1.0, none)
+    if 1.0 not in sides:
+        back, ahead = none, back
     values = [*reversed(back[0]), seed.value, *ahead[0]]
     events = [Event("grazing", "gap", 0)] if back[1] else []
     events += [Event("grazing", "gap", len(values) - 1)] if ahead[1] else []

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from vibropipe.orbits.continuation import DOUBLING, FOLD, GAP, SPEED
 from vibropipe.orbits.curve import Curve, Point
 from vibropipe.orbits.events import Event, Mark, is_no_motion, marks_within
+from vibropipe.orbits.parents import reached_parent
 
 # First and least length of a step, and factors of its growth.
 FIRST_LENGTH, MIN_LENGTH, GROWTH = 1e-3, 1e-10, 1.5
@@ -54,6 +55,15 @@ def follow(
     lengths, searches = [0.0], 0
     while not path.end:
         point = path.points[-1]
+        parent = reached_parent(curve, point, length)
+        if parent is not None and _is_clear(curve, point, parent[1]):
+            path.points.append(parent[1])
+            path.events.append(Event(parent[0], "doubled", len(path.points) - 1))
+            path.end = "doubled"
+            break
+        if parent is not None and length > FIRST_LENGTH:
+            length *= 0.5
+            continue
         new = curve.advance(point, length)
         is_first = len(path.points) == 1
         if new is None or _is_too_far(curve, point, new) or (is_first and is_no_motion(new)):
@@ -85,6 +95,12 @@ def follow(
         if curve.cosine(point, new) > GROWTH_COSINE:
             length = min(GROWTH * length, curve.problem.max_length)
     return path
+
+
+def _is_clear(curve: Curve, point: Point, parent: Point) -> bool:
+    """Return whether no wanted value or limit of the parameter lies between two points."""
+    values = (*curve.problem.at, curve.problem.low, curve.problem.high)
+    return not any((point.value - value) * (parent.value - value) < 0.0 for value in values)
 
 
 def _is_too_far(curve: Curve, point: Point, new: Point) -> bool:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.orbits.continuation import (
-    DETERMINANT,
     DOUBLING,
     FOLD,
     GAP,
@@ -17,7 +16,6 @@ from vibropipe.orbits.continuation import (
     GAP_TIME,
     SLOWEST,
     SPEED,
-    TRACE,
 )
 from vibropipe.orbits.curve import Curve, Point, Problem
 from vibropipe.orbits.events import Event
@@ -27,9 +25,9 @@ from vibropipe.orbits.linear_branch import (
     linear_gap,
     struck_from_linear,
 )
+from vibropipe.orbits.parents import child_point, parent_point
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 from vibropipe.orbits.sequence import Sequence
-from vibropipe.orbits.symmetry import doubled, halved
 
 # Largest number of impacts of a sequence.
 MAX_SEQUENCE = 128
@@ -86,32 +84,13 @@ def _with_tests(point: Point, **changed: float) -> Point:
 
 def _doubled_seeds(curve: Curve, point: Point, kind: str) -> list[Seed]:
     """Return the branches of doubled (or asymmetric) orbits that begin at a flip (or pitchfork)."""
-    vector = curve.doubling_vector(point)
-    sequence, u, by = doubled(curve.sequence, point.u, vector)
-    if sequence.m > MAX_MULTIPLE or len(sequence.supports) > MAX_SEQUENCE:
+    n, whole = len(curve.sequence.supports), curve.sequence.mirrored
+    if 2 * n > MAX_SEQUENCE or (not whole and 2 * curve.sequence.m > MAX_MULTIPLE):
         return []
-    child = Curve(curve.problem, sequence, curve.speed)
-    tangent = by / np.sqrt(np.sum((by * child.weights) ** 2))
-    tests = point.tests.copy()
-    trace, determinant = tests[TRACE], tests[DETERMINANT]
-    tests[TRACE], tests[DETERMINANT] = trace**2 - 2.0 * determinant, determinant**2
-    tests[FOLD] = 0.0
-    tests[DOUBLING] = 1.0
-    start = Point(u, tangent, tests)
+    child, start = child_point(curve, point, curve.doubling_vector(point))
     # The other side of a flip is the same orbit a period later; that of a pitchfork is its mirror image.
-    sides = [start, Point(u, -tangent, tests)] if kind == "pitchfork" else [start]
+    sides = [start, start.reversed()] if kind == "pitchfork" else [start]
     return [Seed(child, side, point.value, (1.0,), DOUBLED_LENGTH) for side in sides]
-
-
-def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] | None:
-    """Return the parent of a doubled orbit whose halves agree, at its flip or pitchfork."""
-    sequence, u = halved(curve.sequence, point.u, kind)
-    parent = Curve(curve.problem, sequence, curve.speed)
-    near = parent.settle(u)
-    if near is None:
-        return None
-    found = parent.locate(near, (-PROBE, PROBE), lambda each: float(each.tests[DOUBLING]))
-    return (parent, found[1]) if found is not None else (parent, near)
 
 
 def _struck_seed(curve: Curve, point: Point) -> list[Seed]:

@@ -28,6 +28,28 @@ def _halves(
     return np.concatenate([times[:half], velocities[:half]]), later
 
 
+def halves_difference(
+    sequence: Sequence, u: np.ndarray, weights: np.ndarray, kind: str
+) -> np.ndarray | None:
+    """Return the weighted difference of the halves of an orbit; None if their impact sequences differ.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    u, weights : (2n + 1,) float
+        Times, velocities and the parameter; weights of the unknowns.
+    kind : str
+        "flip": the second half repeats the first; "pitchfork": it is its mirror image.
+    """
+    n = len(sequence.supports)
+    halves = _halves(sequence, u, kind == "pitchfork")
+    if halves is None:
+        return None
+    of_first = np.concatenate([weights[: n // 2], weights[n : n + n // 2]])
+    difference: np.ndarray = (halves[0] - halves[1]) * of_first
+    return difference
+
+
 def halves_agree(
     sequence: Sequence, u: np.ndarray, weights: np.ndarray, tolerance: float = EQUAL_HALVES
 ) -> str:
@@ -35,25 +57,15 @@ def halves_agree(
 
     Parameters
     ----------
-    sequence : Sequence
-    u : (2n + 1,) float
-        Times, velocities and the parameter.
-    weights : (2n + 1,) float
-        Of the unknowns.
+    sequence, u, weights
+        As for `halves_difference`.
     tolerance : float
         Largest weighted difference of the halves.
     """
-    n = len(sequence.supports)
-    for kind, mirrored in (("flip", False), ("pitchfork", True)):
-        # The force repeats after whole periods and mirrors itself after odd halves.
-        if sequence.m % 2 != mirrored:
-            continue
-        halves = _halves(sequence, u, mirrored)
-        if halves is not None:
-            of_first = np.concatenate([weights[: n // 2], weights[n : n + n // 2]])
-            if np.abs((halves[0] - halves[1]) * of_first).max() < tolerance:
-                return kind
-    return ""
+    # The force repeats after whole periods and mirrors itself after odd halves.
+    kind = "pitchfork" if sequence.m % 2 else "flip"
+    difference = halves_difference(sequence, u, weights, kind)
+    return kind if difference is not None and np.abs(difference).max() < tolerance else ""
 
 
 def halved(sequence: Sequence, u: np.ndarray, kind: str) -> tuple[Sequence, np.ndarray]:

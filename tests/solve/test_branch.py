@@ -1,0 +1,326 @@
+"""Branches: bifurcations against the sign of their test functions, sweeps, mirrored and reversed branches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+from vibropipe.words.regimes import Regime
+
+SYMMETRIC = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
+SKEW = vp.Exciter(l=0.5, nu=2.0, f=1.0, h=0.1, delta=0.2, R1=0.8, R2=0.7)
+FOLD, FLIP, PITCHFORK, GRAZING, END = Bifurcation
+KINDS = ("flip", "pitchfork", "grazing")
+
+
+@pytest.fixture(scope="module")
+def symmetric():
+    return vp.branch(SYMMETRIC, "nu", (0.3, 3.0), at=[1.25, 2.0], switch=["pitchfork"])
+
+
+@pytest.fixture(scope="module")
+def skew():
+    return vp.branch(SKEW, "nu", (0.3, 5.0), switch=["grazing"])
+
+
+def bifurcations(branch, along="nu"):
+    """(kind, parameter, reason) of every bifurcation."""
+    values = branch[f"bifurcation_{along}"].values
+    return [
+        (Bifurcation(int(kind)), value, BranchEnd(int(reason)))
+        for kind, value, reason in zip(
+            branch.bifurcation_kind.values, values, branch.end_reason.values, strict=True
+        )
+    ]
+
+
+def moduli(branch):
+    return np.abs(branch.floquet_multiplier.values)
+
+
+def test_every_point_is_an_orbit_with_balanced_energy(symmetric, skew) -> None:
+    for branch in (symmetric, skew):
+        assert (branch.status == 0).all()
+        assert branch.residual.max() < 1e-12
+        assert abs(branch.energy_residual).max() < 1e-11
+        assert branch.row_size.sum() == branch.sizes["impact"]
+
+
+def test_stable_points_are_steady_states(symmetric, skew) -> None:
+    for branch, exciter in ((symmetric, SYMMETRIC), (skew, SKEW)):
+        stable = np.flatnonzero((moduli(branch)[:, 0] < 0.9) & (branch.regime != Regime.NO_IMPACT))
+        # At a grazing rounding decides whether the mass is struck.
+        stable = np.setdiff1d(stable, branch.bifurcation_point.values)
+        for i in stable[:: max(1, stable.size // 12)]:
+            point = branch.isel(point=int(i))
+            moved = vp.Exciter(**{**vars(exciter), "nu": float(point.nu)})
+            x0, v0 = float(point.displacement_strobe), float(point.velocity_strobe)
+            state = vp.steady_state(moved, x0, v0)
+            names = [
+                "displacement_amplitude",
+                "impacts_per_orbit",
+                "impact_velocity_max",
+                "energy_input",
+            ]
+            if point.period_multiple == 1:  # else the section may be that of another period
+                names += ["displacement_strobe", "velocity_strobe"]
+            for name in names:
+                assert point[name].values == pytest.approx(
+                    state[name].values, abs=1e-11, nan_ok=True
+                )
+            # Multipliers amplify rounding where an impact is slow.
+            assert np.sum(point.floquet_multiplier.values) == pytest.approx(
+                np.sum(state.floquet_multiplier.values), abs=1e-9
+            )
+
+
+def test_multipliers_are_those_of_differences_of_the_return_map(symmetric) -> None:
+    unstable = np.flatnonzero((moduli(symmetric)[:, 0] > 1.05) & (moduli(symmetric)[:, 0] < 5))
+    for i in unstable[:: max(1, unstable.size // 6)]:
+        point = symmetric.isel(point=int(i))
+        moved = vp.Exciter(**{**vars(SYMMETRIC), "nu": float(point.nu)})
+        section = np.array([point.displacement_strobe.item(), point.velocity_strobe.item()])
+
+        def end(state, exciter=moved):
+            motion = vp.simulate(
+                exciter, tau_end=exciter.period, x0=state[0], v0=state[1], samples_per_period=1
+            )
+            return np.array([motion.displacement_end.item(), motion.velocity_end.item()])
+
+        assert end(section) == pytest.approx(section, abs=1e-12)
+        steps = 1e-6 * np.eye(2)
+        jacobian = np.transpose([(end(section + s) - end(section - s)) / 2e-6 for s in steps])
+        assert np.trace(jacobian) == pytest.approx(
+            point.floquet_multiplier.values.sum().real, abs=1e-6
+        )
+
+
+def test_pitchforks_of_the_symmetric_exciter(symmetric) -> None:
+    found = [value for kind, value, _reason in bifurcations(symmetric) if kind == PITCHFORK]
+    assert found == pytest.approx([1.0376425831299, 1.5299072088081], abs=1e-12)
+    # Between them the symmetric orbit is unstable, and two asymmetric ones begin at each.
+    first = symmetric.isel(point=symmetric.branch_id.values == 0)
+    between = (first.nu > found[0] + 1e-9) & (first.nu < found[1] - 1e-9)
+    outside = (first.nu < found[0] - 1e-9) | (first.nu > found[1] + 1e-9)
+    assert (first.stable.values == 0)[between].all()
+    assert (first.stable.values == 1)[outside].all()
+    assert set(symmetric.branch_id.values) == {0, 1, 2, 3, 4}
+    for one, other in ((1, 2), (3, 4)):
+        a, b = (symmetric.isel(point=symmetric.branch_id.values == k) for k in (one, other))
+        assert a.nu.values == pytest.approx(b.nu.values, abs=1e-9)
+        assert a.displacement_mean.values == pytest.approx(-b.displacement_mean.values, abs=1e-7)
+        assert abs(a.displacement_mean).max() > 1e-2
+
+
+def test_wanted_values_and_limits_are_points(symmetric) -> None:
+    values = symmetric.nu.values[symmetric.branch_id.values == 0]
+    assert {1.25, 2.0, 3.0} <= set(values)
+    assert (np.diff(values) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("exciter", "along", "to"),
+    [
+        (SYMMETRIC, "nu", (0.3, 3.0)),
+        (SYMMETRIC, "f", (0.02, 3.0)),
+        (SKEW, "nu", (0.3, 5.0)),
+        (SKEW, "delta", (-0.4, 0.4)),
+        (SKEW, "R1", (0.1, 1.0)),
+        (SKEW, "l", (0.2, 1.0)),
+        (SKEW, "h", (0.0, 0.5)),
+        # An isolated branch, which returns to its start.
+        (vp.Exciter(l=0.5, nu=1.1651029112605555, f=1.8578868962140231, R1=0.6254640460767307,
+                    R2=0.6254640460767307), "delta", (-0.4, 0.4)),
+    ],
+)  # fmt: skip
+def test_halved_steps_find_the_same(exciter, along: str, to: tuple[float, float]) -> None:
+    once = bifurcations(vp.branch(exciter, along, to), along)
+    twice = bifurcations(vp.branch(exciter, along, to, max_step=0.01), along)
+    assert [each[::2] for each in once] == [each[::2] for each in twice]
+    assert [each[1] for each in once] == pytest.approx([each[1] for each in twice], abs=1e-10)
+
+
+def test_halved_steps_switch_to_the_same() -> None:
+    lists = []
+    for step in (0.02, 0.01):
+        exciter = vp.Exciter(**{**vars(SYMMETRIC), "nu": 0.65})
+        branch = vp.branch(
+            exciter, "nu", (0.6, 0.75), switch=("pitchfork", "grazing"), max_step=step
+        )
+        lists.append(sorted((int(kind), value) for kind, value, _reason in bifurcations(branch)))
+    assert [kind for kind, _value in lists[0]] == [kind for kind, _value in lists[1]]
+    assert np.array(lists[0]) == pytest.approx(np.array(lists[1]), abs=1e-9)
+
+
+def test_test_functions_change_their_sign_at_bifurcations(symmetric, skew) -> None:
+    every = vp.branch(SKEW, "nu", (0.3, 5.0), switch=KINDS[:1] + KINDS[2:])
+    for branch in (symmetric, skew, every):
+        multipliers = branch.floquet_multiplier.values.copy()
+        multipliers[np.isinf(multipliers).any(axis=1)] = np.nan  # impacts without velocity
+        trace, product = multipliers.sum(axis=1).real, multipliers.prod(axis=1).real
+        for (kind, _value, reason), i in zip(
+            bifurcations(branch), branch.bifurcation_point.values, strict=True
+        ):
+            if kind == FOLD:
+                assert 1 - trace[i] + product[i] == pytest.approx(
+                    0.0, abs=1e-6 * (1 + abs(trace[i]))
+                )
+                assert (branch.nu[i] - branch.nu[i - 1]) * (branch.nu[i + 1] - branch.nu[i]) < 0
+                side = (1 - trace + product)[[i - 1, i + 1]]
+                assert side[0] * side[1] < 0
+            if kind == FLIP and reason == BranchEnd.GOES_ON:
+                doubling, nu = 1 + trace + product, branch.nu.values
+                assert doubling[i - 1] * doubling[i + 1] < 0
+                # The error of the parameter: at a flip of an orbit of many impacts the function is steep.
+                slope = (doubling[i + 1] - doubling[i - 1]) / (nu[i + 1] - nu[i - 1])
+                assert abs(doubling[i] / slope) < 1e-10
+            if kind == PITCHFORK:
+                assert 1 - trace[i] + product[i] == pytest.approx(0.0, abs=1e-10)
+
+
+def test_grazing_flights_touch_and_grazing_impacts_have_no_velocity(skew) -> None:
+    ends = {"impact": 0, "flight": 0}
+    for (kind, nu, _reason), i in zip(
+        bifurcations(skew), skew.bifurcation_point.values, strict=True
+    ):
+        if kind != GRAZING:
+            continue
+        state = skew.isel(point=int(i))
+        rows = slice(*np.cumsum([0, *skew.row_size.values])[[i, i + 1]])
+        velocities = skew.impact_velocity.values[rows]
+        if velocities.size and abs(velocities).min() < 1e-10:
+            ends["impact"] += 1
+            continue
+        ends["flight"] += 1
+        moved = vp.Exciter(**{**vars(SKEW), "nu": nu})
+        if state.regime == Regime.NO_IMPACT:
+            amplitude = state.displacement_amplitude.values[0]
+            assert amplitude == pytest.approx(moved.l - abs(moved.delta), abs=1e-13)
+            continue
+        motion = vp.simulate(
+            moved, tau_end=moved.period * int(state.period_multiple), samples_per_period=20_000,
+            x0=float(state.displacement_strobe), v0=float(state.velocity_strobe),
+        )  # fmt: skip
+        x, v = motion.displacement.values, motion.velocity.values
+        turns = np.flatnonzero((v[1:] * v[:-1] < 0) & (np.abs(np.diff(v)) < 0.01))
+        gaps = np.where(v[turns] > 0, moved.upper - x[turns], x[turns] - moved.lower)
+        assert gaps.min() == pytest.approx(0.0, abs=1e-6)
+    assert min(ends.values()) >= 2
+
+
+def test_a_branch_traced_backwards_has_the_same_bifurcations_and_points() -> None:
+    there = vp.branch(SYMMETRIC, "nu", 2.5, at=[1.1, 1.4, 2.2])
+    last = there.isel(point=-1)
+    exciter = vp.Exciter(**{**vars(SYMMETRIC), "nu": 2.5})
+    back = vp.branch(
+        exciter, "nu", 1.0, float(last.displacement_strobe), float(last.velocity_strobe),
+        at=[1.1, 1.4, 2.2],
+    )  # fmt: skip
+    assert [each[1] for each in bifurcations(there)] == pytest.approx(
+        [each[1] for each in bifurcations(back)][::-1], abs=1e-12
+    )
+    for nu in (1.1, 1.4, 2.2):
+        a, b = (each.isel(point=int(np.flatnonzero(each.nu == nu)[0])) for each in (there, back))
+        for name in ("displacement_strobe", "velocity_strobe", "displacement_amplitude"):
+            assert a[name].values == pytest.approx(b[name].values, abs=1e-12)
+
+
+def test_mirrored_exciters_have_mirrored_branches(skew) -> None:
+    mirrored = vp.branch(SKEW.mirrored(), "nu", (0.3, 5.0), switch=["grazing"])
+    assert bifurcations(mirrored)[0][1] == pytest.approx(bifurcations(skew)[0][1], abs=1e-10)
+    assert sorted(each[1] for each in bifurcations(mirrored)) == pytest.approx(
+        sorted(each[1] for each in bifurcations(skew)), abs=1e-9
+    )
+    assert mirrored.sizes["point"] == skew.sizes["point"]
+    assert mirrored.displacement_strobe.values == pytest.approx(
+        -skew.displacement_strobe.values, abs=1e-7
+    )
+    assert mirrored.impacts_per_orbit.values == pytest.approx(
+        skew.impacts_per_orbit.values[:, ::-1]
+    )
+
+
+def test_sweeps_lie_on_the_branch_and_jump_at_its_bifurcations() -> None:
+    nu = np.linspace(2.2, 5.0, 141)
+    up, down = (vp.sweep(SKEW, {"nu": nu}, follow=("nu", way)) for way in ("up", "down"))
+    start = vp.Exciter(**{**vars(SKEW), "nu": 2.2})
+    branch = vp.branch(
+        start,
+        "nu",
+        5.0,
+        *(float(up[f"{n}_strobe"][0]) for n in ("displacement", "velocity")),
+        at=nu,
+    )
+    found = bifurcations(branch)
+    assert found[0][0] == FOLD
+    two_sided = up.regime.values == Regime.TWO_SIDED
+    # Up to the fold what settles is on the branch; beyond it the motion has fallen off.
+    assert nu[two_sided].max() < found[0][1] < nu[two_sided].max() + 0.021
+    for k in np.flatnonzero(two_sided):
+        at = np.flatnonzero((branch.nu.values == nu[k]) & (branch.stable.values == 1))
+        near = abs(branch.displacement_strobe.values[at] - up.displacement_strobe.values[k])
+        assert near.min() < 1e-9
+        assert abs(branch.velocity_strobe.values[at] - up.velocity_strobe.values[k]).min() < 1e-9
+    assert (down.regime.values == Regime.NO_IMPACT).any()
+
+
+def test_the_linear_motion_grazes_where_its_amplitude_says() -> None:
+    exciter = vp.Exciter(l=0.5, nu=2.5, f=0.3, h=0.15, delta=0.1, R1=0.7, R2=0.6)
+    branch = vp.branch(exciter, "nu", (0.5, 3.0), switch=["grazing"])
+    amplitude = exciter.l - abs(exciter.delta)
+    # |f|^2 = amplitude^2 ((1 - nu^2)^2 + h^2 nu^2), a quadratic in nu^2
+    b = 1 - exciter.h**2 / 2
+    squares = b + np.sqrt(b * b - 1 + (exciter.f / amplitude) ** 2)
+    grazings = [value for kind, value, _reason in bifurcations(branch) if kind == GRAZING]
+    assert min(abs(np.array(grazings) - np.sqrt(squares))) < 1e-12
+    assert branch.regime.values[branch.branch_id.values == 0].tolist().count(Regime.NO_IMPACT) > 10
+    assert (branch.regime.values[branch.branch_id.values == 1] == Regime.ONE_SIDED_2).any()
+
+
+def test_a_narrow_resonance_is_not_stepped_over() -> None:
+    exciter = vp.Exciter(l=0.5, nu=0.5, f=1e-4, h=1e-5, R1=0.7, R2=0.7)
+    branch = vp.branch(exciter, "nu", 2.0)
+    ((kind, nu, _reason),) = bifurcations(branch)
+    assert kind == GRAZING
+    assert nu == pytest.approx(1 - 1e-4, abs=1e-5)
+
+
+def test_orbits_with_rests_are_followed_to_their_last_rest() -> None:
+    exciter = vp.Exciter(l=0.5, nu=0.5, f=2.0, h=0.1, R1=0.3, R2=0.3)
+    branch = vp.branch(exciter, "nu", (0.2, 3.0))
+    ((kind, nu, reason),) = bifurcations(branch)
+    assert (kind, reason) == (END, BranchEnd.REST)
+    assert (branch.regime == Regime.WITH_REST).all()
+    for moved, regime in ((nu, Regime.WITH_REST), (nu + 1e-6, Regime.TWO_SIDED)):
+        state = vp.steady_state(vp.Exciter(**{**vars(exciter), "nu": moved}))
+        assert int(state.regime) == regime or moved > nu
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("tau", 2.0), "along: must be one of nu, f, h, l, delta, R1, R2, got 'tau'"),
+        (("nu", 1.0), "to: must differ from the exciter's own nu, got 1.0"),
+        (("nu", (2.0, 3.0)), "to: must be a number, or two that enclose the exciter's own nu, 1.0"),
+        (("R1", 1.2), "to: must be a number from 0 to 1, got 1.2"),
+        (("nu", -1.0), "to: must be a finite number > 0, got -1.0"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, text: str) -> None:
+    with pytest.raises(vp.ParameterError, match=text.replace("(", r"\(")):
+        vp.branch(SYMMETRIC, *arguments)
+
+
+def test_bad_options_are_named() -> None:
+    with pytest.raises(
+        vp.ParameterError, match="switch: must be a list of flip, pitchfork, grazing"
+    ):
+        vp.branch(SYMMETRIC, "nu", 2.0, switch=["fold"])
+    with pytest.raises(vp.ParameterError, match=r"at: must be numbers from 1\.0 to 2\.0, got 3\.0"):
+        vp.branch(SYMMETRIC, "nu", 2.0, at=[3.0])
+    with pytest.raises(vp.ParameterError, match="max_step: must be a number above 0 up to 0"):
+        vp.branch(SYMMETRIC, "nu", 2.0, max_step=1)
+    with pytest.raises(vp.ParameterError, match="must lead from"):
+        vp.branch(vp.Exciter(l=0.5), "nu", 2.0, 0.2)

@@ -1,0 +1,94 @@
+"""Where a branch of doubled (or asymmetric) orbits reaches the branch of orbits that repeat (or mirror) their half."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.orbits.continuation import DETERMINANT, DOUBLING, FOLD, TRACE
+from vibropipe.orbits.curve import Curve, Point
+from vibropipe.orbits.symmetry import doubled, halved, halves_difference
+
+# Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
+PROBES = (1e-5, 1e-3, 0.05)
+# Weighted difference of the halves of an orbit from which its parent is sought, and below which it is the parent.
+NEAR_PARENT, AT_PARENT = 0.2, 1e-9
+
+
+def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] | None:
+    """Return the parent of a doubled orbit, at its flip or pitchfork next to the orbit; None if there is none.
+
+    Parameters
+    ----------
+    curve, point : Curve, Point
+        The doubled orbit.
+    kind : str
+        "flip" or "pitchfork".
+    """
+    sequence, u = halved(curve.sequence, point.u, kind)
+    parent = Curve(curve.problem, sequence, curve.speed)
+    near = parent.settle(u)
+    if near is None:
+        return None
+    for probe in PROBES:
+        found = parent.locate(near, (-probe, probe), lambda each: float(each.tests[DOUBLING]))
+        if found is not None and abs(found[1].tests[DOUBLING]) < AT_PARENT:
+            return parent, found[1]
+    return None
+
+
+def child_point(parent: Curve, point: Point, by: np.ndarray) -> tuple[Curve, Point]:
+    """Return a flip or pitchfork of a branch as the point of its doubled orbits, with its tangent along them.
+
+    Parameters
+    ----------
+    parent, point : Curve, Point
+        The bifurcation.
+    by : (2n + 1,) float
+        `Curve.doubling_vector` there.
+    """
+    sequence, u, change = doubled(parent.sequence, point.u, by)
+    child = Curve(parent.problem, sequence, parent.speed)
+    tests = point.tests.copy()
+    trace, determinant = tests[TRACE], tests[DETERMINANT]
+    tests[TRACE], tests[DETERMINANT] = trace**2 - 2.0 * determinant, determinant**2
+    tests[FOLD], tests[DOUBLING] = 0.0, 1.0
+    length = np.sqrt(np.sum(change * change * child.squares))
+    return child, Point(u, change / length, tests)
+
+
+def reached_parent(curve: Curve, point: Point, length: float) -> tuple[str, Point] | None:
+    """Return the parent of doubled orbits, if a branch of them reaches it within a step.
+
+    The equations of the doubled sequence are singular there, and steps fail: the parent's are not.
+
+    Parameters
+    ----------
+    curve, point : Curve, Point
+    length : float
+        Weighted length of the step.
+
+    Returns
+    -------
+    (str, Point) or None
+        "flip" or "pitchfork", and the parent's point there as one of `curve`.
+    """
+    sequence, weights = curve.sequence, curve.weights
+    kind = "pitchfork" if sequence.m % 2 else "flip"
+    if kind == "pitchfork" and not curve.problem.symmetric:
+        return None
+    now = halves_difference(sequence, point.u, weights, kind)
+    if now is None or not AT_PARENT < np.abs(now).max() < NEAR_PARENT:
+        return None
+    ahead = halves_difference(sequence, point.u + length * point.tangent, weights, kind)
+    if ahead is None or np.dot(now, ahead) > 0.0:
+        return None
+    found = parent_point(curve, point, kind)
+    if found is None:
+        return None
+    parent, at = found
+    _child, reached = child_point(parent, at, parent.doubling_vector(at))
+    change = reached.u - point.u
+    change[: len(sequence.supports)] -= round(change[0])
+    if np.abs(change * weights).max() > 2.0 * np.abs(now).max():
+        return None
+    return kind, reached

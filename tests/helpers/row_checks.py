@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -19,6 +20,7 @@ def broken_rows(rows: xr.Dataset) -> dict[str, np.ndarray]:
     rows: all outputs over `row`, with the parameters as coordinates (`random_rows.solve_drawn`).
     """
     broken = label_faults(rows) | impact_faults(rows) | number_faults(rows) | motion_faults(rows)
+    broken |= section_faults(rows) | subharmonic_faults(rows)
     return {name: np.flatnonzero(at) for name, at in broken.items() if at.any()}
 
 
@@ -43,6 +45,8 @@ def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
         contradicted |= (regime == code) & ~is_so
     solved = orbit | (status == Status.MAX_PERIODS)
     window = rows["window_periods"].values
+    per_period = rows["impacts_per_period"].values
+    expected_per_period = np.where(solved[:, None], impacts / np.maximum(m, 1)[:, None], np.nan)
     return {
         "an orbit is named so, and only an orbit": orbit != named,
         "an orbit is ok, and nothing else is": orbit != (status == Status.OK),
@@ -53,6 +57,9 @@ def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
         & ((impacts != np.floor(impacts)) | (rests != np.floor(rests))).any(axis=1),
         "an unsolved row is unresolved": ~solved & (regime != Regime.UNRESOLVED),
         "an unsolved row has no contacts": ~solved & ((impacts != 0) | (rests != 0)).any(axis=1),
+        "impacts per period are those of the orbit or the window": (
+            ~np.isclose(per_period, expected_per_period, rtol=1e-15, atol=0, equal_nan=True)
+        ).any(axis=1),
         "a motion without an orbit has a window": (window > 0) != (status == Status.MAX_PERIODS),
         "frequency is positive": ~(rows["base_frequency"].values > 0),
         "the section of a solved row is finite": solved
@@ -64,7 +71,7 @@ def label_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def impact_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
-    """The listed impacts are those of the orbit, in order and within its length."""
+    """The listed impacts are those of the orbit, or of the last periods without one, in order and within its length."""
     m, size = rows["period_multiple"].values, rows["row_size"].values
     of = np.repeat(np.arange(m.size), size)
     period, phase = rows["impact_period"].values, rows["impact_phase"].values
@@ -79,13 +86,17 @@ def impact_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
     np.maximum.at(hardest, (of, support - 1), np.abs(velocity))
     largest = rows["impact_velocity_max"].values
     orbit = m > 0
+    solved = orbit | (rows["status"].values == Status.MAX_PERIODS)
+    length = np.where(orbit, m, np.minimum(rows["window_periods"].values, LISTED_PERIODS))
     return {
         "all impacts of an orbit are listed": orbit
         & (counted != rows["impacts_per_orbit"].values).any(axis=1),
-        "only an orbit has impacts listed": ~orbit & (size > 0),
+        "an unsolved row has no impacts listed": ~solved & (size > 0),
         "impacts lie within the orbit": any_of(
-            ~((period >= 0) & (period < m[of]) & (phase >= 0) & (phase < 1))
+            ~((period >= 0) & (period < length[of]) & (phase >= 0) & (phase < 1))
         ),
+        "a listed impact is no harder than the largest": solved
+        & (hardest > np.nan_to_num(largest)).any(axis=1),
         "impacts are in order": np.bincount(
             of[1:][(np.diff(at) < 0) & (np.diff(of) == 0)], minlength=m.size
         )
@@ -171,6 +182,38 @@ def motion_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
                 | (rows["displacement_strobe"].values > upper + rounding)
             ),
         }
+
+
+def section_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """Sections repeat with the period multiple; the first of an orbit, or the last, is that of the row."""
+    m = rows["period_multiple"].values
+    solved = (m > 0) | (rows["status"].values == Status.MAX_PERIODS)
+    faults = {}
+    for of in ("displacement", "velocity"):
+        values, strobe = rows[f"poincare_{of}"].values, rows[f"{of}_strobe"].values
+        repeated = values[np.arange(m.size)[:, None], np.arange(64) % np.maximum(m, 1)[:, None]]
+        at = np.where(m > 0, values[:, 0], values[:, -1])
+        faults |= {
+            f"{of}s at the section are finite if solved": solved != np.isfinite(values).all(axis=1),
+            f"{of}s at the section of an unsolved row are none": ~solved
+            & ~np.isnan(values).all(axis=1),
+            f"{of}s at the section repeat": (m > 0) & (repeated != values).any(axis=1),
+            f"the {of} of the row is at the section": solved & (at != strobe),
+        }
+    return faults
+
+
+def subharmonic_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
+    """Subharmonics of an orbit of several periods are finite between harmonics; all others are NaN."""
+    m, j = rows["period_multiple"].values, rows["subharmonic"].values
+    between = (m[:, None] > 1) & (j % np.maximum(m, 1)[:, None] != 0)
+    faults = {}
+    for part in ("amplitude", "phase"):
+        values = rows[f"subharmonic_displacement_{part}"].values
+        faults[f"subharmonic {part}s are those between harmonics"] = (
+            np.isfinite(values) != between
+        ).any(axis=1)
+    return faults
 
 
 def supports_of(rows: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

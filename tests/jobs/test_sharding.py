@@ -9,6 +9,7 @@ import pytest
 
 from vibropipe.jobs import sharding
 from vibropipe.jobs.solving import join_to_file, origin, solve_to_file
+from vibropipe.orbits import window
 from vibropipe.scenes import costs
 from vibropipe.scenes.sweep import plan
 from vibropipe.scenes.sweep.cut import row_range
@@ -18,11 +19,12 @@ from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve import rows
 from vibropipe.store import StoreError, load, write
 from vibropipe.study import load_study, parse_study
+from vibropipe.words.outputs import OUTPUTS
 
 SLOW = {"nu": [0.01, 0.05, 300], "f": [0.5, 2, 300]}
 QUICK = {"nu": [2, 3, 1000], "f": [0.05, 0.5, 1000]}
 PRESSED = {"exciter": {"delta": 1.5}, "start": {"x0": 1.5}}
-ALL = {"outputs": ["harmonics", "impacts", "stability", "energy", "motion"]}
+ALL = {"outputs": list(OUTPUTS)}
 DOWN = {"follow": {"along": "nu", "direction": "down"}}
 ACCURACY = {"solver": {"accuracy": 1e-6}}
 PEAK = """\
@@ -58,6 +60,8 @@ def sweep_of(*arguments: object, **keys: object) -> SweepScene:
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
     assert plan.MAX_IMPACTS_KEPT == rows.ORBIT_LOG_CAPACITY
     assert costs.PHASE_SAMPLES == rows.PHASES
+    assert costs.SUBHARMONICS == rows.SUBHARMONICS_PER_HARMONIC
+    assert costs.VISITS == window.LISTED_PERIODS
 
 
 @pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])

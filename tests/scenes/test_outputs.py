@@ -19,8 +19,15 @@ from vibropipe.study import parse_study
 
 OUTPUTS = ("harmonics", "impacts", "motion", "stability", "energy")
 SUBSETS = [list(part) for size in range(1, 6) for part in combinations(OUTPUTS, size)]
-# each makes another picture: with nothing to draw, impacts, samples or averages, all
-FEW = [["energy"], ["impacts"], ["motion"], ["harmonics"], list(OUTPUTS)]
+# each makes another picture: with nothing to draw, impacts, samples or averages, all, further ones
+FEW = [
+    ["energy"],
+    ["impacts"],
+    ["motion"],
+    ["harmonics"],
+    list(OUTPUTS),
+    ["subharmonics", "poincare"],
+]
 
 FORCED = {"nu": 1, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
 NEWMARK = {"method": "newmark", "steps_per_period": 100}

@@ -105,3 +105,16 @@ def test_nudges_leave_absent_effects_and_ties_alone() -> None:
 def test_an_accuracy_that_is_none_is_refused(bad: Any) -> None:
     with pytest.raises(vp.ParameterError, match="accuracy"):
         vp.sweep(vp.Exciter(l=0.5), {"nu": [1.0]}, accuracy=bad)
+
+
+def test_a_chaotic_row_keeps_the_error_of_its_means_whatever_it_lists() -> None:
+    """Perturbed by rounding it lists other impacts and sections, and as many or not.
+
+    The largest impact velocity, of the output `impacts`, raises the scale that errors refer to.
+    """
+    exciter = vp.Exciter(l=0.5, h=0.2, f=1.4, delta=0.01, R1=0.7, R2=0.7)
+    errors = [
+        vp.sweep(exciter, {"nu": [1.2]}, outputs=outputs, accuracy=1e-6).error.item()
+        for outputs in (["harmonics"], ["harmonics", "impacts", "poincare", "subharmonics"])
+    ]
+    assert 0 < errors[1] <= errors[0] < math.inf

@@ -16,10 +16,11 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_multipliers
 from vibropipe.solve import rows
 from vibropipe.solve.unsolved import mask_unsolved
+from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
-ALL = ("harmonics", "impacts", "motion", "stability", "energy")
+ALL = OUTPUTS
 # An impact every 1e-5 of a forcing period: far more than the log holds, or than are marched.
 CROWDED = {"l": 1e-3, "nu": 0.01, "h": 0.1}
 NUMBERS = (

@@ -58,8 +58,12 @@ def test_a_row_for_each_impact(sweep):
         .max()
     )
     for (nu, f, support), speed in hardest.items():
-        point = sweep["impact_velocity_max"].sel(nu=nu, f=f, support=int(support[-1]))
-        assert speed == pytest.approx(float(point), rel=1e-14)
+        point = sweep.sel(nu=nu, f=f, support=int(support[-1]))
+        largest = float(point["impact_velocity_max"])
+        if point["period_multiple"] > 0:
+            assert speed == pytest.approx(largest, rel=1e-14)
+        else:  # the largest of a window, of whose last periods the impacts are listed
+            assert speed <= largest * (1 + 1e-14)
 
 
 def test_a_motion_has_a_row_for_each_sample():

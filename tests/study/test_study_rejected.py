@@ -165,7 +165,8 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, outputs: []}",
-            "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, got an "
+            "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, subharmonics, "
+            "poincare, got an "
             "empty list",
         ),
         (
@@ -174,7 +175,8 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, outputs: [harmonic]}",
-            "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, got "
+            "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, subharmonics, "
+            "poincare, got "
             "'harmonic' (did you mean 'harmonics'?)",
         ),
         (

@@ -23,12 +23,14 @@ nu f h l delta R1 R2 tau displacement velocity force impact_tau impact_support i
 impact_velocity_after rest_start rest_end rest_support grazing_tau grazing_support
 displacement_end velocity_end status displacement_exact velocity_exact orbit_impact_phase
 orbit_impact_support orbit_impact_velocity regime period_multiple support impacts_per_orbit
-rests_per_orbit base_frequency residual periods_to_settle displacement_strobe velocity_strobe
+impacts_per_period rests_per_orbit base_frequency residual periods_to_settle displacement_strobe velocity_strobe
 window_periods harmonic displacement_mean velocity_mean displacement_amplitude displacement_phase
 velocity_amplitude velocity_phase impact_phase impact_period row_size impact_velocity_max
 floquet_multiplier stable phase energy_input energy_damping energy_residual energy_impact
 delta_over_l tau_bar velocity_over_l omega_bar simulated_tau_bar simulated_velocity_over_l
 amplitude eigenfrequency row
+subharmonic subharmonic_displacement_amplitude subharmonic_displacement_phase visit
+poincare_displacement poincare_velocity
 """
 
 

@@ -90,7 +90,7 @@ def solve_row_repeatedly(
     for _ in range(n_calls):
         out.impacts[0, :] = 0.0
         out.rests[0, :] = 0.0
-        march_row(e, p, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0)
+        march_row(e, p, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0, 0)
 
 
 @jit_allocating

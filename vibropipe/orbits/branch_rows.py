@@ -83,7 +83,7 @@ def closing_residual(p, m, supports, u, residual):
 
 
 @jit_allocating
-def write_points(e, parameters, m, supports, unknowns, log, c, residual, out, first) -> None:
+def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) -> None:
     """Write the orbits of the points of one branch as rows.
 
     Parameters
@@ -101,13 +101,11 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out, fi
     residual : (2n,) float or longer
         Work space.
     out : RowResults
-        Results; outputs without entries are not computed.
-    first : int
-        Row of the first point.
+        Results, a row for each point; outputs without entries are not computed.
     """
     n = supports.size
-    for k in range(parameters.shape[0]):
-        p, row, u = row_parameters(parameters, k), first + k, unknowns[k]
+    for row in range(parameters.shape[0]):
+        p, u = row_parameters(parameters, row), unknowns[row]
         if n == 0:
             out.section[row, 0], out.section[row, 1] = solve_linear(p, out, row)
             continue
@@ -131,9 +129,10 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out, fi
         out.period_multiple[row] = m
         out.frequency[row] = p.nu / m
         write_multipliers(first_multiplier, second, out.multipliers, row)
-        write_harmonics(e, p, steady, log, c, out.amplitudes, row)
+        write_harmonics(e, p, steady, log, c, out.amplitudes, out.subharmonics, row)
         write_energy(e, p, steady, log, c, out.energy, row)
         write_impacts(
-            log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support, row
+            log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support,
+            row, row * n,
         )  # fmt: skip
         out.section[row, 0], out.section[row, 1] = x, v

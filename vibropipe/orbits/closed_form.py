@@ -97,27 +97,28 @@ def _conservative_motion(orbit, motion, row) -> None:
 
 
 @jit
-def _conservative_impacts(orbit, speeds, count, position, velocity, support, row) -> None:
+def _conservative_impacts(orbit, speeds, count, position, velocity, support, row, first) -> None:
     """Write the impacts of a conservative orbit in order of time; positions are fractions of its own period."""
     if count.size > 0:
-        n = 0
+        n = first
         for side in range(2):
             at_top = top_support(orbit) == side + 1
             if (orbit.meets_top if at_top else orbit.meets_bottom) == 1:
                 phase = ((0.0 if at_top else orbit.half) - orbit.time_from_top) / (2.0 * orbit.half)
-                position[n, row] = phase - math.floor(phase)
-                velocity[n, row] = speeds[side] if side == 0 else -speeds[side]
-                support[n, row] = side + 1
+                position[n] = phase - math.floor(phase)
+                velocity[n] = speeds[side] if side == 0 else -speeds[side]
+                support[n] = side + 1
                 n += 1
-        if n == 2 and position[0, row] > position[1, row]:
-            position[0, row], position[1, row] = position[1, row], position[0, row]
-            velocity[0, row], velocity[1, row] = velocity[1, row], velocity[0, row]
-            support[0, row], support[1, row] = support[1, row], support[0, row]
-        count[row] = n
+        i, j = first, first + 1
+        if n == first + 2 and position[i] > position[j]:
+            position[i], position[j] = position[j], position[i]
+            velocity[i], velocity[j] = velocity[j], velocity[i]
+            support[i], support[j] = support[j], support[i]
+        count[row] = n - first
 
 
 @jit_allocating
-def solve_conservative(p, x, v, out, row):
+def solve_conservative(p, x, v, out, row, first):
     """Solve a conservative row (h = f = 0, R1 = R2 = 1) in closed form.
 
     The orbit has its own period, not that of the force, and both Floquet multipliers are 1.
@@ -131,6 +132,8 @@ def solve_conservative(p, x, v, out, row):
         Results; outputs without entries are not computed.
     row : int
         Index into `out`.
+    first : int
+        Index of the first impact of the row.
 
     Returns
     -------
@@ -154,6 +157,7 @@ def solve_conservative(p, x, v, out, row):
         out.impact_velocity,
         out.impact_support,
         row,
+        first,
     )
     write_largest(speeds, out.impacts[row], out.impact_velocity_max, row)
     _conservative_motion(orbit, out.motion, row)

@@ -38,7 +38,7 @@ def rest_force(p, support, k, m, start, end):
     support : int
         Support, 1 or 2.
     k, m : int
-        Harmonic and period multiple.
+        Numerator and denominator of the frequency k nu/m.
     start, end : float
         Rest, in forcing periods.
 
@@ -65,7 +65,7 @@ def add_support_forces(p, log, resting, rest_start, m, until, out) -> None:
     rest_start : float
         Start of that rest. A rest counts from 0 if it began earlier.
     m : int
-        Period multiple.
+        Denominator of the frequencies k nu/m: 1 for harmonics of the force.
     until : float
         End of the log, in forcing periods.
     out : (harmonics + 1,) complex
@@ -101,7 +101,7 @@ def divide_by_stiffness(p, m, length, out) -> bool:
     ----------
     p : Parameters
     m : int
-        Period multiple.
+        Denominator of the frequencies k nu/m: 1 for harmonics of the force.
     length : float
         Forcing periods that the sums extend over.
     out : (harmonics + 1,) complex

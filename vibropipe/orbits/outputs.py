@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
-from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
+from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
 from vibropipe.orbits.quadrature import add_energy, replace_resonant_harmonics
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.words.regimes import Regime
@@ -26,8 +26,8 @@ TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
 class RowResults(NamedTuple):
     """Arrays of results. An output that is not requested has no entries.
 
-    The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: (impacts,
-    rows) while rows are solved, flat and in the order of rows once compacted (`solve.rows`).
+    The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
+    all rows, one row after the other. While rows are solved, their length is the capacity (`solve.rows`).
     """
 
     regime: np.ndarray
@@ -49,6 +49,8 @@ class RowResults(NamedTuple):
     impact_velocity_max: np.ndarray
     energy: np.ndarray
     motion: np.ndarray
+    subharmonics: np.ndarray
+    poincare: np.ndarray
 
 
 @jit_inline
@@ -101,7 +103,7 @@ def regime_of(impacts, rests) -> int:
 
 
 @jit_allocating
-def write_harmonics(e, p, steady, log, c, amplitudes, row) -> None:
+def write_amplitudes(e, p, steady, log, m, c, amplitudes, row) -> None:
     """Write the amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit.
 
     Parameters
@@ -112,18 +114,43 @@ def write_harmonics(e, p, steady, log, c, amplitudes, row) -> None:
         The orbit.
     log : Log
         Its contacts.
-    amplitudes : (rows, harmonics + 1) complex
+    m : int
+        1 for harmonics of the force, the period multiple of the orbit for all frequencies in it.
+    amplitudes : (rows, n) complex
         Zero on entry, or without entries.
     row : int
         Index into `amplitudes`.
     """
     if amplitudes.size > 0:
-        m, end = steady.m, steady.end
+        end, length = steady.end, float(steady.m)
         resting = end.home if end.mode == REST else 0
-        add_support_forces(p, log, resting, end.rest_start, m, float(m), amplitudes[row])
-        if not divide_by_stiffness(p, m, float(m), amplitudes[row]):
+        add_support_forces(p, log, resting, end.rest_start, m, length, amplitudes[row])
+        if not divide_by_stiffness(p, m, length, amplitudes[row]):
             x, v = state_xv(p, steady.state)
-            replace_resonant_harmonics(e, p, x, v, end, log, m, amplitudes[row], np.zeros(2), c)
+            replace_resonant_harmonics(
+                e, p, x, v, end, log, m, length, amplitudes[row], np.zeros(2), c
+            )
+
+
+@jit_allocating
+def write_harmonics(e, p, steady, log, c, amplitudes, subharmonics, row) -> None:
+    """Write the amplitudes of a closed orbit at the multiples of nu, and at those of nu/m between them.
+
+    Parameters
+    ----------
+    e, p, steady, log, c, row
+        As for `write_amplitudes`.
+    amplitudes : (rows, harmonics + 1) complex
+        X(k nu). Zero on entry, or without entries.
+    subharmonics : (rows, n) complex
+        X(j nu/m), NaN where j is a multiple of m. NaN on entry, or without entries.
+    """
+    write_amplitudes(e, p, steady, log, ONE_PERIOD, c, amplitudes, row)
+    if subharmonics.size > 0 and steady.m > 1:
+        subharmonics[row] = 0.0
+        write_amplitudes(e, p, steady, log, steady.m, c, subharmonics, row)
+        for j in range(0, subharmonics.shape[1], steady.m):
+            subharmonics[row, j] = complex(math.nan, math.nan)
 
 
 @jit
@@ -158,7 +185,7 @@ def write_energy(e, p, steady, log, c, energy, row) -> None:
 
 
 @jit
-def write_impacts(log, m, count, position, velocity, support, row) -> None:
+def write_impacts(log, m, count, position, velocity, support, row, first) -> None:
     """Write the impacts of an orbit, in order of time and at positions in [0, m).
 
     Parameters
@@ -169,22 +196,24 @@ def write_impacts(log, m, count, position, velocity, support, row) -> None:
         Period multiple.
     count : (rows,) int
         Number of impacts, or without entries.
-    position, velocity, support : (capacity, rows)
+    position, velocity, support : (capacity,)
         Position in forcing periods, velocity before impact, and support.
     row : int
         Index of the row.
+    first : int
+        Index of its first impact.
     """
     if count.size > 0:
-        n = 0
+        n = first
         for at_end in range(1, -1, -1):
             for i in range(min(log.counts[IMPACTS], log.position.size)):
                 # An impact at the end of the orbit is written as the one at its start.
                 if log.support[i] > 0 and (log.position[i] >= m) == (at_end == 1):
-                    position[n, row] = log.position[i] - at_end * m
-                    velocity[n, row] = log.velocity[i]
-                    support[n, row] = log.support[i]
+                    position[n] = log.position[i] - at_end * m
+                    velocity[n] = log.velocity[i]
+                    support[n] = log.support[i]
                     n += 1
-        count[row] = n
+        count[row] = n - first
 
 
 @jit

@@ -75,7 +75,7 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> Non
     log : Log
         Contacts; positions in forcing periods.
     m : int
-        Period multiple.
+        Denominator of the frequencies k nu/m.
     out : (harmonics + 1,) complex
         out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
     energy : (2,) float or longer
@@ -162,18 +162,20 @@ def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
 
 
 @jit_allocating
-def replace_resonant_harmonics(e, p, x, v, end, log, m, out, energy, c) -> None:
+def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, energy, c) -> None:
     """Replace the harmonics that `harmonics.divide_by_stiffness` left unchanged by quadrature.
 
     Parameters
     ----------
     e, p, x, v, end, log, m, energy, c
-        As for `integrate_along`, from 0 to m forcing periods.
+        As for `integrate_along`, from 0 to `length` forcing periods.
+    length : float
+        Length of the orbit, in forcing periods.
     out : (harmonics + 1,) complex
         Amplitudes.
     """
     direct = np.zeros(out.size, np.complex128)
-    integrate_along(e, p, x, v, 0.0, float(m), end, log, m, direct, energy, c)
+    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct, energy, c)
     for k in range(out.size):
         if abs(dynamic_stiffness(p, k, m)) < RESONANT:
-            out[k] = divide(direct[k], complex(m, 0.0))
+            out[k] = divide(direct[k], complex(length, 0.0))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.compiler import jit, jit_allocating
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, grid_time
 from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
@@ -46,7 +48,7 @@ def aperiodic_regime(kind):
 
 
 @jit_allocating
-def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
+def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
     """Solve a row by marching.
 
     Parameters
@@ -64,6 +66,8 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
         Results; outputs without entries are not computed.
     row : int
         Index into `out`.
+    first : int
+        Index of the first impact of the row.
 
     Returns
     -------
@@ -78,7 +82,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
     grid = exact_grid(e, p)
     state = initial_state(e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
-    window = new_window(p, out.amplitudes, row, impacts, rests)
+    window = new_window(p, out, row, first)
     steady = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
     status, largest = steady.status, window.largest
     if status != MAX_PERIODS:
@@ -93,7 +97,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
         out.regime[row] = regime_of(impacts, rests)
         out.period_multiple[row] = steady.m
         out.frequency[row] = p.nu / steady.m
-        write_harmonics(e, p, steady, log, c, out.amplitudes, row)
+        write_harmonics(e, p, steady, log, c, out.amplitudes, out.subharmonics, row)
         write_energy(e, p, steady, log, c, out.energy, row)
         write_impacts(
             log,
@@ -103,6 +107,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row):
             out.impact_velocity,
             out.impact_support,
             row,
+            first,
         )
     else:
         out.regime[row] = aperiodic_regime(steady.kind)
@@ -129,8 +134,14 @@ def row_parameters(parameters, row):
     )
 
 
+@jit_inline
+def next_impact(out, row, first):
+    """Return the index of the first impact after those of a row, which begin at `first`."""
+    return first + out.impact_count[row] if out.impact_count.size > 0 else first
+
+
 @jit_allocating
-def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
+def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, first):
     """Solve rows in closed form up to the first that has to be marched.
 
     Parameters
@@ -146,6 +157,8 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
     x, v : float
         Section of the row before, the start of this one within a chain.
     out : RowResults
+    first : int
+        Index of the first impact of the first row.
 
     Returns
     -------
@@ -153,6 +166,8 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
         The first row that has to be marched, or the number of rows.
     x, v : float
         Its start.
+    first : int
+        Index of its first impact.
 
     Notes
     -----
@@ -166,12 +181,13 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out):
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
         elif e.watched is None and is_conservative(p, x, v):
-            x, v = solve_conservative(p, x, v, out, row)
+            x, v = solve_conservative(p, x, v, out, row, first)
         else:
             break
         out.section[row, 0], out.section[row, 1] = x, v
+        first = next_impact(out, row, first)
         row += 1
-    return row, x, v
+    return row, x, v, first
 
 
 @jit_allocating
@@ -194,13 +210,16 @@ def solve_row_chains(
         Work space, as for `march`.
     out : RowResults
     """
-    row, x, v = 0, 0.0, 0.0
+    row, x, v, first = 0, 0.0, 0.0, 0
     while True:
-        row, x, v = solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out)
+        row, x, v, first = solve_closed_form_rows(
+            e, parameters, starts, chain_length, row, x, v, out, first
+        )
         if row == parameters.shape[0]:
             break
         p = row_parameters(parameters, row)
-        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row)
+        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row, first)
+        first = next_impact(out, row, first)
         row += 1
 
 
@@ -231,3 +250,26 @@ def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     )
     if status != OK:
         motion[row] = math.nan
+
+
+@jit_allocating
+def sample_sections(e, p, x, v, m, log, c, poincare, row) -> None:
+    """Write the sections of a closed orbit once each forcing period, over and over.
+
+    Parameters
+    ----------
+    e, p, x, v, m, log, c
+        As for `sample_row`.
+    poincare : (rows, 2, visits) float
+        Output: displacement and velocity, from (x, v) on; NaN if the march fails.
+    row : int
+        Index into `poincare`.
+    """
+    sections = np.empty((1, 2, m))
+    if m > 1:
+        sample_row(e, p, x, v, m, log, c, sections, 0)
+    if m == 1 or not math.isnan(sections[0, 0, 0]):
+        sections[0, 0, 0], sections[0, 1, 0] = x, v
+    for i in range(poincare.shape[2]):
+        for part in range(2):
+            poincare[row, part, i] = sections[0, part, i % m]

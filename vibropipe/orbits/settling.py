@@ -31,7 +31,15 @@ from vibropipe.orbits.return_map import (
     state_xv,
 )
 from vibropipe.orbits.shooting import EVENTS_PER_PERIOD, motion_norm
-from vibropipe.orbits.window import WINDOW, add_period, close_window, open_window
+from vibropipe.orbits.window import (
+    LISTED_PERIODS,
+    WINDOW,
+    add_period,
+    close_window,
+    list_impacts,
+    open_window,
+    write_sections,
+)
 from vibropipe.words.status import Status
 
 # Least ratio of marched periods to periods spent on orbits that were not closed: bounds the cost of failed trials.
@@ -156,7 +164,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     patience : int
         Forcing periods after which a damped motion is given up if small perturbations still grow fast.
     window : Window or None
-        Sums over the last periods of a motion without an orbit.
+        Sums over the last periods of a motion without an orbit, and what is listed of them.
 
     Returns
     -------
@@ -193,6 +201,9 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
             # A log that was emptied during the period holds only its last contacts.
             is_log_complete = is_log_complete and status == OK
             add_period(e, p, window, start, state, log, c)
+            list_start = max(window_start, limit - LISTED_PERIODS)
+            if k > list_start:
+                list_impacts(window, log, k - list_start - 1)
         if k > patience - LYAPUNOV_PERIODS and k <= patience:
             dx, dv, log_growth = perturbation_growth(e, p, log, status == OK, start, state, dx, dv)
             growth += log_growth
@@ -212,5 +223,6 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
             limit, window_start = max_periods, max(k, max_periods - WINDOW)
     if window is not None:
         close_window(p, window, state)
+        write_sections(window, xs, vs, k)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     return SteadyState(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)

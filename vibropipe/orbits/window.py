@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import (
     ONE_PERIOD,
@@ -17,6 +18,7 @@ from vibropipe.orbits.harmonics import (
 )
 from vibropipe.orbits.outputs import count_contacts
 from vibropipe.orbits.quadrature import integrate_along
+from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.limits import PATIENCE
 from vibropipe.physics.load import TWO_PI
@@ -24,6 +26,8 @@ from vibropipe.physics.quotient import divide
 
 # Length of the window in forcing periods: the least patience, so that every given-up motion fills it.
 WINDOW = PATIENCE[0]
+# Forcing periods at its end whose impacts and sections are listed; not more than HISTORY_OFFSET.
+LISTED_PERIODS = 64
 
 
 class Window(NamedTuple):
@@ -45,6 +49,12 @@ class Window(NamedTuple):
         Whether a harmonic is too near resonance for the closed form.
     start : (3,) float
         Section (x, x') at the start of the window, and the number of periods summed.
+    first : int
+        Index of the first impact of the row.
+    impact_count, impact_position, impact_velocity, impact_support
+        Impacts of the last LISTED_PERIODS (`RowResults`), or without entries.
+    poincare : (rows, 2, LISTED_PERIODS) float
+        Sections (x, x') at the end of these periods, or without entries.
     """
 
     amplitudes: np.ndarray
@@ -56,6 +66,12 @@ class Window(NamedTuple):
     energy: np.ndarray
     resonant: bool
     start: np.ndarray
+    first: int
+    impact_count: np.ndarray
+    impact_position: np.ndarray
+    impact_velocity: np.ndarray
+    impact_support: np.ndarray
+    poincare: np.ndarray
 
 
 @jit
@@ -70,23 +86,35 @@ def _is_resonant(p, amplitudes) -> bool:
 
 
 @jit_allocating
-def new_window(p, amplitudes, row, impacts, rests):
+def new_window(p, out, row, first):
     """Return the window of a row.
 
     Parameters
     ----------
     p : Parameters
-    amplitudes : (rows, harmonics + 1) complex
-        Results, or without entries.
+    out : RowResults
+        Results.
     row : int
-        Index into `amplitudes`.
-    impacts, rests : (2,) float
-        Results: means per forcing period.
+        Index into `out`.
+    first : int
+        Index of the first impact of the row.
     """
-    resonant = _is_resonant(p, amplitudes)
-    direct = np.empty(amplitudes.shape[1], np.complex128)
     return Window(
-        amplitudes, row, impacts, rests, np.zeros(2), direct, np.empty(2), resonant, np.empty(3)
+        out.amplitudes,
+        row,
+        out.impacts[row],
+        out.rests[row],
+        np.zeros(2),
+        np.empty(out.amplitudes.shape[1], np.complex128),
+        np.empty(2),
+        _is_resonant(p, out.amplitudes),
+        np.empty(3),
+        first,
+        out.impact_count,
+        out.impact_position,
+        out.impact_velocity,
+        out.impact_support,
+        out.poincare,
     )
 
 
@@ -138,6 +166,56 @@ def add_period(e, p, window, start, end, log, c) -> None:
             integrate_along(
                 e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, window.energy, c
             )
+
+
+@jit
+def list_impacts(window, log, period) -> None:
+    """Append the impacts of a forcing period to the list of a row.
+
+    A list as long as the log begins anew with this period: it holds whole periods, and always the last.
+
+    Parameters
+    ----------
+    window : Window
+    log : Log
+        Contacts of the period.
+    period : int
+        Its index among the listed ones; 0 empties the list.
+    """
+    first, count = window.first, window.impact_count
+    if count.size > 0:
+        logged = min(log.counts[IMPACTS], log.position.size)
+        n = first
+        if period > 0 and count[window.row] + logged <= log.position.size:
+            n += count[window.row]
+        for i in range(logged):
+            position = period + log.position[i]
+            # An impact at the end of the last period belongs to the next one, which is not listed.
+            if log.support[i] > 0 and position < LISTED_PERIODS:
+                window.impact_position[n] = position
+                window.impact_velocity[n] = log.velocity[i]
+                window.impact_support[n] = log.support[i]
+                n += 1
+        count[window.row] = n - first
+
+
+@jit
+def write_sections(window, xs, vs, k) -> None:
+    """Write the sections at the ends of the last periods up to k.
+
+    Parameters
+    ----------
+    window : Window
+    xs, vs : (HISTORY_OFFSET + n,) float
+        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
+    k : int
+        Last period.
+    """
+    if window.poincare.size > 0:
+        first = HISTORY_OFFSET + k + 1 - LISTED_PERIODS
+        for i in range(LISTED_PERIODS):
+            window.poincare[window.row, 0, i] = xs[first + i]
+            window.poincare[window.row, 1, i] = vs[first + i]
 
 
 @jit

@@ -20,10 +20,13 @@ from vibropipe.scenes.keys.grids import ValueGrid
 # Least seconds in which a job loads libraries and compiled kernels.
 MIN_LOAD_SECONDS = 0.7
 # Bytes of a row without outputs and of an impact; usual impacts of an orbit; samples of an orbit.
-ROW_BYTES = 80
+ROW_BYTES = 96
 IMPACT_BYTES = 21
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
+# Subharmonics per harmonic, and sections of a row.
+SUBHARMONICS = 4
+VISITS = 64
 # Bytes of the headers of some thirty variables, most of a small file.
 HEAD_BYTES = 9e4
 
@@ -169,6 +172,8 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
         "stability": 2 * 16 + 1,
         "motion": 2 * 8 * PHASE_SAMPLES,
         "energy": 5 * 8,
+        "subharmonics": 2 * 8 * SUBHARMONICS * harmonics,
+        "poincare": 2 * 8 * VISITS,
     }
     return ROW_BYTES + sum(costs[output] for output in outputs)
 

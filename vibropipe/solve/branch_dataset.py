@@ -147,12 +147,11 @@ def _solve(branch: Branch, parameters: np.ndarray, harmonics: int) -> RowResults
         wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
         sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
     n, rows = len(sequence.supports), len(parameters)
-    shape = (max(n, 1), rows)
-    buffer = ImpactBuffer(np.empty(shape), np.empty(shape), np.empty(shape, np.int8))
+    buffer = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
     out = new_rows(rows, harmonics, OF_STEADY_STATE, buffer)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
-        np.empty(2 * n + 2), out, 0,
+        np.empty(2 * n + 2), out,
     )  # fmt: skip
     return compact_impacts(out)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.solve.rows import PHASES
+from vibropipe.orbits.window import LISTED_PERIODS
+from vibropipe.solve.rows import PHASES, SUBHARMONICS_PER_HARMONIC
 from vibropipe.solve.unsolved import is_solved
 
 if TYPE_CHECKING:
@@ -30,19 +31,25 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     Returns
     -------
     Variables
-        Dimensions and values by name, over `row` (and `support`, `harmonic`, `multiplier`, `phase`) or `impact`.
+        Dimensions and values by name, over `row` (and `support`, `harmonic`, `multiplier`, `phase`, `subharmonic`,
+        `visit`) or `impact`.
     """
-    # Harmonics of a motion without an orbit are those of the forcing frequency.
-    base = np.where(rows.period_multiple > 0, rows.frequency, parameters[:, 0])
+    m, solved = rows.period_multiple, is_solved(rows.status)[:, None]
+    # An orbit of m = 1 is one of the forcing period, or a conservative one of its own.
+    nu = np.where(m == 1, rows.frequency, parameters[:, 0])
     # The section of an unsolved row is its start, not a result.
-    section = np.where(is_solved(rows.status)[:, None], rows.section, np.nan)
+    section = np.where(solved, rows.section, np.nan)
     variables: Variables = {
         "regime": (("row",), rows.regime),
         "status": (("row",), rows.status),
-        "period_multiple": (("row",), rows.period_multiple),
+        "period_multiple": (("row",), m),
+        "impacts_per_period": (
+            ("row", "support"),
+            np.where(solved, rows.impacts / np.maximum(m, 1)[:, None], np.nan),
+        ),
         "impacts_per_orbit": (("row", "support"), rows.impacts),
         "rests_per_orbit": (("row", "support"), rows.rests),
-        "base_frequency": (("row",), base),
+        "base_frequency": (("row",), np.where(m > 0, rows.frequency, nu)),
         "residual": (("row",), rows.residual),
         "periods_to_settle": (("row",), rows.settled_after),
         "displacement_strobe": (("row",), section[:, 0]),
@@ -50,7 +57,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         "window_periods": (("row",), rows.window_periods),
     }
     if rows.amplitudes.size > 0:
-        variables |= _harmonics(rows.amplitudes, base)
+        variables |= _harmonics(rows.amplitudes, nu)
     if rows.multipliers.size > 0:
         radius = np.abs(rows.multipliers).max(axis=1)
         variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
@@ -62,16 +69,23 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.motion.size > 0:
         variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
         variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
+    if rows.subharmonics.size > 0:
+        values = rows.subharmonics[:, 1:]
+        for part, of in (("amplitude", 2 * np.abs(values)), ("phase", np.angle(values))):
+            variables[f"subharmonic_displacement_{part}"] = (("row", "subharmonic"), of)
+    if rows.poincare.size > 0:
+        variables["poincare_displacement"] = (("row", "visit"), rows.poincare[:, 0])
+        variables["poincare_velocity"] = (("row", "visit"), rows.poincare[:, 1])
     return variables
 
 
-def _harmonics(amplitudes: np.ndarray, base_frequency: np.ndarray) -> Variables:
-    """Return amplitudes and phases of x = mean + sum A_k cos(k w0 tau + phase_k) from X_k.
+def _harmonics(amplitudes: np.ndarray, nu: np.ndarray) -> Variables:
+    """Return amplitudes and phases of x = mean + sum A_k cos(k nu tau + phase_k) from X_k.
 
-    Those of x' come from i k w0 X_k, since x is continuous through impacts.
+    Those of x' come from i k nu X_k, since x is continuous through impacts.
     """
     multiples = np.arange(amplitudes.shape[1])
-    rates = 1j * multiples[None, :] * base_frequency[:, None] * amplitudes
+    rates = 1j * multiples[None, :] * nu[:, None] * amplitudes
     variables: Variables = {}
     for name, values in (("displacement", amplitudes), ("velocity", rates)):
         variables[f"{name}_mean"] = (("row",), values[:, 0].real)
@@ -122,6 +136,8 @@ def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
         "harmonic": np.arange(1, harmonics + 1),
         "multiplier": np.array([1, 2]),
         "phase": np.arange(PHASES) / PHASES,
+        "subharmonic": np.arange(1, SUBHARMONICS_PER_HARMONIC * harmonics + 1),
+        "visit": np.arange(LISTED_PERIODS),
     }
     return xr.Coordinates({name: (name, values[name]) for name in values if name in dims})
 

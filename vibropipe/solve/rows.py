@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import mmap
 import threading
 from collections import deque
 from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice, pairwise
 from typing import NamedTuple
@@ -18,7 +16,8 @@ import numpy as np
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.orbits.row import row_parameters, sample_row, solve_row_chains
+from vibropipe.orbits.row import row_parameters, sample_row, sample_sections, solve_row_chains
+from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
@@ -28,8 +27,11 @@ from vibropipe.words.outputs import OUTPUTS
 
 # Samples of an orbit of the output `motion`.
 PHASES = 256
+# Multiples of nu/m of the output `subharmonics`, for each harmonic.
+SUBHARMONICS_PER_HARMONIC = 4
 # Largest number of impacts, and of rests, in an orbit; a row with more is unresolved. The impacts suffice for 32
-# forcing periods of 256 impacts each. Memory for them is mapped for every row, but only pages written to are used.
+# forcing periods of 256 impacts each, or for the 64 listed periods of a motion without an orbit at 128 each. Memory
+# for them is reserved for every row, but only the pages that are written to are used.
 ORBIT_LOG_CAPACITY = 8192
 ORBIT_REST_CAPACITY = 512
 # Seconds between two progress reports.
@@ -40,27 +42,17 @@ Solving = Future[list[list[RowResults]]]
 
 
 class ImpactBuffer(NamedTuple):
-    """Impacts of rows, each array (ORBIT_LOG_CAPACITY, rows). Most rows have few, so that most pages stay unused."""
+    """Impacts of rows, one row after the other, each array (rows * ORBIT_LOG_CAPACITY,)."""
 
     position: np.ndarray
     velocity: np.ndarray
     support: np.ndarray
 
 
-def _pages(rows: int, kind: type) -> np.ndarray:
-    """Return an array (ORBIT_LOG_CAPACITY, rows) that uses memory only where it is written to."""
-    # numpy allocates arrays of this size in pages of 2 MB, all of which one row with many impacts would use.
-    if rows == 0:
-        return np.empty((ORBIT_LOG_CAPACITY, 0), kind)
-    pages = mmap.mmap(-1, rows * ORBIT_LOG_CAPACITY * np.dtype(kind).itemsize)
-    with suppress(AttributeError, OSError):  # systems without large pages
-        pages.madvise(mmap.MADV_NOHUGEPAGE)
-    return np.frombuffer(pages, kind).reshape(ORBIT_LOG_CAPACITY, rows)
-
-
 def new_impact_buffer(rows: int) -> ImpactBuffer:
     """Return a buffer for ORBIT_LOG_CAPACITY impacts of each row."""
-    return ImpactBuffer(_pages(rows, float), _pages(rows, float), _pages(rows, np.int8))
+    n = rows * ORBIT_LOG_CAPACITY
+    return ImpactBuffer(np.empty(n), np.empty(n), np.empty(n, np.int8))
 
 
 NO_IMPACT_BUFFER = new_impact_buffer(0)
@@ -106,6 +98,11 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         impact_velocity_max=zeros(2, when="impacts"),
         energy=zeros(4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
+        subharmonics=np.full_like(
+            zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),
+            np.nan,
+        ),
+        poincare=zeros(2, LISTED_PERIODS, when="poincare"),
     )
 
 
@@ -128,17 +125,20 @@ def solve_piece(
 def _sample(
     e: Effects,
     parameters: np.ndarray,
-    section: np.ndarray,
-    multiple: np.ndarray,
-    motion: np.ndarray,
+    out: RowResults,
 ) -> None:
-    """Sample closed orbits of period multiples (rows,) from their sections (rows, 2); multiple 0 skips a row."""
+    """Sample closed orbits from their sections: `motion` and `poincare` of the results, if requested."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
     for row in range(parameters.shape[0]):
-        if multiple[row] > 0:
-            x, v = section[row, 0], section[row, 1]
+        m = out.period_multiple[row]
+        if m > 0:
+            x, v = out.section[row, 0], out.section[row, 1]
             p = row_parameters(parameters, row)
-            sample_row(e, p, x, v, multiple[row], log, c, motion, row)
+            # Rows in closed form, which are not marched, have the samples of their motion already.
+            if out.motion.size > 0 and out.settled_after[row] > 0:
+                sample_row(e, p, x, v, m, log, c, out.motion, row)
+            if out.poincare.size > 0:
+                sample_sections(e, p, x, v, m, log, c, out.poincare, row)
 
 
 @dataclass
@@ -164,10 +164,8 @@ class _Solver:
         out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer)
         chain = max(1, min(self.chain_length, len(values)))
         solve_piece(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
-        if "motion" in self.outputs:
-            # Rows in closed form, which are not marched, have their samples already.
-            marched = np.where(out.settled_after > 0, out.period_multiple, 0)
-            _sample(self.effects, values, out.section, marched, out.motion)
+        if {"motion", "poincare"} & {*self.outputs}:
+            _sample(self.effects, values, out)
         return mask_unsolved(compact_impacts(out))
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
@@ -286,14 +284,10 @@ def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResu
 
 
 def compact_impacts(out: RowResults) -> RowResults:
-    """Return the results with impacts as flat arrays in the order of rows (contiguous ragged arrays)."""
-    sizes = out.impact_count
-    if sizes.size == 0:
-        return out
-    row = np.repeat(np.arange(sizes.size), sizes)
-    index = np.arange(row.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    """Return the results with copies of the impacts, without the unused capacity (contiguous ragged arrays)."""
+    n = int(out.impact_count.sum())
     return out._replace(
-        impact_position=out.impact_position[index, row],
-        impact_velocity=out.impact_velocity[index, row],
-        impact_support=out.impact_support[index, row],
+        impact_position=out.impact_position[:n].copy(),
+        impact_velocity=out.impact_velocity[:n].copy(),
+        impact_support=out.impact_support[:n].copy(),
     )

@@ -22,6 +22,7 @@ def steady_state(
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     patience: int = MAX_PERIODS,
+    outputs: Sequence[str] = OF_STEADY_STATE,
 ) -> xr.Dataset:
     """Find the steady state of eqs. (5), (6) that the motion from (x0, v0) at tau = 0 settles on.
 
@@ -46,6 +47,8 @@ def steady_state(
         Effects of the kernel, as for `sweep`.
     patience : int
         Forcing periods after which a chaotic motion is given up, as for `sweep`.
+    outputs : sequence of str
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare; others are not computed.
 
     Returns
     -------
@@ -58,15 +61,25 @@ def steady_state(
             Outcome of the run.
         period_multiple, base_frequency
             Forcing periods m of the orbit, 0 without an orbit, and its frequency nu/m.
+        impacts_per_period (support)
+            Impacts per forcing period, periodic or not; NaN if the motion is not solved.
         impacts_per_orbit, rests_per_orbit (support)
         displacement_mean, velocity_mean
         displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (harmonic)
-            x = mean + sum over k of amplitude_k cos(k nu tau/m + phase_k), phases in radians.
+            Sum of amplitude_k cos(k nu tau + phase_k), phases in radians: with the mean the motion itself if m = 1,
+            the part of it that repeats every forcing period if m > 1. A conservative motion has multiples of its own
+            frequency.
+        subharmonic_displacement_amplitude, subharmonic_displacement_phase (subharmonic)
+            The rest of an orbit with m > 1: sum of amplitude_j cos(j nu tau/m + phase_j), j = 1, 2, ... up to four
+            times the number of harmonics. NaN where j is a multiple of m, which is a harmonic, and without an orbit.
         displacement_strobe, velocity_strobe
-            State at the start of the orbit.
+            State at the start of the orbit; without an orbit, the last state at the section.
+        poincare_displacement, poincare_velocity (visit)
+            States at the section, once each forcing period: 64 from the start of the orbit, or the last 64.
         impact_phase, impact_period, impact_support, impact_velocity (impact)
             Time as a fraction of a forcing period after a rising zero of sin(nu tau), index of the forcing period in
-            the orbit, support (1, 2), and velocity before impact.
+            the orbit, support (1, 2), and velocity before impact. Without an orbit: of the last 64 forcing periods (of
+            `window_periods` if fewer), 0 to 63, or of as many whole periods at their end as have 8192 impacts.
         impact_velocity_max (support)
             Largest speed before impact; NaN without an impact.
         floquet_multiplier (multiplier), stable
@@ -101,7 +114,7 @@ def steady_state(
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}
     shard = solve_shard(
-        exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=OF_STEADY_STATE,
+        exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=outputs,
         accuracy=accuracy, effects=effects, patience=patience,
     )  # fmt: skip
-    return warn_unsolved(assemble([shard], over).isel(nu=0).drop_vars("row_size"))
+    return warn_unsolved(assemble([shard], over).isel(nu=0).drop_vars("row_size", errors="ignore"))

@@ -68,7 +68,8 @@ def sweep(
         ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
         show hysteresis, the sweeps up and down lie along a first dimension `direction`.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy; others are neither computed nor stored.
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare; others are neither computed nor
+        stored.
     accuracy : float, optional
         Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
         status `inaccurate`.
@@ -86,7 +87,7 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Quantities over the names in `over` and then `support`, `harmonic`, `multiplier` or `phase`, all
+        Quantities over the names in `over` and then `support`, `harmonic`, `multiplier`, `phase` and so on, all
         non-dimensional as for `simulate`. `regime` and `status` label rows without a steady state. Impacts are a
         contiguous ragged array [1]_: `impact_*` over `impact`, with `row_size` of them for each row, in the order of
         the grid. The attributes `method`, `effects`, `start`, `follow` and `version` say how it was made.

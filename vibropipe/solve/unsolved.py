@@ -41,7 +41,13 @@ def mask_unsolved(rows: RowResults) -> RowResults:
     for counts in (rows.period_multiple, rows.window_periods, rows.impacts, rows.rests):
         counts[unsolved] = 0
     rows.residual[unsolved] = np.inf
-    for values in (rows.amplitudes, rows.multipliers, rows.impact_velocity_max):
+    for values in (
+        rows.amplitudes,
+        rows.multipliers,
+        rows.impact_velocity_max,
+        rows.subharmonics,
+        rows.poincare,
+    ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0
     for values in (rows.energy, rows.motion):
@@ -56,12 +62,17 @@ def _is_finite(rows: RowResults) -> np.ndarray:
     finite &= ~orbit | (np.isfinite(rows.residual) & (rows.frequency > 0))
     for values, required in (
         (rows.amplitudes, np.ones(orbit.size, bool)),
+        (rows.poincare, np.ones(orbit.size, bool)),
         (rows.multipliers, orbit),
         (rows.energy, orbit),
         (rows.motion, orbit),
     ):
         if len(values):
             finite &= ~required | np.isfinite(values).reshape(orbit.size, -1).all(axis=1)
+    if len(rows.subharmonics):
+        multiples = np.arange(rows.subharmonics.shape[1])
+        required = multiples % np.maximum(rows.period_multiple, 1)[:, None] > 0
+        finite &= (np.isfinite(rows.subharmonics) | ~required).all(axis=1)
     if len(rows.impact_velocity_max):
         finite &= (np.isfinite(rows.impact_velocity_max) | (rows.impacts == 0)).all(axis=1)
     return finite

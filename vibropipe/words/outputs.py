@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-Output = Literal["harmonics", "impacts", "motion", "stability", "energy"]
+Output = Literal[
+    "harmonics", "impacts", "motion", "stability", "energy", "subharmonics", "poincare"
+]
 OUTPUTS: tuple[str, ...] = get_args(Output)
 """All outputs, in the order in which a dataset holds them; a sweep can have each."""
 
 SWEEP_DEFAULT: tuple[Output, ...] = ("harmonics", "impacts", "stability")
 MOTION_DEFAULT: tuple[Output, ...] = ("motion", "impacts")
 OF_STEADY_STATE: tuple[Output, ...] = ("harmonics", "impacts", "stability", "energy")
-"""Outputs of `steady_state`; the motion over one orbit is an output of `sweep` only."""
+"""Outputs of `steady_state` unless others are requested."""
 
 OF_MOTION: tuple[Output, ...] = ("impacts", "motion")
 """Outputs of a motion that need no steady state."""

@@ -28,7 +28,7 @@ class TimedMotion(MotionKeys):
     )
     outputs: Annotated[list[Output], AfterValidator(each_once)] = Field(
         default=["impacts"],
-        description="Outputs: of a motion `impacts`, `motion`; of a row all but `motion`.",
+        description="Outputs: of a motion `impacts`, `motion`; of a row `harmonics`, `impacts`, `stability`, `energy`.",
     )
     against: Annotated[Name | None, NotNull] = Field(
         default=None,

@@ -24,7 +24,7 @@ Prose = Annotated[str, TextRule(4000, one_line=False)]
 Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 
 # Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
-SEMANTICS_VERSION = 1
+SEMANTICS_VERSION = 2
 # Keys without influence on data; `data_exciter` gives the parameters that have some.
 NO_DATA = ("title", "caption", "figure", "exciter")
 

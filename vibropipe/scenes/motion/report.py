@@ -78,8 +78,8 @@ def differing(datasets: Datasets) -> dict[str, list[float]]:
 
 
 def struck(dataset: xr.Dataset, support: int) -> list[float]:
-    """Return the velocities before the impacts of the orbit on a support, in order."""
-    if "orbit_impact_velocity" not in dataset:
+    """Return the velocities before the impacts of the orbit on a support, in order; none without an orbit."""
+    if "orbit_impact_velocity" not in dataset or not int(dataset["period_multiple"]):
         return []
     at = dataset["orbit_impact_support"].values == support
     return [float(v) for v in dataset["orbit_impact_velocity"].values[at]]

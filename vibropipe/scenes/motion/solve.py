@@ -15,7 +15,7 @@ from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.run import MotionRequest
 from vibropipe.solve.steady import steady_state
-from vibropipe.words.outputs import OF_ORBIT
+from vibropipe.words.outputs import OF_ORBIT, OF_STEADY_STATE
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:
@@ -131,6 +131,7 @@ def with_steady_state(motion: xr.Dataset, scene: MotionScene, exciter: Exciter) 
         harmonics=scene.harmonics,
         accuracy=scene.solver.arguments().get("accuracy"),
         effects=scene.called_effects(),
+        outputs=(*OF_STEADY_STATE, *sorted(OF_ORBIT & {*scene.outputs})),
     )
     names = {*steady.variables, *steady.dims}
     steady = steady.rename({old: new for old, new in OF_THE_ORBIT.items() if old in names})

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.scenes.costs import (
-    USUAL_IMPACTS,
     Estimate,
     Sampler,
     Work,
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
 SECONDS_PER_ROW = 4e-5
 # Largest number of rows in memory at once, and largest number of their bytes.
 BLOCK_ROWS, BLOCK_BYTES = 4096, 12e6
+# Impacts of a row without an orbit: it lists those of 64 forcing periods, about one on each support in each of them.
+APERIODIC_IMPACTS = 128
 # Largest number of impacts that an orbit can list. The mass comes to rest by chatter if nu is below SLOW or the
 # spring presses it on a support. CHATTER: impact velocities at which a chatter begins and at which it is completed.
 MAX_IMPACTS_KEPT = 8192
@@ -71,7 +72,7 @@ def row_memory(scene: SweepScene) -> float:
 
 
 def max_impacts(scene: SweepScene) -> float:
-    """Return roughly the largest number of impacts of an orbit; with rest, that of two chatters."""
+    """Return roughly the largest number of impacts of a row: without an orbit, or with rest that of two chatters."""
     swept, exciter = scene.over_arrays(), scene.resolved_exciter()
     values = {name: swept.get(name, np.array([value])) for name, value in exciter.items()}
     restitution = np.concatenate([values["R1"], values["R2"]])
@@ -79,10 +80,10 @@ def max_impacts(scene: SweepScene) -> float:
     is_slow = values["nu"].min() < SLOW
     is_pressed = np.abs(values["delta"]).max() >= values["l"].min()
     if "rest" not in scene.called_effects() or not lossy.size or not (is_slow or is_pressed):
-        return USUAL_IMPACTS
+        return APERIODIC_IMPACTS
     first, last = CHATTER
     chatters = 2 * math.log(first / last) / math.log(1 / lossy.max())
-    return min(max(USUAL_IMPACTS, chatters), MAX_IMPACTS_KEPT)
+    return min(max(APERIODIC_IMPACTS, chatters), MAX_IMPACTS_KEPT)
 
 
 def estimate(scene: SweepScene, sampler: Sampler) -> Estimate:

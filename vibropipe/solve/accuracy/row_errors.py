@@ -5,7 +5,7 @@ residual of Newton's method and the conditioning of the orbit. The error is SAFE
 its quantities, each the larger of absolute and relative to the scale of its kind in that row. Harmonics are compared
 as complex amplitudes: the error of a phase is the error divided by the amplitude. A row that becomes another motion
 when perturbed, or is not solved, has an infinite error. Means over a chaotic motion differ as much as the length of
-their window allows.
+their window allows; its listed impacts and sections are not compared.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from vibropipe.words.status import Status
 
 SAFETY = 4.0
 # Variables that must agree for two rows to be the same motion.
-IDENTITY = ("regime", "period_multiple", "row_size")
+IDENTITY = ("regime", "period_multiple")
 
 
 def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
@@ -55,9 +55,11 @@ def row_errors(parameters: np.ndarray, variables: Variables, perturbed: Variable
     error = np.zeros(len(parameters))
     is_same = np.ones(len(parameters), bool)
     for name in IDENTITY:
-        if name in variables:
-            is_same &= variables[name][1] == perturbed[name][1]
-    for name, distance in differences(variables, perturbed, is_same).items():
+        is_same &= variables[name][1] == perturbed[name][1]
+    is_orbit = variables["period_multiple"][1] > 0
+    if "row_size" in variables:
+        is_same &= ~is_orbit | (variables["row_size"][1] == perturbed["row_size"][1])
+    for name, distance in differences(variables, perturbed, is_same & is_orbit).items():
         scale = np.minimum(1.0, scales.get(name, np.ones(len(error))))
         with np.errstate(divide="ignore", invalid="ignore"):
             relative_error = np.where(distance > 0, distance / scale, 0.0)
@@ -86,11 +88,15 @@ def row_scales(parameters: np.ndarray, variables: Variables) -> dict[str, np.nda
 
 
 def differences(
-    variables: Variables, perturbed: Variables, is_same: np.ndarray
+    variables: Variables, perturbed: Variables, is_same_orbit: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the largest difference per row of displacements, velocities, energies, and numbers without unit."""
+    """Return the largest difference per row of displacements, velocities, energies, and numbers without unit.
+
+    Impacts and sections are compared only of rows with the same orbit.
+    """
     distances: dict[str, list[np.ndarray]] = {
-        name: [np.zeros(len(is_same))] for name in ("displacement", "velocity", "energy", "number")
+        name: [np.zeros(len(is_same_orbit))]
+        for name in ("displacement", "velocity", "energy", "number")
     }
 
     def compare(kind: str, name: str) -> None:
@@ -100,22 +106,26 @@ def differences(
     for kind in ("displacement", "velocity"):
         compare(kind, f"{kind}_strobe")
         compare(kind, f"{kind}_mean")
-        if f"{kind}_amplitude" in variables:
-            one, two = (complex_amplitudes(source, kind) for source in (variables, perturbed))
-            distances[kind].append(row_distance(one, two))
+        for name in (kind, f"subharmonic_{kind}"):
+            if f"{name}_amplitude" in variables:
+                one, two = (complex_amplitudes(source, name) for source in (variables, perturbed))
+                distances[kind].append(row_distance(one, two))
+        if f"poincare_{kind}" in variables:
+            one, two = (source[f"poincare_{kind}"][1] for source in (variables, perturbed))
+            distances[kind].append(np.where(is_same_orbit, row_distance(one, two), 0.0))
     compare("displacement", "displacement")
     compare("number", "floquet_multiplier")
     for name in ("energy_input", "energy_damping", "energy_impact"):
         compare("energy", name)
     if "row_size" in variables:
-        velocity, phase = impact_differences(variables, perturbed, is_same)
+        velocity, phase = impact_differences(variables, perturbed, is_same_orbit)
         distances["velocity"].append(velocity)
         distances["number"].append(phase)
     return {kind: np.max(values, axis=0) for kind, values in distances.items()}
 
 
 def complex_amplitudes(variables: Variables, kind: str) -> np.ndarray:
-    """Return the complex amplitudes (row, harmonic) of a kind of quantity, "displacement" or "velocity"."""
+    """Return the complex amplitudes (row, harmonic) of "displacement", "velocity" or "subharmonic_displacement"."""
     values: np.ndarray = variables[f"{kind}_amplitude"][1] * np.exp(
         1j * variables[f"{kind}_phase"][1]
     )
@@ -129,16 +139,16 @@ def row_distance(one: np.ndarray, two: np.ndarray) -> np.ndarray:
 
 
 def impact_differences(
-    variables: Variables, perturbed: Variables, is_same: np.ndarray
+    variables: Variables, perturbed: Variables, is_same_orbit: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest differences per row of impact velocities, and of times of impact in forcing periods."""
-    rows = np.arange(len(is_same))
+    rows = np.arange(len(is_same_orbit))
     row_of_impact = np.repeat(rows, variables["row_size"][1])
     row_of_perturbed = np.repeat(rows, perturbed["row_size"][1])
-    mask, other_mask = is_same[row_of_impact], is_same[row_of_perturbed]
+    mask, other_mask = is_same_orbit[row_of_impact], is_same_orbit[row_of_perturbed]
 
     def largest(distance: np.ndarray) -> np.ndarray:
-        worst = np.zeros(len(is_same))
+        worst = np.zeros(len(is_same_orbit))
         np.maximum.at(worst, row_of_impact[mask], distance)
         return worst
 

@@ -78,6 +78,8 @@ def functions() -> dict[str, Any]:
     vp.simulate(vp.Exciter(l=0.5), 20.0, x0=0.4, v0=1.0)
     vp.simulate(vp.Exciter(l=5.0, f=0.1, h=0.2), 20.0)
     simulate_rows([EXCITER], 20.0, steps_per_period=64)
+    symmetric = vp.Exciter(l=0.5, f=1.0, h=0.1, R1=0.8, R2=0.8)
+    vp.branch(symmetric, "nu", (0.9, 1.2), switch=["pitchfork"])
     return compiled_functions()
 
 
@@ -86,6 +88,7 @@ def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
         "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
+        "orbits.continuation.advance", "orbits.continuation.settle_at", "orbits.branch_rows.write_points",
     ):  # fmt: skip
         assert f"vibropipe.{needed}" in functions
     exceptions = {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
@@ -71,10 +73,10 @@ def orbit_multipliers(p, m, supports, u):
 
 
 @jit
-def closing_residual(p, m, supports, u, residual):
+def closing_residual(p, m, supports, u, residual, none):
     """Return the largest residual of the equations of an orbit, relative to its largest speed or displacement."""
     n, size = supports.size, p.l
-    fill_equations(p, float(m), 0, supports, u, 1.0, residual, residual[:0].reshape(0, 0))
+    fill_equations(p, float(m), 0, supports, u, 1.0, residual, none)
     largest = 0.0
     for k in range(n):
         size = max(size, abs(u[n + k]))
@@ -103,7 +105,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
     out : RowResults
         Results, a row for each point; outputs without entries are not computed.
     """
-    n = supports.size
+    n, none = supports.size, np.empty((0, 0))
     for row in range(parameters.shape[0]):
         p, u = row_parameters(parameters, row), unknowns[row]
         if n == 0:
@@ -116,7 +118,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         x, v, _e11, _e12, _e21, _e22 = fly_freely(p, log.position[last] - m, 0.0, x, v)
         state = State(0, 0, 0.0, 0, x, v, FLIGHT, 0.0)
         first_multiplier, second = orbit_multipliers(p, m, supports, u)
-        closing = closing_residual(p, m, supports, u, residual)
+        closing = closing_residual(p, m, supports, u, residual, none)
         steady = SteadyState(
             PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second
         )  # fmt: skip

@@ -6,7 +6,7 @@ import pytest
 from figures.sample_datasets import motion, steady
 
 from vibropipe.report.table import ZERO_WIDTH_SPACE
-from vibropipe.scenes.motion.report import asymmetry, sections, steady_scenes, steady_tables
+from vibropipe.scenes.motion.report import comparison, sections, steady_scenes, steady_tables
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_many_steady_states_are_cut_into_tables_that_fit(datasets):
 
 
 def test_what_each_asymmetry_does_is_computed(datasets):
-    text = asymmetry(steady_scenes(datasets))
+    text = comparison(steady_scenes(datasets))
     assert text["opening"] == "Compared with the symmetric scene, symmetric:"
     names = [item["name"].replace(ZERO_WIDTH_SPACE, "") for item in text["items"]]
     assert names == ["offset", "very_unequal_scene"]
@@ -59,9 +59,11 @@ def test_what_each_asymmetry_does_is_computed(datasets):
     assert "differ most in offset, by 7.6 % of the larger one" in text["closing"]
     # another result, another sentence
     other = steady(0.07, delta=0.01, tau_end=5.0)
-    text = asymmetry({"symmetric": datasets["symmetric"], "offset": other})
+    text = comparison({"symmetric": datasets["symmetric"], "offset": other})
     assert "changes from 0 to −0.07" in text["items"][0]["text"]
 
 
 def test_one_steady_state_is_compared_with_nothing(datasets):
-    assert asymmetry({"symmetric": datasets["symmetric"]})["items"] == []
+    assert comparison({"symmetric": datasets["symmetric"]}) == {
+        "title": "Steady states of the motions"
+    }

@@ -1,23 +1,101 @@
-"""Part of the report on sweeps: rows by regime, and largest impact velocities."""
+"""Part of the report on sweeps: findings in sentences, rows by regime, regimes along each line."""
 
 from __future__ import annotations
 
+import numpy as np
+import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.text import format_number
+from vibropipe.scenes.sweep.findings import findings, sweep_texts
 from vibropipe.scenes.sweep.report import sections
+from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import describe
 
 
 def test_regimes_of_sweeps_are_counted():
     dataset = sweep(f=[0.1, 0.2, 0.5], all_regimes=True)
     regime = dataset["regime"].values
     (section,) = sections({"response": dataset})
-    (table,) = (part.as_data() for part in section.tables)
+    table = section.tables[0].as_data()
     rows = {row[0]: row[1] for row in table["rows"]}
     assert rows["rows"] == str(regime.size)
     for code, name in ((3, "two-sided"), (4, "with rest"), (6, "unbounded"), (7, "unresolved")):
         amount = int((regime == code).sum())
         assert rows[name] == f"{amount} ({format_number(100 * amount / regime.size, 3)} %)"
-    largest = format_number(float(dataset["impact_velocity_max"].sel(support=1).max()))
-    text = section.items[0]["text"]
-    assert f"The largest impact velocity on support 1 is {largest}, at" in text
+    assert rows["stable, m > 1"].startswith("24 ")
+    assert rows["unstable"] == "15 (4.13 %)"
+
+
+def one_line() -> xr.Dataset:
+    """Return a sweep along nu with impacts from 0.9 to 1.6, where it jumps to no impact, a period-2 part within."""
+    nu = np.round(np.arange(0.5, 2.05, 0.1), 10)
+    struck, doubled = (nu > 0.85) & (nu < 1.65), (nu > 1.15) & (nu < 1.25)
+    amplitude = np.where(struck, 0.4 + 0.05 * nu, 0.1)
+    amplitude[nu < 0.85] = [0.3, 0.33, 0.37, 0.41]  # a steep resonance is no jump
+    velocity = np.where(struck, nu, np.nan)
+    data = {
+        "regime": ("nu", np.where(struck, Regime.TWO_SIDED, Regime.NO_IMPACT).astype(np.int8)),
+        "period_multiple": ("nu", np.where(doubled, 2, 1)),
+        "stable": ("nu", np.ones(nu.size, np.int8)),
+        "displacement_mean": ("nu", np.where(struck, -0.01 * nu, 0.0)),
+        "displacement_amplitude": (("nu", "harmonic"), amplitude[:, None]),
+        "impact_velocity_max": (("nu", "support"), np.stack([velocity, 0.5 * velocity], -1)),
+    }
+    coords = {"nu": nu, "harmonic": [1], "support": [1, 2]}
+    return describe(xr.Dataset(data, coords, {"follow": "nu up"}))
+
+
+def test_findings_of_a_line():
+    (finding,) = findings({"response": one_line()})
+    assert finding.scene == "response"
+    assert finding.texts == [
+        "The largest impact velocity is 1.6, on support 1 at ν = 1.6; on support 2 it reaches 0.8.",
+        "Regimes along ν: no impact (0.5 … 0.8); two-sided (0.9 … 1.1); two-sided, m = 2 (1.2); "
+        "two-sided (1.3 … 1.6); no impact (1.7 … 2).",
+        "The first harmonic jumps at ν = 1.65 from 0.48 to 0.1.",
+        "The constant part of displacement is largest, −0.016, at ν = 1.6.",
+    ]
+
+
+def test_findings_follow_the_direction():
+    down = one_line().assign_attrs(follow="nu down")
+    both = xr.concat(
+        [one_line(), down], xr.DataArray(["up", "down"], dims="direction", name="direction")
+    )
+    both.attrs["follow"] = "nu both"
+    assert "at ν = 1.65 from 0.1 to 0.48" in sweep_texts(down)[2]
+    text = " ".join(sweep_texts(both))
+    assert "ν = 1.65 from 0.48 to 0.1 (up); 1.65 from 0.1 to 0.48 (down)" in text
+    assert "on support 1 at ν = 1.6, up" in text
+    assert "Impacts occur at ν = 0.9 … 1.6 for up and ν = 0.9 … 1.6 for down" in text
+
+
+def test_findings_are_in_the_units_of_the_data():
+    line = one_line()
+    line["nu"].attrs["units"], line["impact_velocity_max"].attrs["units"] = "rad/s", "mm/s"
+    assert "is 1.6 mm/s, on support 1 at ν = 1.6 rad/s; on support 2" in sweep_texts(line)[0]
+    assert "no impact (0.5 … 0.8 rad/s)" in sweep_texts(line)[1]
+
+
+def test_findings_of_a_map_give_shares_and_ranges():
+    dataset = sweep(40, f=np.linspace(0.05, 2, 40), all_regimes=True)
+    text = " ".join(sweep_texts(dataset))
+    share = format_number(100 * float((dataset["regime"] == Regime.UNBOUNDED).mean()), 3)
+    assert f"unbounded at {share} % of the points (ν = 2.238 … 2.377, f = 0.05 … 2)" in text
+    assert "jumps" not in text
+    (section,) = sections({"map": dataset})
+    assert len(section.tables) == 1
+
+
+def test_regimes_along_each_line_and_energies_are_tables():
+    line = one_line()
+    energy = describe(
+        xr.Dataset({"orbit_energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))})
+    )
+    for name in ("orbit_energy_damping", "orbit_energy_impact"):
+        energy[name] = energy["orbit_energy_input"] / 2
+    tables = sections({"response": line.merge(energy)})[0].tables
+    assert tables[1].rows[0][:3] == ["response", "–", "ν"]
+    assert tables[1].rows[0][3].startswith("no impact (0.5 … 0.8); two-sided (0.9 … 1.1); ")
+    assert tables[2].rows == [["response", "0.1 … 0.2", "0.05 … 0.1", "0.05 … 0.1"]]

@@ -11,9 +11,10 @@ import xarray as xr
 from vibropipe.jobs.drawing import figure_names
 from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
-from vibropipe.report.data import effects_table, paragraphs, parameter_table, subtitle
+from vibropipe.report.data import asked_text, effects_table, paragraphs, parameter_table, subtitle
 from vibropipe.report.table import Datasets, breakable
-from vibropipe.scenes.registry import kind_of, kinds
+from vibropipe.report.unsolved import unsolved_section
+from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
 from vibropipe.study import Study
 
@@ -72,35 +73,53 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     datasets, sidecars : mapping
         Dataset and sidecar of each scene by name.
     """
-    by_kind = [
+    parts = [
         (
             kind,
-            {name: data for name, data in datasets.items() if study.scenes[name].kind == kind.name},
+            {name: datasets[name] for name in datasets if kind_of(study.scenes[name]) is kind},
         )
-        for kind in kinds().values()
+        for kind in dict.fromkeys(kind_of(study.scenes[name]) for name in datasets)
     ]
-    parts = [(kind, own) for kind, own in by_kind if own]
     notes = [note for kind, own in parts for note in kind.report.accuracy_notes(own)]
     outputs = {name: getattr(scene, "outputs", None) for name, scene in study.scenes.items()}
+    figures = list(figure_entries(study, datasets))
+    sections = [section for kind, own in parts for section in kind.report.sections(own)]
     return {
         "title": study.title,
         "subtitle": subtitle(study.name, datasets),
         "description": paragraphs(study.description or ""),
+        "asked": asked_text({name: scene.kind for name, scene in study.scenes.items()}, datasets),
+        "main": main_figure(study),
+        "findings": [
+            {"name": scene_title(study, finding.scene), "texts": finding.texts}
+            for kind, own in sorted(parts, key=lambda part: part[0].report.rank)
+            for finding in kind.report.findings(own)
+            if finding.texts
+        ],
         "has_backbone": any("velocity_over_l" in dataset for dataset in datasets.values()),
         "parameters": parameter_table(
             {name: scene.kind for name, scene in study.scenes.items()}, datasets
         ).as_data(),
         "effects": effects_table(outputs, datasets).as_data(),
-        "figures": list(figure_entries(study, datasets)),
-        "sections": [
-            section.as_data() for kind, own in parts for section in kind.report.sections(own)
-        ],
+        "figures": figures,
+        "sections": [section.as_data() for section in (*sections, *unsolved_section(datasets))],
         "accuracy": {
             "table": accuracy_table(datasets, sidecars).as_data(),
             "text": accuracy_text(datasets, notes),
         },
         "provenance": provenance_table(datasets).as_data(),
     }
+
+
+def main_figure(study: Study) -> str:
+    """Return the name of the main picture: the first one of the first scene of the kind with the lowest rank."""
+    scene = min(study.scenes.values(), key=lambda scene: kind_of(scene).report.rank)
+    return figure_names(scene)[0]
+
+
+def scene_title(study: Study, name: str) -> str:
+    """Return the title of a scene, or its name; empty for no scene."""
+    return (study.scenes[name].title or breakable(name)) if name else ""
 
 
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
@@ -114,7 +133,7 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
             yield {
                 "name": name,
                 "path": f"figures/{name}.pdf",
-                "title": scene.title or breakable(scene_name),
+                "title": scene_title(study, scene_name),
                 "caption": own_caption or description,
                 "alt": description,
             }

@@ -9,11 +9,13 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, grid_text
+from vibropipe.report.findings import is_text, symbol_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
-from vibropipe.words.wording import count
+from vibropipe.words.wording import count, series
 
+GRID_OF = ("regime", "velocity_over_l")  # variables whose dimensions are the grids of a scene
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
 
 
@@ -27,6 +29,41 @@ def paragraphs(text: str) -> list[str]:
     """Split text at empty lines."""
     blocks = [" ".join(block.split()) for block in text.replace("\r\n", "\n").split("\n\n")]
     return [block for block in blocks if block]
+
+
+def asked_text(kinds: Mapping[str, str], datasets: Datasets) -> str:
+    """Write what was computed: the scenes of each kind together, with the parameters that they are swept over."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for name, dataset in datasets.items():
+        groups.setdefault((kinds[name], grids_text(dataset)), []).append(name)
+    parts = []
+    for (kind, grids), names in groups.items():
+        noun = kind.replace("_", " ")
+        amount = f"{len(names)} {noun} scenes" if len(names) > 1 else f"one {noun} scene"
+        follows = [
+            str(datasets[name].attrs["follow"])
+            for name in names
+            if "follow" in datasets[name].attrs
+        ]
+        followed = f", followed along {series(dict.fromkeys(follows))}" if follows else ""
+        parts.append(f"{amount}{f' over {grids}' if grids else ''}{followed}")
+    return f"Computed: {'; '.join(parts)}." if parts else ""
+
+
+def grids_text(dataset: xr.Dataset) -> str:
+    """Write the grids that a dataset runs over."""
+    if "motion" in dataset.dims:
+        return count(dataset.sizes["motion"], "motion")
+    reference = next((name for name in GRID_OF if name in dataset), None)
+    if reference is None:
+        return ""
+    arrays = [dataset[name] for name in dataset[reference].dims if name in dataset.coords]
+    return series(
+        series(map(str, array.values))
+        if is_text(array)
+        else f"{symbol_text(array)} = {grid_text(array.values)}"
+        for array in arrays
+    )
 
 
 def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:

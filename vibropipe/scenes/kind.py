@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from vibropipe.report.findings import Finding
     from vibropipe.report.section import Section
     from vibropipe.scenes.costs import Estimate, Sampler, Work
     from vibropipe.scenes.recompute import Recomputed
@@ -83,15 +84,22 @@ def _no_notes(datasets: Mapping[str, xr.Dataset]) -> list[str]:
     return []
 
 
+def _no_findings(datasets: Mapping[str, xr.Dataset]) -> list[Finding]:
+    return []
+
+
 @dataclass(frozen=True)
 class ReportPart:
     """Part of a study's report, written from the datasets of one kind by scene.
 
-    `sections` returns further sections, `accuracy_notes` sentences on the accuracy of the data.
+    `sections` returns further sections, `accuracy_notes` sentences on the accuracy of the data, `findings` what the
+    first page states. The main picture of a study is the first one of the kind with the lowest `rank`.
     """
 
     sections: Callable[[Mapping[str, xr.Dataset]], list[Section]] = _no_sections
     accuracy_notes: Callable[[Mapping[str, xr.Dataset]], list[str]] = _no_notes
+    findings: Callable[[Mapping[str, xr.Dataset]], list[Finding]] = _no_findings
+    rank: int = 1
 
 
 def _no_problems(

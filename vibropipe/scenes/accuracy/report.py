@@ -6,10 +6,11 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import digits, format_number
+from vibropipe.report.findings import Finding
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table, breakable
 from vibropipe.scenes.accuracy.summary import time_to_reach
-from vibropipe.scenes.accuracy.text import conclusion
+from vibropipe.scenes.accuracy.text import conclusions
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.measurements import Outcome
 
@@ -17,8 +18,8 @@ NOT_REACHED = "not reached"
 MEDIAN_OF_ALL = "median of all"
 CAPTION = (
     "Shortest time per forcing period (ns, one core), among the tested settings, with an error up to the column "
-    "heading; the error is the largest of end state, impact times, impact velocities and harmonics. Other packages "
-    "run over fewer periods (`periods_run` in the dataset)."
+    "heading; the error is the largest of end state, impact times, impact velocities and harmonics. A method that "
+    "reaches none is left out. Other packages run over fewer periods (`periods_run` in the dataset)."
 )
 
 
@@ -30,8 +31,8 @@ def work_precision_tables(datasets: Datasets) -> list[Table]:
 def work_precision_table(dataset: xr.Dataset) -> Table:
     """Return a table of the time to reach each accuracy, in ns per forcing period.
 
-    It has one row per motion and installed method, then one row per method with the median over the
-    motions that reach the accuracy, and their number if not all do.
+    It has one row per motion and method that reaches any of them, then one row per installed method with the
+    median over the motions that reach the accuracy, and their number if not all do.
     """
     times = time_to_reach(dataset)
     absent = (dataset["outcome"] == int(Outcome.NOT_INSTALLED)).any("setting").all("motion").values
@@ -39,7 +40,8 @@ def work_precision_table(dataset: xr.Dataset) -> Table:
     rows = []
     for motion, by_method in zip(dataset["motion"].values, times.values, strict=True):
         for index, method in methods:
-            rows.append([breakable(str(motion)), method, *map(reached_text, by_method[index])])
+            if np.isfinite(by_method[index]).any():
+                rows.append([breakable(str(motion)), method, *map(reached_text, by_method[index])])
     for index, method in methods:
         cells = [median_text(column) for column in times.values[:, index].T]
         rows.append([MEDIAN_OF_ALL, method, *cells])
@@ -68,9 +70,9 @@ def sections(datasets: Datasets) -> list[Section]:
     return [Section("Time to reach an accuracy", tables=tables)] if tables else []
 
 
-def accuracy_notes(datasets: Datasets) -> list[str]:
+def findings(datasets: Datasets) -> list[Finding]:
     """Return the conclusion of each scene."""
-    return [conclusion(dataset) for dataset in datasets.values()]
+    return [Finding(conclusions(dataset), name) for name, dataset in datasets.items()]
 
 
-REPORT = ReportPart(sections, accuracy_notes)
+REPORT = ReportPart(sections, findings=findings)

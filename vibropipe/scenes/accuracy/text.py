@@ -37,8 +37,13 @@ def describe_work_precision(dataset: xr.Dataset) -> str:
 
 
 def conclusion(dataset: xr.Dataset) -> str:
-    """Return the conclusion from the data: errors, times, orders of convergence and failures."""
-    return sentences(
+    """Return the conclusion from the data as one text."""
+    return sentences(*conclusions(dataset))
+
+
+def conclusions(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return the sentences of the conclusion: errors, times, orders of convergence and failures."""
+    return (
         exact_text(dataset),
         *(time_ratio_text(dataset, accuracy) for accuracy in (COARSE, FINE)),
         order_text(dataset),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import digits, format_number
+from vibropipe.report.findings import Finding
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.effects.pictures import describe_effects
@@ -33,7 +35,21 @@ def sections(datasets: Datasets) -> list[Section]:
     if not tables:
         return []
     title = "Cost of each effect and each output"
-    return [Section(title, [HOW, targets_text(datasets)], tables, is_landscape=True)]
+    return [Section(title, [HOW], tables, is_landscape=True)]
+
+
+def range_text(dataset: xr.Dataset) -> str:
+    """Write the smallest and the largest ratio of the specialised to the all-effects kernel on the same motion."""
+    ratio = dataset["time_ratio"].sel(kernel="all")
+    if not np.isfinite(ratio).any():
+        return ""
+    names = [str(name).replace("_", " ") for name in dataset["motion"].values]
+    low, high = int(np.nanargmin(ratio.values)), int(np.nanargmax(ratio.values))
+    return (
+        "The kernel specialised to the effects of a motion takes "
+        f"{format_number(float(ratio[low]), 2)} ({names[low]}) to {format_number(float(ratio[high]), 2)} "
+        f"({names[high]}) of the time of the all-effects kernel on the same motion"
+    )
 
 
 def effect_tables(datasets: Datasets) -> list[Table]:
@@ -41,10 +57,13 @@ def effect_tables(datasets: Datasets) -> list[Table]:
     return [effect_table(data) for data in datasets.values() if "kernel_time" in data]
 
 
-def targets_text(datasets: Datasets) -> str:
-    """Write which targets are met, for all scenes."""
-    costs = [data for data in datasets.values() if "kernel_time" in data]
-    return " ".join(describe_effects(data) for data in costs)
+def findings(datasets: Datasets) -> list[Finding]:
+    """Return which targets each scene meets."""
+    return [
+        Finding((describe_effects(data), range_text(data)), name)
+        for name, data in datasets.items()
+        if "kernel_time" in data
+    ]
 
 
 def effect_table(dataset: xr.Dataset) -> Table:
@@ -92,4 +111,4 @@ def effects_text(names: str) -> str:
     return "all" if set(names.split(", ")) == set(EFFECT_NAMES) else breakable(names)
 
 
-REPORT = ReportPart(sections)
+REPORT = ReportPart(sections, findings=findings)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import xarray as xr
 
 from vibropipe.figures.text import format_number
+from vibropipe.report.findings import Finding
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.scenes.hard_cases.pictures import describe_hard_cases
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.measurements import Passed
 from vibropipe.words.status import Status
@@ -26,6 +30,15 @@ def sections(datasets: Datasets) -> list[Section]:
     if not tables:
         return []
     return [Section("Hard cases", [verdict_summary(datasets)], tables, is_landscape=True)]
+
+
+def findings(datasets: Datasets) -> list[Finding]:
+    """Return how many checks of each scene are passed, over how many motions, and what is not passed."""
+    return [
+        Finding((checks_text([data]), describe_hard_cases(data)), name)
+        for name, data in datasets.items()
+        if "measured" in data
+    ]
 
 
 def hard_case_tables(datasets: Datasets) -> list[Table]:
@@ -78,23 +91,31 @@ def n_passed(dataset: xr.Dataset) -> tuple[int, int]:
     return int((verdicts == Passed.PASSED).sum()), int((verdicts != Passed.NOT_ASKED).sum())
 
 
+def checks_text(cases: Iterable[xr.Dataset]) -> str:
+    """Write how many checks are passed, over how many motions and impacts."""
+    passed = total = motions = impacts = 0
+    for data in cases:
+        own_passed, own_total = n_passed(data)
+        passed, total = passed + own_passed, total + own_total
+        motions += int(data["motions"].values.sum())
+        impacts += int(data["impacts"].values.sum())
+    return (
+        f"{share(passed, total, 'check')} passed, over {count(motions, 'motion')} with "
+        f"{count(impacts, 'impact')}."
+    )
+
+
 def verdict_summary(datasets: Datasets) -> str:
     """Write the number of passed checks, of motions and impacts, and how to read the table."""
     cases = [data for data in datasets.values() if "measured" in data]
     if not cases:
         return ""
-    passed, total = (sum(numbers) for numbers in zip(*map(n_passed, cases), strict=True))
-    motions, impacts, short = (
-        sum(int(data[name].values.sum()) for data in cases)
-        for name in ("motions", "impacts", "short_flight_motions")
-    )
     text = (
-        f"{share(passed, total, 'check')} passed, over {count(motions, 'motion')} with "
-        f"{count(impacts, 'impact')}. "
-        "Each cell gives the measured deviation and its bound; a single 0 means no wrong answer. "
+        f"{checks_text(cases)} Each cell gives the measured deviation and its bound; a single 0 means no wrong answer. "
         "A dash: not applicable to time stepping."
     )
     if any((data["worst_status"].values == Status.SHORT_FLIGHTS).any() for data in cases):
+        short = sum(int(data["short_flight_motions"].values.sum()) for data in cases)
         text += (
             f" In {count(short, 'motion')}, Newmark's method reported flights shorter than its step "
             "(status short_flights)."
@@ -102,4 +123,4 @@ def verdict_summary(datasets: Datasets) -> str:
     return text
 
 
-REPORT = ReportPart(sections)
+REPORT = ReportPart(sections, findings=findings)

@@ -1,4 +1,4 @@
-"""Part of the report on motions: steady states in one table, and the effect of each asymmetry."""
+"""Part of the report on motions: steady states in one table, and how they differ."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from vibropipe.figures.text import (
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.scenes.motion.findings import findings
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
 
@@ -25,6 +26,8 @@ STEADY_CAPTION = (
     "Steady states: regime, period multiple m, velocities before the impacts on the two supports, constant part and "
     "harmonics of displacement, Floquet multipliers."
 )
+STEADY_TITLE, ASYMMETRY_TITLE = "Steady states of the motions", "Effect of each asymmetry"
+ASYMMETRIES = {"delta", "R1", "R2"}
 HARMONICS = 3  # rows of the table
 DIGITS = 4  # significant digits
 
@@ -129,18 +132,21 @@ def multipliers_text(dataset: xr.Dataset) -> str:
     return ", ".join(format_number(float(value.real), DIGITS) for value in values)
 
 
-def asymmetry(datasets: Datasets) -> dict[str, Any]:
-    """Compare each scene with the symmetric one: different parameters, and changes of the steady state.
+def comparison(datasets: Datasets) -> dict[str, Any]:
+    """Compare each scene with one of them: different parameters, and changes of the steady state.
 
-    Returns `opening`, `items` (name and text of each scene) and `closing` of a `Section`.
+    Scenes that differ only in asymmetries are compared with the symmetric one, others with the first.
+
+    Returns `title`, `opening`, `items` (name and text of each scene) and `closing` of a `Section`.
     """
     if len(datasets) < 2:
-        return {"opening": "", "items": [], "closing": ""}
-    base = next(
-        (name for name, data in datasets.items() if is_symmetric(data)), next(iter(datasets))
-    )
-    kind = "symmetric" if is_symmetric(datasets[base]) else "first"
+        return {"title": STEADY_TITLE}
+    symmetric = [name for name, data in datasets.items() if is_symmetric(data)]
+    is_asymmetry = bool(symmetric) and set(differing(datasets)) <= ASYMMETRIES
+    base = symmetric[0] if is_asymmetry else next(iter(datasets))
+    kind = "symmetric" if is_asymmetry else "first"
     return {
+        "title": ASYMMETRY_TITLE if is_asymmetry else STEADY_TITLE,
         "opening": f"Compared with the {kind} scene, {breakable(base)}:",
         "items": [
             {"name": breakable(name), "text": compare(datasets[base], data)}
@@ -219,8 +225,7 @@ def sections(datasets: Datasets) -> list[Section]:
     steady = steady_scenes(datasets)
     if not steady:
         return []
-    title = "Effect of each asymmetry"
-    return [Section(title, tables=steady_tables(steady), **asymmetry(steady))]
+    return [Section(tables=steady_tables(steady), **comparison(steady))]
 
 
 def accuracy_notes(datasets: Datasets) -> list[str]:
@@ -235,4 +240,4 @@ def accuracy_notes(datasets: Datasets) -> list[str]:
     ]
 
 
-REPORT = ReportPart(sections, accuracy_notes)
+REPORT = ReportPart(sections, accuracy_notes, findings)

@@ -1,21 +1,37 @@
-"""Part of the report on sweeps: rows by regime, and largest impact velocities."""
+"""Part of the report on sweeps: rows by regime, the regimes along each line, energies of the orbits."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, sentences
+from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
+from vibropipe.report.findings import symbol_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.sweep.captions import peak_text, unresolved_text, velocity_text
-from vibropipe.scenes.sweep.curves import row_kinds
+from vibropipe.scenes.sweep.findings import (
+    MAX_LINES,
+    axis_of,
+    findings,
+    lines_of,
+    n_lines,
+    runs_text,
+)
+from vibropipe.words.regimes import Regime
 
 CAPTION = (
     "Rows of each sweep by regime of the steady state; of these, stable orbits of more than one forcing period, and "
     "unstable orbits."
 )
+RUNS_CAPTION = "Regimes along each line of the sweeps, with the first and the last row of each; m: period multiple."
+ENERGY_CAPTION = "Energy per orbit: smallest and largest value over the rows with an orbit."
+MAX_RUNS = 24  # regimes of one line in the table; a line through chaos has hundreds
+ENERGIES = {
+    "orbit_energy_input": "work of the force",
+    "orbit_energy_damping": "loss by damping",
+    "orbit_energy_impact": "loss at impacts",
+}
 
 
 def sections(datasets: Datasets) -> list[Section]:
@@ -23,12 +39,8 @@ def sections(datasets: Datasets) -> list[Section]:
     sweeps = {name: data for name, data in datasets.items() if "regime" in data}
     if not sweeps:
         return []
-    items = [
-        {"name": breakable(name), "text": text}
-        for name, data in sweeps.items()
-        if (text := extremes(data))
-    ]
-    return [Section("Regimes of the sweeps", tables=regime_tables(sweeps), items=items)]
+    tables = [*regime_tables(sweeps), *runs_tables(sweeps), *energy_tables(sweeps)]
+    return [Section("Regimes of the sweeps", tables=tables)]
 
 
 def regime_tables(sweeps: Datasets) -> list[Table]:
@@ -43,16 +55,19 @@ def regime_table(sweeps: Datasets) -> Table:
     for code in sorted({int(c) for d in scenes for c in np.unique(d["regime"].values)}):
         cells = [share((d["regime"].values == code).sum(), d["regime"].size) for d in scenes]
         rows.append([REGIME_TEXT[regime_name(code)], *cells])
-    for text, needed, kind in (
-        ("stable, m > 1", "period_multiple", "multiple"),
-        ("unstable", "stable", "unstable"),
-    ):
-        cells = [
-            share(row_kinds(d)[kind].sum(), d["regime"].size) if needed in d else DASH
-            for d in scenes
-        ]
-        rows.append([text, *cells])
+    rows.append(["stable, m > 1", *(orbits_text(d, "period_multiple") for d in scenes)])
+    rows.append(["unstable", *(orbits_text(d, "stable") for d in scenes)])
     return Table(["", *map(breakable, sweeps)], rows, CAPTION)
+
+
+def orbits_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the number of stable orbits with m > 1 (`period_multiple`), or of unstable ones (`stable`)."""
+    if name not in dataset:
+        return DASH
+    values, has_orbit = dataset[name].values, dataset["regime"].values < Regime.APERIODIC
+    is_stable = dataset["stable"].values != 0 if "stable" in dataset else np.ones_like(has_orbit)
+    mask = has_orbit & ((values > 1) & is_stable if name == "period_multiple" else values == 0)
+    return share(int(mask.sum()), mask.size)
 
 
 def share(amount: int, total: int) -> str:
@@ -60,9 +75,38 @@ def share(amount: int, total: int) -> str:
     return f"{amount} ({format_number(100.0 * amount / total, 3)} %)" if amount else "0"
 
 
-def extremes(dataset: xr.Dataset) -> str:
-    """Write the largest impact velocities and first harmonic of a sweep, and its unresolved rows."""
-    return sentences(velocity_text(dataset), peak_text(dataset), unresolved_text(dataset))
+def runs_tables(sweeps: Datasets) -> list[Table]:
+    """Return the table of regimes along the lines of the sweeps that have few of them."""
+    rows = [
+        [breakable(name), point or DASH, symbol_text(data[axis_of(data)]), runs_text(line, axis_of(data), MAX_RUNS)]
+        for name, data in sweeps.items()
+        if n_lines(data) <= MAX_LINES
+        for point, line in lines_of(data)
+    ]  # fmt: skip
+    head = ["scene", "line", "along", "regimes"]
+    return [Table(head, rows, RUNS_CAPTION, ("2.6cm", "auto", "auto", "1fr"), 4)] if rows else []
 
 
-REPORT = ReportPart(sections)
+def energy_tables(sweeps: Datasets) -> list[Table]:
+    """Return the table of energies of the sweeps whose outputs include them."""
+    stored = {name: data for name, data in sweeps.items() if "orbit_energy_input" in data}
+    rows = [
+        [breakable(name), *(energy_text(data, key) for key in ENERGIES)]
+        for name, data in stored.items()
+    ]
+    return [Table(["scene", *ENERGIES.values()], rows, ENERGY_CAPTION)] if rows else []
+
+
+def energy_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the range of an energy; that of impacts is the sum over both supports."""
+    energy = dataset[name]
+    values = (
+        energy.sum("support", skipna=False).values if "support" in energy.dims else energy.values
+    )
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return DASH
+    return f"{format_number(float(values.min()))} … {format_number(float(values.max()))}"
+
+
+REPORT = ReportPart(sections, findings=findings, rank=0)

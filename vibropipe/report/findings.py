@@ -1,0 +1,97 @@
+"""Findings of a study in sentences: the value of a quantity, and where in the swept parameters it stands.
+
+Symbols and units are those of the dataset's own variables, so that the sentences are right for datasets in SI too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
+from vibropipe.words.vocabulary import VOCABULARY
+
+# Symbol in mathtext -> the same in plain text.
+PLAIN = {entry.symbol: entry.plain for entry in VOCABULARY.values() if entry.plain}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a study found: sentences without their full stops, empty ones left out, and the scene (empty: several)."""
+
+    sentences: tuple[str, ...]
+    scene: str = ""
+
+    @property
+    def texts(self) -> list[str]:
+        """The sentences with their full stops."""
+        return [f"{sentence.removesuffix('.')}." for sentence in self.sentences if sentence]
+
+
+def symbol_text(array: xr.DataArray) -> str:
+    """Return the symbol of a variable in plain text; its name if it has none."""
+    symbol = str(array.attrs.get("symbol", array.name))
+    return PLAIN.get(symbol, symbol.strip("$").replace("\\", ""))
+
+
+def value_text(array: xr.DataArray, value: Any, digits: int = 4) -> str:
+    """Write a value of a variable with its unit."""
+    units = str(array.attrs.get("units", "1"))
+    text = format_number(float(value), digits)
+    return text if units == "1" else f"{text} {units}"
+
+
+def at_text(coordinates: Iterable[xr.DataArray]) -> str:
+    """Write a point of the grid, given by its scalar coordinates, text last: `ν = 1.2, f = 0.5, up`."""
+    ordered = sorted(coordinates, key=is_text)
+    return ", ".join(
+        str(one.item()) if is_text(one) else f"{symbol_text(one)} = {value_text(one, one.item())}"
+        for one in ordered
+    )
+
+
+def is_text(array: xr.DataArray) -> bool:
+    """Return whether the values of a coordinate are text, such as directions."""
+    return array.dtype.kind in "UOT"
+
+
+def point_text(values: xr.DataArray, dims: Iterable[Hashable] | None = None) -> str:
+    """Write the coordinates of a scalar array in `dims` (default: all that it has)."""
+    names = values.coords if dims is None else [name for name in dims if name in values.coords]
+    return at_text(values[name] for name in names)
+
+
+def largest(values: xr.DataArray) -> xr.DataArray | None:
+    """Return the value of the largest modulus with its coordinates; None if no value is finite."""
+    size = abs(values.where(np.isfinite(values)))
+    if not bool(size.notnull().any()):
+        return None
+    if not values.ndim:
+        return values
+    return values.isel({str(k): int(v) for k, v in size.argmax(...).items()})
+
+
+def range_text(array: xr.DataArray, values: np.ndarray) -> str:
+    """Write the range of some values of a coordinate: `ν = 0.3 … 1.2`."""
+    low, high = values.min(), values.max()
+    if low == high:
+        return f"{symbol_text(array)} = {value_text(array, low)}"
+    return f"{symbol_text(array)} = {format_number(float(low))} … {value_text(array, high)}"
+
+
+def extent_text(mask: xr.DataArray) -> str:
+    """Write in which ranges of the coordinates a mask is true; empty for a mask without dimensions."""
+    texts = []
+    for position, dim in enumerate(mask.dims):
+        others = tuple(n for n in range(mask.ndim) if n != position)
+        array = mask[dim]
+        kept = array.values[mask.values.any(axis=others)]
+        if is_text(array):
+            texts.append(" and ".join(dict.fromkeys(map(str, kept))))
+        else:
+            texts.append(range_text(array, kept))
+    return ", ".join(texts)

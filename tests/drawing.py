@@ -13,9 +13,9 @@ from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.registry import kinds
 
 
-def picture_of(kind: str, dataset: xr.Dataset) -> Picture:
-    """Return the picture that fits a dataset."""
-    return kinds()[kind].pictures_of(dataset)[0]
+def picture_of(kind: str, dataset: xr.Dataset, *chosen: str) -> Picture:
+    """Return the picture that is chosen, or the one that fits a dataset."""
+    return kinds()[kind].pictures_of(dataset, chosen)[0]
 
 
 def draw(

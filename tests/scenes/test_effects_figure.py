@@ -120,7 +120,7 @@ def test_the_table_of_work_precision_tells_times_and_what_is_not_reached(work_pr
     assert rows["plain", "newmark"] == ["1280", "5120", *[NOT_REACHED] * 3]
     # a method that reaches none has no row of its motion, but one of the medians
     assert ("with_chatter", "RK45") not in rows
-    assert rows["median of all", "RK45"][0] == "100000 (1 of 2)"
+    assert rows["median of all", "RK45"][0] == "100000 (1/2)"
     assert rows["median of all", "crude"] == ["640", *[NOT_REACHED] * 4]
 
 

@@ -129,11 +129,12 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
         pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
         own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):
+            further = "" if name == scene_name else f" ({picture.name.replace('_', ' ')})"
             description = picture.describe(dataset, scene.figure, datasets)
             yield {
                 "name": name,
                 "path": f"figures/{name}.pdf",
-                "title": scene_title(study, scene_name),
+                "title": scene_title(study, scene_name) + further,
                 "caption": own_caption or description,
                 "alt": description,
             }

@@ -10,6 +10,7 @@ from vibropipe.physics.limits import STEPS_PER_PERIOD
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
+from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.values import Name, NumberRange
 from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod
 
@@ -18,11 +19,29 @@ Steps = Annotated[int, NumberRange(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
 
 
+class AccuracyFigure(FigureOptions):
+    """Options of the pictures of an accuracy scene."""
+
+    pictures: Annotated[
+        list[Literal["work_precision", "times"]], Field(min_length=1), AfterValidator(each_once)
+    ] = Field(
+        default=["work_precision", "times"],
+        description="Pictures: error against time for each motion, and the times to reach an accuracy.",
+    )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
+
+
 class AccuracyScene(SetOfMotions):
     """Work-precision data: error and time of several methods on several motions."""
 
     kind: Literal["accuracy"] = Field(
         description="Error and time of several methods (work-precision)."
+    )
+    figure: AccuracyFigure = Field(
+        default_factory=AccuracyFigure,
+        description="Options of the pictures; data do not depend on them.",
     )
     motions: Annotated[dict[Name, MotionKeys], Field(min_length=1, max_length=24)] = Field(
         description="Motions by name, each with `exciter`, `start` and `periods`."

@@ -19,7 +19,8 @@ MEDIAN_OF_ALL = "median of all"
 CAPTION = (
     "Shortest time per forcing period (ns, one core), among the tested settings, with an error up to the column "
     "heading; the error is the largest of end state, impact times, impact velocities and harmonics. A method that "
-    "reaches none is left out. Other packages run over fewer periods (`periods_run` in the dataset)."
+    "reaches none is left out; in brackets: motions that reach an error, where not all do. Other packages run "
+    "over fewer periods (`periods_run` in the dataset)."
 )
 
 
@@ -61,7 +62,7 @@ def median_text(times: np.ndarray) -> str:
     if not finite.size:
         return NOT_REACHED
     text = digits(float(np.median(finite)))
-    return text if finite.size == times.size else f"{text} ({finite.size} of {times.size})"
+    return text if finite.size == times.size else f"{text} ({finite.size}/{times.size})"
 
 
 def sections(datasets: Datasets) -> list[Section]:

@@ -1,12 +1,11 @@
 """The studies of a call, as the rules of the workflow read them."""
 
-import os
 from types import SimpleNamespace
 
 import pytest
 
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run, write_caption
+from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run
 from vibropipe.jobs.solving import code_hash
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.scenes.costs import PlanError
@@ -114,24 +113,6 @@ def test_leftovers_of_other_cuts_are_removed_among_shards_alone(tmp_path):
     left = [path.name for path in tmp_path.rglob("*.part")]
     assert left == [".0009.nc.node-7.12.part"]
     assert list(tmp_path.joinpath("results/first").glob(".*.part"))
-
-
-def test_a_caption_is_text_whatever_marks_it_has(folder):
-    file = folder / "config/first.yaml"
-    marked = "one: {kind: motion, caption: 'Impacts {{ on }} *both*', "
-    file.write_text(file.read_text().replace("one: {kind: motion, ", marked))
-    run = read_run(None, {})
-    path = write_caption("first", run.studies["first"].scenes["one"])
-    assert path == str(folder / ".snakemake/captions/first/one.rst")
-    with open(path) as caption:
-        assert caption.read() == r"Impacts \{\{ on \}\} \*both\*" + "\n"
-    os.utime(path, ns=(1, 1))
-    write_caption("first", run.studies["first"].scenes["one"])
-    assert os.stat(path).st_mtime_ns == 1  # equal text is not written again
-    file.write_text(file.read_text().replace("Impacts", "Contacts"))
-    write_caption("first", read_run(None, {}).studies["first"].scenes["one"])
-    with open(path) as caption:
-        assert caption.read().startswith("Contacts")
 
 
 def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):

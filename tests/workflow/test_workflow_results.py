@@ -55,6 +55,13 @@ def test_the_html_report_shows_captions_without_a_network(project):
     project.snakemake("--report", "report.html")
     html = project.path("report.html").read_text()
     assert "Impacts {{ on }} *both* supports." in html
+    # the page that it opens on says what the study is; a figure without a caption of its own has one from its data
+    opening = re.search(r'workflow_desc = "(.*)";', html)[1]
+    assert "A study of seconds" in opening
+    assert "2 motion scenes and 1 sweep scene, 3 figures." in opening
+    assert "The largest impact velocity" in html or "The maximum of the first harmonic" in html
+    for label in ("scene", "title", "picture"):
+        assert f'"{label}": ' in html
     assert not re.search(r"<(script|link)[^>]+(src|href)=\"https?:", html)
 
 

@@ -239,18 +239,6 @@ def clear_leftovers(paths: Iterable[str]) -> None:
         remove_leftovers(folder, None if folder.parent.name == "shards" else names)
 
 
-def write_caption(study: str, scene: BaseScene) -> str:
-    """Write the caption of a scene as reStructuredText for `snakemake --report`, if it changed; return the file."""
-    text = " ".join((scene.caption or scene.title or scene.name).split())
-    path = Path(".snakemake", "captions", study, f"{scene.name}.rst").absolute()
-    escaped = re.sub(r"([^\w\s])", r"\\\1", text) + "\n"
-    # Every job of a run reads the rules, and so comes here again.
-    if not path.is_file() or path.read_text(encoding="utf-8") != escaped:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(escaped, encoding="utf-8")
-    return str(path)
-
-
 def _named_studies(config: Config, arguments: Iterable[str]) -> Iterator[str]:
     """Yield the studies that a command line names: by a result file, or by a job in its own call of snakemake."""
     results = re.escape(config.results.rstrip("/"))

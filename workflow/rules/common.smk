@@ -5,13 +5,8 @@ from pathlib import Path
 
 from vibropipe.cli import exit_code
 from vibropipe.jobs.drawing import drawing_hash
-from vibropipe.jobs.run import (
-    FIRST,
-    check_writable,
-    clear_leftovers,
-    read_run,
-    write_caption,
-)
+from vibropipe.jobs.html_report import is_requested, write_captions, write_opening
+from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.scenes.costs import PlanError
@@ -81,8 +76,13 @@ def plans_text():
 def figures_for_report(name):
     """Return the figures of a study, marked for `snakemake --report` with caption and labels."""
     study, figures = RUN.studies[name], []
+    captions = write_captions(RUN, name, from_data=is_requested(sys.argv))
     for path, scene in RUN.drawn(name, "svg"):
-        labels = {"scene": scene.name, "title": scene.title or scene.name}
-        caption = write_caption(name, scene)
+        figure = Path(path).stem
+        picture = figure.removeprefix(scene.name).removeprefix("-")
+        picture = picture or [*scene.figure.chosen(), scene.kind][0]
+        labels = dict(scene=scene.name, title=scene.title or scene.name)
+        labels["picture"] = picture.replace("_", " ")
+        caption = captions[figure]
         figures += [report(path, caption=caption, category=study.title, labels=labels)]
     return figures

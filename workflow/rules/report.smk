@@ -38,7 +38,7 @@ rule study_report:
             f"{RESULTS}/{{study}}/report.pdf",
             caption="../report/study.rst",
             category=lambda wildcards: RUN.studies[wildcards.study].title,
-            labels={"scene": "all", "title": "report"},
+            labels={"scene": "all", "title": "the whole study", "picture": "PDF"},
         ),
     log:
         "logs/{study}/report.log",

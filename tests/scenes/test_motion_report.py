@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from figures.sample_datasets import motion, steady
 
 from vibropipe.report.table import ZERO_WIDTH_SPACE
+from vibropipe.scenes.motion.findings import findings
 from vibropipe.scenes.motion.report import comparison, sections, steady_scenes, steady_tables
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
 
 
 @pytest.fixture(scope="module")
@@ -67,3 +71,35 @@ def test_one_steady_state_is_compared_with_nothing(datasets):
     assert comparison({"symmetric": datasets["symmetric"]}) == {
         "title": "Steady states of the motions"
     }
+
+
+def test_no_sentence_on_asymmetry_where_other_parameters_differ(datasets):
+    others = {"slow": steady(nu=0.8, tau_end=5.0), "fast": steady(0.02, nu=1.2, tau_end=5.0)}
+    (section,) = sections(others)
+    assert section.title == "Steady states of the motions"
+    assert section.opening == "Compared with the first scene, slow:"
+    (section,) = sections({"symmetric": datasets["symmetric"], "offset": datasets["offset"]})
+    assert section.title == "Effect of each asymmetry"
+
+
+def test_a_motion_without_an_orbit_is_compared_with_nothing(datasets):
+    chaotic = datasets["offset"].assign(
+        period_multiple=np.int32(0), regime=np.int8(Regime.APERIODIC)
+    )
+    (section,) = sections({"symmetric": datasets["symmetric"], "chaotic": chaotic})
+    assert len(section.tables[0].head) == 3
+    assert (section.opening, section.items, section.closing) == ("", [], "")
+
+
+def test_findings_name_orbits_velocities_and_motions_that_did_not_end(datasets):
+    full = datasets["free"].assign(status=np.int8(Status.LOG_FULL))
+    (finding,) = findings(datasets | {"free": full})
+    assert finding.scene == ""
+    steady_text, velocity, mean, status = (t.replace(ZERO_WIDTH_SPACE, "") for t in finding.texts)
+    assert steady_text == (
+        "The steady states of the motions are two-sided, of 1 forcing period, stable (symmetric, offset and "
+        "very_unequal_scene)."
+    )
+    assert velocity.startswith("The largest impact velocity is ")
+    assert mean == "The largest constant part of displacement is −0.035, in offset."
+    assert status == "free (log_full) has a status other than ok (see below)."

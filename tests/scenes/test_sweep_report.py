@@ -90,11 +90,9 @@ def test_findings_of_a_map_give_shares_and_ranges():
 
 def test_regimes_along_each_line_and_energies_are_tables():
     line = one_line()
-    energy = describe(
-        xr.Dataset({"orbit_energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))})
-    )
-    for name in ("orbit_energy_damping", "orbit_energy_impact"):
-        energy[name] = energy["orbit_energy_input"] / 2
+    energy = describe(xr.Dataset({"energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))}))
+    for name in ("energy_damping", "energy_impact"):
+        energy[name] = energy["energy_input"] / 2
     tables = sections({"response": line.merge(energy)})[0].tables
     assert tables[1].rows[0][:3] == ["response", "–", "ν"]
     assert tables[1].rows[0][3].startswith("no impact (0.5 … 0.8); two-sided (0.9 … 1.1); ")

@@ -11,7 +11,14 @@ import xarray as xr
 from vibropipe.jobs.drawing import figure_names
 from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
-from vibropipe.report.data import asked_text, effects_table, paragraphs, parameter_table, subtitle
+from vibropipe.report.data import (
+    asked_text,
+    effects_table,
+    is_physical,
+    paragraphs,
+    parameter_table,
+    subtitle,
+)
 from vibropipe.report.table import Datasets, breakable
 from vibropipe.report.unsolved import unsolved_section
 from vibropipe.scenes.registry import kind_of
@@ -96,6 +103,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
             for finding in kind.report.findings(own)
             if finding.texts
         ],
+        "is_physical": is_physical(datasets),
         "has_backbone": any("velocity_over_l" in dataset for dataset in datasets.values()),
         "parameters": parameter_table(
             {name: scene.kind for name, scene in study.scenes.items()}, datasets

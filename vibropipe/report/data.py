@@ -16,6 +16,7 @@ from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import count, series
 
 GRID_OF = ("regime", "velocity_over_l")  # variables whose dimensions are the grids of a scene
+PHYSICAL = {"nu": "omega", "f": "F", "h": "H"}  # names of parameters in SI, where they differ
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
 
 
@@ -68,17 +69,39 @@ def grids_text(dataset: xr.Dataset) -> str:
 
 def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
     """Return a table of one row per scene: kind, grids, and value or range of each parameter."""
+    keys = {key: parameter_name(key, datasets) for key in PARAMETERS}
     rows = []
     for name, dataset in named_datasets(kinds, datasets):
         cells = [
             grid_text(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
-            for key in PARAMETERS
+            for key in keys.values()
         ]
         rows.append([name, *cells])
     caption = (
         "Parameters of each scene; those with several values are swept. A dash: not applicable."
     )
-    return Table(["scene", *PARAMETERS], rows, caption, ("1fr", *["auto"] * len(PARAMETERS)))
+    head = [head_text(key, name, datasets) for key, name in keys.items()]
+    return Table(["scene", *head], rows, caption, ("1fr", *["auto"] * len(head)))
+
+
+def parameter_name(key: str, datasets: Datasets) -> str:
+    """Return the name of a parameter in the datasets: in SI, nu, f and h are omega, F and H."""
+    physical = PHYSICAL.get(key, key)
+    return physical if any(physical in dataset.variables for dataset in datasets.values()) else key
+
+
+def head_text(key: str, name: str, datasets: Datasets) -> str:
+    """Return the head of a parameter's column: its key, or symbol and unit where it has one."""
+    arrays = (dataset[name] for dataset in datasets.values() if name in dataset.variables)
+    units = {str(array.attrs.get("units", "1")): symbol_text(array) for array in arrays}
+    texts = [f"{symbol} ({unit})" for unit, symbol in units.items() if unit != "1"]
+    return texts[0] if texts else key
+
+
+def is_physical(datasets: Datasets) -> bool:
+    """Return whether any dataset is in SI units."""
+    names = PHYSICAL.values()
+    return any(name in dataset.variables for dataset in datasets.values() for name in names)
 
 
 def named_datasets(

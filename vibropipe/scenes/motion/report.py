@@ -135,10 +135,12 @@ def multipliers_text(dataset: xr.Dataset) -> str:
 def comparison(datasets: Datasets) -> dict[str, Any]:
     """Compare each scene with one of them: different parameters, and changes of the steady state.
 
-    Scenes that differ only in asymmetries are compared with the symmetric one, others with the first.
+    Scenes without an orbit are left out. Scenes that differ only in asymmetries are compared with the symmetric one,
+    others with the first.
 
     Returns `title`, `opening`, `items` (name and text of each scene) and `closing` of a `Section`.
     """
+    datasets = {n: d for n, d in datasets.items() if int(d["period_multiple"]) > 0}
     if len(datasets) < 2:
         return {"title": STEADY_TITLE}
     symmetric = [name for name, data in datasets.items() if is_symmetric(data)]

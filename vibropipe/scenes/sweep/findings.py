@@ -33,7 +33,8 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 from vibropipe.words.wording import series
 
-MAX_LINES = 8  # more lines are described together, as a map
+# Up to so many lines, the impacts and the jumps of each are named; more lines are described together, as a map.
+FEW_LINES, MAX_LINES = 4, 12
 MAX_RUNS = 6  # regimes along one line that a sentence names; the table names all
 # Jumps that a sentence lists on each line, and up to which number in all it states the amplitudes.
 MAX_JUMPS, FEW_JUMPS = 6, 3
@@ -61,11 +62,10 @@ def findings(datasets: Datasets) -> list[Finding]:
 
 def sweep_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return the findings of one sweep, a sentence each."""
-    is_map = n_lines(dataset) > MAX_LINES
     return (
         velocity_text(dataset),
-        shares_text(dataset) if is_map else changes_text(dataset),
-        "" if is_map else jumps_text(dataset),
+        changes_text(dataset) if n_lines(dataset) <= FEW_LINES else shares_text(dataset),
+        jumps_text(dataset) if n_lines(dataset) <= MAX_LINES else "",
         mean_text(dataset),
         unresolved_text(dataset),
     )

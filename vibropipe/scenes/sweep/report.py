@@ -25,12 +25,14 @@ CAPTION = (
     "unstable orbits."
 )
 RUNS_CAPTION = "Regimes along each line of the sweeps, with the first and the last row of each; m: period multiple."
-ENERGY_CAPTION = "Energy per orbit: smallest and largest value over the rows with an orbit."
+ENERGY_CAPTION = (
+    "Energy of each sweep per orbit: smallest and largest value over the rows with an orbit."
+)
 MAX_RUNS = 24  # regimes of one line in the table; a line through chaos has hundreds
 ENERGIES = {
-    "orbit_energy_input": "work of the force",
-    "orbit_energy_damping": "loss by damping",
-    "orbit_energy_impact": "loss at impacts",
+    "energy_input": "work of the force",
+    "energy_damping": "loss by damping",
+    "energy_impact": "loss at impacts",
 }
 
 
@@ -89,7 +91,7 @@ def runs_tables(sweeps: Datasets) -> list[Table]:
 
 def energy_tables(sweeps: Datasets) -> list[Table]:
     """Return the table of energies of the sweeps whose outputs include them."""
-    stored = {name: data for name, data in sweeps.items() if "orbit_energy_input" in data}
+    stored = {name: data for name, data in sweeps.items() if "energy_input" in data}
     rows = [
         [breakable(name), *(energy_text(data, key) for key in ENERGIES)]
         for name, data in stored.items()
@@ -99,7 +101,7 @@ def energy_tables(sweeps: Datasets) -> list[Table]:
 
 def energy_text(dataset: xr.Dataset, name: str) -> str:
     """Write the range of an energy; that of impacts is the sum over both supports."""
-    energy = dataset[name]
+    energy = dataset[name].where(dataset["regime"] < Regime.APERIODIC)
     values = (
         energy.sum("support", skipna=False).values if "support" in energy.dims else energy.values
     )

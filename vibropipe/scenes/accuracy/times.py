@@ -23,10 +23,10 @@ from vibropipe.scenes.accuracy.summary import time_to_reach
 from vibropipe.scenes.accuracy.text import COARSE, FINE
 from vibropipe.words.measurements import Outcome
 
-ROW_CM = 0.95
+ROW_CM = 1.1
 MEDIAN_CM = 5.6
 MARGINS_CM = 3.4
-SPREAD = 0.7  # of a row, over which the marks of the methods are spread
+SPREAD = 0.85  # of a row, over which the marks of the methods are spread
 NOT_REACHED = 6.0  # width of the band of marks that are not reached, a factor of time
 METHOD_TEXT = {
     "crude": "Newmark, impact at end of step",
@@ -97,11 +97,11 @@ def draw_rows(ax: Axes, times: xr.DataArray, names: list[str], span: tuple[float
         at = np.full(missing.sum(), np.sqrt(span[1] * edge))
         ax.plot(at, height[missing], **mark, markerfacecolor="white")
     ax.text(
-        np.sqrt(span[1] * edge), -0.55, "not\nreached", ha="center", va="bottom", fontsize=SMALL_FONT_SIZE
+        1.0, 1.01, "not reached", transform=ax.transAxes, ha="right", va="bottom", fontsize=SMALL_FONT_SIZE
     )  # fmt: skip
     ax.set(xscale="log", xlabel="ns per forcing period")
     ax.set_xlim(span[0], edge)
-    ax.set_ylim(rows.size - 0.5, -1.3)
+    ax.set_ylim(rows.size - 0.5, -0.5)
     ax.tick_params(axis="y", length=0)
 
 

@@ -6,7 +6,7 @@ marker or label repeat the distinction, for print in grey.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
@@ -27,6 +28,8 @@ FONT_SIZE = 9.0
 SMALL_FONT_SIZE = 8.0
 CM_PER_INCH = 2.54
 DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
+PAGE_HEIGHT_CM = 21.5  # of a figure with its caption below on A4
+MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -95,16 +98,16 @@ class RegimeStyle:
     linestyle: Any = "-"
 
 
-# Brightness rises from unbounded to no impact in steps that remain distinct in grey.
+# Lightness L* rises from unbounded (0) to no impact (98) in steps of at least 8, which remain distinct in grey.
 REGIME_STYLES: Mapping[str, RegimeStyle] = {
-    "no_impact": RegimeStyle("#EFEFEF", "", (0, (1, 1))),
+    "no_impact": RegimeStyle("#F9F9F9", "", (0, (1, 1))),
     "one_sided_1": RegimeStyle(SKY, "////", (0, (5, 1.5))),
     "one_sided_2": RegimeStyle(BLUE, "\\\\\\\\", (0, (5, 1.5, 1, 1.5))),
     "two_sided": RegimeStyle(GREEN, "", "-"),
     "with_rest": RegimeStyle(YELLOW, "....", (0, (8, 2))),
-    "aperiodic": RegimeStyle(VERMILLION, "xxxx", (0, (3, 1))),
+    "aperiodic": RegimeStyle("#8C2D04", "xxxx", (0, (3, 1))),
     "unbounded": RegimeStyle(BLACK, "", (0, (1, 3))),
-    "unresolved": RegimeStyle(PURPLE, "++++", (0, (1, 3))),
+    "unresolved": RegimeStyle("#E4B3CF", "++++", (0, (1, 3))),
 }
 
 
@@ -151,6 +154,13 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
+def lightness(colour: str) -> float:
+    """Return CIE L* of a colour, 0 to 100: how bright it is in print without colours."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    luminance = float(np.dot((0.2126, 0.7152, 0.0722), linear))
+    return 116 * luminance ** (1 / 3) - 16 if luminance > 216 / 24389 else luminance * 24389 / 27
+
+
 def write_centred(ax: Axes, *lines: str) -> None:
     """Write centred lines on an axis, the reason why it is empty."""
     ax.text(
@@ -170,6 +180,13 @@ def keep_zero_scale(ax: Axes, size: float, largest_value: float) -> None:
 def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
     """Return handles in an order that reads along rows, since a legend fills its columns first."""
     return [handle for column in range(columns) for handle in handles[column::columns]]
+
+
+def rasterise_many(artists: Iterable[Artist], amount: int) -> None:
+    """Store artists of more than MAX_VECTOR points or shapes as pixels, so that files remain small."""
+    if amount > MAX_VECTOR:
+        for artist in artists:
+            artist.set_rasterized(True)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
@@ -205,4 +222,9 @@ def save_as(figure: Figure, path: Path) -> None:
     """Write one file atomically, in the format of its suffix."""
     kind = path.suffix.removeprefix(".").lower()
     with atomic_file(path) as temporary:
-        figure.savefig(temporary, format=kind, metadata=dict(METADATA.get(kind, {})))
+        figure.savefig(
+            temporary,
+            format=kind,
+            dpi=SETTINGS["savefig.dpi"],
+            metadata=dict(METADATA.get(kind, {})),
+        )

@@ -6,14 +6,23 @@ Only values and names of the vocabulary pass through here, never a user's own te
 from __future__ import annotations
 
 import math
+import re
+import textwrap
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.units import unit_text
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import PLAIN_SYMBOLS, REGIMES, quantity
+from vibropipe.words.vocabulary import (
+    ERROR_SUFFIX,
+    PLAIN_SYMBOLS,
+    REGIMES,
+    VOCABULARY,
+    quantity,
+)
 
 REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
     "one_sided_1": "one-sided, support 1",
@@ -36,6 +45,8 @@ NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
 NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
+# Plain symbols of quantities of a physical dataset that have another name than without units.
+PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
@@ -69,31 +80,120 @@ def format_number(value: float | str, digits: int = 4) -> str:
     return f"{text} × 10{raised}"
 
 
+def axis_label(array: xr.DataArray, index: int | None = None, width: int = 0) -> str:
+    """Return the label of an axis: long name, symbol and units of an array, from its attributes.
+
+    Parameters
+    ----------
+    array : xarray.DataArray
+        A variable of a dataset; what its attributes lack is taken from the vocabulary.
+    index : int, optional
+        Number that takes the place of the index k of the symbol, as in A_1.
+    width : int
+        Letters of a line, for labels of several lines (default: one line).
+    """
+    words = _words(array)
+    symbol = _indexed(words["symbol"], index)
+    units = unit_text(words["units"])
+    text = words["long_name"]
+    lines = textwrap.wrap(text, width) if width else [text]
+    tail = " ".join(filter(None, ["" if symbol == text else symbol, units and f"({units})"]))
+    if width and lines and len(lines[-1]) + 3 + len(units) > width:
+        return "\n".join(filter(None, [*lines, tail]))
+    return " ".join(filter(None, ["\n".join(lines), tail]))
+
+
+def symbol_of(array: xr.DataArray, index: int | None = None) -> str:
+    """Return the symbol of an array as mathtext; `index` takes the place of its index k."""
+    return _indexed(_words(array)["symbol"], index)
+
+
+def value_text(array: xr.DataArray, value: float | str | None = None) -> str:
+    """Write a value of an array with its symbol and units as mathtext (default: its own value)."""
+    shown = array.values.item() if value is None else value
+    if isinstance(shown, str):
+        return shown
+    units = unit_text(_words(array)["units"])
+    return f"{symbol_of(array)} = {mathtext(float(shown))}" + (f" {units}" if units else "")
+
+
+def plain_value(array: xr.DataArray) -> str:
+    """Write the value of a scalar array with its symbol and units as plain text."""
+    value, name = array.values.item(), str(array.name)
+    if isinstance(value, str):
+        return value
+    units = unit_text(_words(array)["units"])
+    return f"{plain_symbol(name)} = {format_number(float(value))}" + (f" {units}" if units else "")
+
+
+def with_units(array: xr.DataArray, number: str) -> str:
+    """Write a number with the units of an array."""
+    return f"{number} {unit_text(_words(array)['units'])}".strip()
+
+
+def plain_symbol(name: str) -> str:
+    """Return the symbol of a parameter or coordinate as plain text."""
+    return PLAIN_SYMBOLS.get(name, PHYSICAL_SYMBOLS.get(name, name))
+
+
+def _words(array: xr.DataArray) -> dict[str, str]:
+    """Return long name, symbol and units of an array: its own, else those of the vocabulary."""
+    name = str(array.name)
+    words = {"long_name": name.replace("_", " "), "symbol": "", "units": "1"}
+    if name in VOCABULARY or name.endswith(ERROR_SUFFIX):
+        entry = quantity(name)
+        words = {"long_name": entry.long_name, "symbol": entry.symbol, "units": entry.units}
+    return words | {key: str(array.attrs[key]) for key in words if key in array.attrs}
+
+
+def _indexed(symbol: str, index: int | None) -> str:
+    return symbol if index is None else re.sub(r"_[kjs](?![a-z])", f"_{index}", symbol)
+
+
+def clock(dataset: xr.Dataset) -> str:
+    """Return the name of time in a dataset: `time` in physical units, else `tau`."""
+    return "time" if "time" in dataset.variables else "tau"
+
+
+def times_of(dataset: xr.Dataset, event: str) -> xr.DataArray:
+    """Return the times of the impacts or grazings of a motion, under the name that the dataset has for them."""
+    name = f"{event}_{clock(dataset)}"
+    return dataset[name if name in dataset else f"{event}_tau"]
+
+
+def frequency(dataset: xr.Dataset) -> str:
+    """Return the name of the excitation frequency in a dataset: `omega` in physical units, else `nu`."""
+    return "omega" if "omega" in dataset.variables else "nu"
+
+
+def force_amplitude(dataset: xr.Dataset) -> str:
+    """Return the name of the amplitude of the excitation in a dataset: `F` in physical units, else `f`."""
+    return "F" if "F" in dataset.variables else "f"
+
+
+def parameter_names(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the parameters in a dataset, swept or not, with those in physical units first."""
+    names = ("m", "C", "H", "F", "omega", *PARAMETERS)
+    return [name for name in names if name in dataset.variables]
+
+
 def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
     """Return the parameters of the exciter that are not swept in a dataset."""
     return {
-        name: float(dataset[name])
-        for name in PARAMETERS
-        if name in dataset.variables and dataset[name].ndim == 0
+        name: float(dataset[name]) for name in parameter_names(dataset) if dataset[name].ndim == 0
     }
 
 
 def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     """Write the parameters that are not swept as one line of mathtext: nu = 1, f = -1, ..."""
     left_out = set(leave_out)
-    parts = [
-        f"{quantity(name).symbol} = {mathtext(value)}"
-        for name, value in scalar_parameters(dataset).items()
-        if name not in left_out
-    ]
-    return ",  ".join(parts)
+    names = [name for name in scalar_parameters(dataset) if name not in left_out]
+    return ",  ".join(value_text(dataset[name]) for name in names)
 
 
 def plain_parameters(values: Mapping[str, float | str]) -> str:
     """Write parameters as plain text, for a sentence of the report."""
-    return ", ".join(
-        f"{PLAIN_SYMBOLS.get(name, name)} = {format_number(v)}" for name, v in values.items()
-    )
+    return ", ".join(f"{plain_symbol(name)} = {format_number(v)}" for name, v in values.items())
 
 
 def mathtext(value: float | str) -> str:

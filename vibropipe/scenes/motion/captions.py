@@ -12,11 +12,15 @@ from vibropipe.figures.text import (
     NO_SAMPLES,
     NO_SUPPORT_STRUCK,
     REGIME_TEXT,
+    clock,
     departure,
     format_number,
+    plain_symbol,
     regime_name,
     sentences,
     times,
+    times_of,
+    with_units,
 )
 from vibropipe.scenes.motion.impacts import has_events
 from vibropipe.scenes.motion.panels import panel_names
@@ -26,9 +30,10 @@ from vibropipe.words.wording import count, series
 def describe_motion(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the curves: impacts, grazings, rests, steady state, deviation from exact."""
     curves = series(panel_names(dataset, show)).capitalize()
-    begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
+    tau = dataset[clock(dataset)]
+    span = f"{format_number(float(tau[0]))} … {format_number(float(tau[-1]))}"
     return sentences(
-        f"{curves} over τ = {format_number(begin)} … {format_number(end)}",
+        f"{curves} over {plain_symbol(clock(dataset))} = {with_units(tau, span)}",
         impacts_text(dataset),
         grazing_text(dataset),
         rest_text(dataset, is_shaded=True),
@@ -40,9 +45,13 @@ def describe_motion(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 def describe_impacts(dataset: xr.Dataset) -> str:
     """Return the caption of the impacts of a motion: impacts, grazings, rests, steady state."""
     drawn = has_events(dataset)
-    unsampled = "" if dataset.sizes.get("tau") else "; samples of the motion are not stored"
+    unsampled = (
+        "" if dataset.sizes.get(clock(dataset)) else "; samples of the motion are not stored"
+    )
     return sentences(
-        f"Velocity before each impact against τ{unsampled}" if drawn else NO_SAMPLES,
+        f"Velocity before each impact against {plain_symbol(clock(dataset))}{unsampled}"
+        if drawn
+        else NO_SAMPLES,
         impacts_text(dataset),
         grazing_text(dataset),
         rest_text(dataset, is_shaded=drawn),
@@ -52,13 +61,14 @@ def describe_impacts(dataset: xr.Dataset) -> str:
 
 def impacts_text(dataset: xr.Dataset) -> str:
     """Write the number of impacts on each support and their largest velocity."""
-    if "impact_tau" not in dataset:
+    if "impact_support" not in dataset:
         return NO_IMPACTS
     clauses = []
     for support in (1, 2):
         at = dataset["impact_support"].values == support
         if at.any():
-            largest = format_number(float(np.abs(dataset["impact_velocity"].values[at]).max()))
+            velocity = dataset["impact_velocity"]
+            largest = with_units(velocity, format_number(float(np.abs(velocity.values[at]).max())))
             impacts = count(int(at.sum()), "impact")
             clauses.append(f"{impacts} on support {support} (largest velocity {largest})")
     return series(clauses) or NO_SUPPORT_STRUCK
@@ -71,10 +81,11 @@ def grazing_text(dataset: xr.Dataset) -> str:
     for support in (1, 2):
         at = grazed == support
         if at.any():
-            first = format_number(float(dataset["grazing_tau"].values[at][0]))
+            tau = times_of(dataset, "grazing")
+            first = with_units(tau, format_number(float(tau.values[at][0])))
             clauses.append(
                 f"support {support} is grazed (contact at zero velocity) {times(int(at.sum()))}, "
-                f"first at τ = {first}"
+                f"first at {plain_symbol(clock(dataset))} = {first}"
             )
     text = series(clauses)
     return text[:1].upper() + text[1:]

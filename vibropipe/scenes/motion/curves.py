@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.figures.jumps import certain_jumps, with_breaks
+from vibropipe.figures.text import clock, times_of
 from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]
-
-TIME_TOLERANCE = 1e-9  # relative: samples this close to an impact count as simultaneous
 
 
 def supports(dataset: xr.Dataset) -> dict[int, float]:
@@ -19,39 +19,27 @@ def supports(dataset: xr.Dataset) -> dict[int, float]:
     return {1: upper, 2: lower}
 
 
-def with_breaks(
-    tau: Floats, values: Floats, at: Floats, before: Floats, after: Floats
-) -> tuple[Floats, Floats]:
-    """Insert (at, before), a break, (at, after) into a sampled curve, so that jumps are not sloped.
-
-    Samples at the time of an impact are dropped, since they are on one side of the jump or the other.
-    """
-    is_away = away_from(tau, at)
-    tau, values = tau[is_away], values[is_away]
-    indices = np.repeat(np.searchsorted(tau, at, side="left"), 3)
-    new_tau = np.repeat(at, 3)
-    new_values = np.stack([before, np.full_like(before, np.nan), after], axis=1).ravel()
-    return np.insert(tau, indices, new_tau), np.insert(values, indices, new_values)
-
-
-def away_from(tau: Floats, at: Floats) -> NDArray[np.bool_]:
-    """Return which samples are at none of the ascending times `at`, within TIME_TOLERANCE."""
-    if at.size == 0:
-        return np.ones(tau.shape, dtype=np.bool_)
-    right = np.searchsorted(at, tau)
-    nearest = np.minimum(
-        np.abs(tau - at[np.clip(right, 0, at.size - 1)]),
-        np.abs(tau - at[np.clip(right - 1, 0, at.size - 1)]),
-    )
-    return nearest > TIME_TOLERANCE * (1.0 + np.abs(tau))
+def acceleration_bound(dataset: xr.Dataset) -> float:
+    """Return a bound of |x''| between impacts, by the equation of motion; infinite in physical units."""
+    if "nu" not in dataset.variables:
+        return np.inf
+    speed = float(np.abs(dataset["velocity"].values).max())
+    reach = float(dataset["l"]) + abs(float(dataset["delta"]))
+    return abs(float(dataset["f"])) + float(dataset["h"]) * speed + reach
 
 
 def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
-    """Return a sampled quantity with impacts inserted: corners of x, jumps of x'."""
-    tau, values = dataset["tau"].values, dataset[name].values
-    if "impact_tau" not in dataset:
-        return tau, values
-    at = dataset["impact_tau"].values
+    """Return a sampled quantity with impacts inserted: corners of x, jumps of x'.
+
+    Where impacts are not stored, the curve of x' has a break at each step too large for a motion between impacts.
+    """
+    tau, values = dataset[clock(dataset)].values, dataset[name].values
+    if "impact_support" not in dataset:
+        if name != "velocity" or tau.size < 2:
+            return tau, values
+        at = certain_jumps(tau, values, acceleration_bound(dataset))
+        return np.insert(tau, at, np.nan), np.insert(values, at, np.nan)
+    at = times_of(dataset, "impact").values
     inside = (at >= tau[0]) & (at <= tau[-1])
     at = at[inside]
     if name == "velocity":

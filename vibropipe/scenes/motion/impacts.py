@@ -20,7 +20,10 @@ from vibropipe.figures.text import (
     NO_IMPACTS,
     NO_SAMPLES,
     NO_SUPPORT_STRUCK,
+    axis_label,
+    clock,
     parameter_line,
+    times_of,
 )
 from vibropipe.scenes.motion.panels import GRAZING_STYLE, MANY_IMPACTS, shade_rests
 from vibropipe.words.vocabulary import label
@@ -34,11 +37,15 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
     figure = new_figure(6.5)
     ax = figure.subplots()
     ax.axhline(0.0, color=NEUTRAL, linewidth=0.6)
-    ax.set(xlabel=label("tau"), ylabel=label("impact_velocity"))
+    times = times_of(dataset, "impact")
+    xlabel = (
+        axis_label(dataset[clock(dataset)]) if clock(dataset) in dataset.variables else label("tau")
+    )
+    ax.set(xlabel=xlabel, ylabel=axis_label(dataset["impact_velocity"]))
     figure.suptitle(parameter_line(dataset))
     handles = []
     for support in (1, 2):
-        tau, velocity = dataset["impact_tau"].values, dataset["impact_velocity"].values
+        tau, velocity = times.values, dataset["impact_velocity"].values
         struck = dataset["impact_support"].values == support
         style: dict[str, Any] = {
             "color": SUPPORT_COLOURS[support],
@@ -49,7 +56,7 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
         ax.plot(tau[struck], velocity[struck], linestyle="none", markersize=size, **style)
         text = f"{count(int(struck.sum()), 'impact')} on support {support}"
         handles.append(Line2D([], [], **style, label=text))
-    grazing = dataset["grazing_tau"].values
+    grazing = times_of(dataset, "grazing").values
     if grazing.size:
         ax.plot(grazing, 0.0 * grazing, **GRAZING_STYLE)
         handles.append(Line2D([], [], label=count(grazing.size, "grazing"), **GRAZING_STYLE))
@@ -69,6 +76,6 @@ def draw_reason(dataset: xr.Dataset) -> Figure:
     figure.suptitle(parameter_line(dataset))
     ax = figure.subplots()
     ax.set_axis_off()
-    impacts = NO_SUPPORT_STRUCK if "impact_tau" in dataset else NO_IMPACTS
+    impacts = NO_SUPPORT_STRUCK if "impact_support" in dataset else NO_IMPACTS
     write_centred(ax, NO_SAMPLES, impacts)
     return figure

@@ -29,9 +29,13 @@ from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 class MotionFigure(FigureOptions):
     """Options of the pictures of a motion."""
 
-    pictures: Annotated[list[Literal["panels", "impacts"]], AfterValidator(each_once)] = Field(
+    pictures: Annotated[
+        list[Literal["panels", "impacts", "portrait", "section", "spectrum", "energy"]],
+        AfterValidator(each_once),
+    ] = Field(
         default=[],
-        description="Pictures: curves over tau, or impact velocities over tau (default: the one that fits).",
+        description="Pictures: curves over tau, impact velocities over tau, the phase portrait, the Poincaré section, "
+        "the spectrum or the energy (default: curves or impact velocities, as fits).",
     )
     show: Annotated[
         list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
@@ -103,12 +107,30 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
         yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", must=must)
 
 
+# Outputs that pictures need; one of them suffices.
+PICTURE_NEEDS = {
+    "panels": ("motion",),
+    "portrait": ("motion",),
+    "section": ("motion", "impacts"),
+    "spectrum": ("harmonics",),
+    "energy": ("energy",),
+}
+
+
 def _figure(scene: MotionScene) -> Iterator[Problem]:
-    """Check that the samples of the chosen panels are recorded."""
-    is_sampled = "motion" in scene.outputs and scene.samples_per_period > 0
-    if "panels" in scene.figure.pictures and not is_sampled:
-        must = "must leave out panels unless outputs have motion and samples_per_period is above 0"
-        yield Problem(("figure", "pictures"), "panels of a motion without samples", must=must)
+    """Check that outputs hold what the chosen pictures need, and that samples are recorded for curves."""
+    outputs = set(scene.outputs)
+    is_sampled = "motion" in outputs and scene.samples_per_period > 0
+    for picture in scene.figure.pictures:
+        needed = PICTURE_NEEDS.get(picture, ())
+        if needed == ("motion",) and not is_sampled:
+            must = f"must leave out {picture} unless outputs have motion and samples_per_period is above 0"
+            yield Problem(
+                ("figure", "pictures"), f"{picture} of a motion without samples", must=must
+            )
+        elif needed and not outputs & set(needed):
+            must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
+            yield Problem(("figure", "pictures"), repr(str(picture)), must=must)
 
 
 CHECKS = (

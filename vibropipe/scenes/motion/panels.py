@@ -30,9 +30,15 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.text import parameter_line
+from vibropipe.figures.text import (
+    axis_label,
+    clock,
+    force_amplitude,
+    frequency,
+    parameter_line,
+    times_of,
+)
 from vibropipe.scenes.motion.curves import Floats, curve, jumps, supports
-from vibropipe.words.vocabulary import label
 
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
@@ -43,7 +49,7 @@ MANY_IMPACTS = 80  # markers shrink beyond this
 
 def panel_names(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
     """Return the panels among force, displacement, velocity: those of `show`, or all but a force that is zero."""
-    absent = () if show or float(dataset["f"]) != 0.0 else ("force",)
+    absent = () if show or float(dataset[force_amplitude(dataset)]) != 0.0 else ("force",)
     names = ("force", "displacement", "velocity")
     return [name for name in names if name in (show or names) and name not in absent]
 
@@ -63,46 +69,47 @@ def draw_motion(
         Number of forcing periods to show, up to the end of the record (default: all).
     """
     view = window(dataset, periods)
-    forced = float(dataset["f"]) != 0.0
+    forced = float(dataset[force_amplitude(dataset)]) != 0.0
     names = panel_names(dataset, show)
     heights = [FORCE_HEIGHT_CM if name == "force" else PANEL_HEIGHT_CM for name in names]
     figure = new_figure(sum(heights) + 2.2)
     axes = figure.subplots(len(names), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     panels = dict(zip(names, axes, strict=True))
     for name, ax in panels.items():
-        ax.set_ylabel(label(name))
+        ax.set_ylabel(axis_label(dataset[name]))
         ax.axhline(0.0, color=NEUTRAL, linewidth=0.6, zorder=0)
     if "force" in panels:
-        panels["force"].plot(dataset["tau"], dataset["force"], color=BLACK)
+        panels["force"].plot(dataset[clock(dataset)], dataset["force"], color=BLACK)
     if "displacement" in panels:
         draw_displacement(panels["displacement"], dataset, view)
         shade_rests(panels["displacement"], dataset, view)
     if "velocity" in panels:
         draw_velocity(panels["velocity"], dataset, view)
         shade_rests(panels["velocity"], dataset, view)
-    axes[-1].set_xlabel(label("tau"))
+    axes[-1].set_xlabel(axis_label(dataset[clock(dataset)]))
     axes[-1].set_xlim(view)
     figure.align_ylabels(axes)
-    figure.suptitle(parameter_line(dataset, leave_out=() if forced else ("nu",)))
+    figure.suptitle(parameter_line(dataset, leave_out=() if forced else ("nu", "omega")))
     legend(figure, legend_handles(dataset, view), "lower")
     return figure
 
 
 def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
     """Return the first and last tau to show: all, or the last `periods` forcing periods."""
-    first, last = float(dataset["tau"][0]), float(dataset["tau"][-1])
+    tau = dataset[clock(dataset)]
+    first, last = float(tau[0]), float(tau[-1])
     if periods is None:
         return first, last
-    return max(first, last - periods * 2.0 * math.pi / float(dataset["nu"])), last
+    return max(first, last - periods * 2.0 * math.pi / float(dataset[frequency(dataset)])), last
 
 
 def events(
     dataset: xr.Dataset, name: str, view: tuple[float, float]
 ) -> dict[int, NDArray[np.intp]]:
     """Return the indices of the events (`impact` or `grazing`) in view, by support that has any."""
-    if f"{name}_tau" not in dataset:  # not stored
+    if f"{name}_support" not in dataset:  # not stored
         return {}
-    tau, at = dataset[f"{name}_tau"].values, dataset[f"{name}_support"].values
+    tau, at = times_of(dataset, name).values, dataset[f"{name}_support"].values
     seen = (tau >= view[0]) & (tau <= view[1])
     indices = {support: np.flatnonzero(seen & (at == support)) for support in (1, 2)}
     return {support: index for support, index in indices.items() if index.size}
@@ -113,9 +120,9 @@ def draw_exact(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     if f"{name}_exact" not in dataset:
         return
     values = dataset[f"{name}_exact"].values.copy()
-    tau = dataset["tau"].values
-    if name == "velocity" and "impact_tau" in dataset:
-        indices = jumps(tau, values, dataset["impact_tau"].values)
+    tau = dataset[clock(dataset)].values
+    if name == "velocity" and "impact_support" in dataset:
+        indices = jumps(tau, values, times_of(dataset, "impact").values)
         tau, values = np.insert(tau, indices, np.nan), np.insert(values, indices, np.nan)
     ax.plot(tau, values, color=EXACT_COLOUR, linewidth=4.0, solid_capstyle="round", zorder=1)
 
@@ -149,7 +156,7 @@ def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) 
             color=GREY,
         )
     for support, index in events(dataset, "impact", view).items():
-        tau = dataset["impact_tau"].values[index]
+        tau = times_of(dataset, "impact").values[index]
         draw_impacts(ax, support, tau, np.full(tau.size, where[support]))
     draw_grazings(ax, dataset, view)
 
@@ -172,7 +179,7 @@ def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
 def draw_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
     """Mark each grazing by a ring, and label the first one on each support."""
     for support, index in events(dataset, "grazing", view).items():
-        tau, x = dataset["grazing_tau"].values[index], supports(dataset)[support]
+        tau, x = times_of(dataset, "grazing").values[index], supports(dataset)[support]
         ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
         # Beyond the support, where no curve is drawn.
         ax.annotate(
@@ -202,7 +209,7 @@ def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> N
     draw_exact(ax, dataset, "velocity")
     ax.plot(*curve(dataset, "velocity"), color=BLACK, zorder=2)
     for support, index in events(dataset, "impact", view).items():
-        tau = dataset["impact_tau"].values[index]
+        tau = times_of(dataset, "impact").values[index]
         before = dataset["impact_velocity"].values[index]
         after = dataset["impact_velocity_after"].values[index]
         ax.vlines(

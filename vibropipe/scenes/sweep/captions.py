@@ -13,15 +13,28 @@ from vibropipe.figures.text import (
     UNRESOLVED_TEXT,
     format_number,
     grid_text,
-    plain_parameters,
+    plain_symbol,
+    plain_value,
     regime_name,
     sentences,
+    with_units,
 )
-from vibropipe.scenes.sweep.curves import axis_and_others, panels_of, row_kinds, swept
+from vibropipe.scenes.sweep.laws import laws_of
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES
+from vibropipe.scenes.sweep.quantities import (
+    axis_and_others,
+    combinations,
+    directions,
+    panels_of,
+    row_kinds,
+    swept,
+    with_impacts_per_period,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import count, series
+
+MANY_ORBITS = 4  # orbits that a caption names
 
 
 def describe_sweep(
@@ -29,18 +42,41 @@ def describe_sweep(
 ) -> str:
     """Return the caption of the curves: parameters, largest first harmonic, and rows drawn as marks."""
     along, others = axis_and_others(dataset)
-    lines = series(f"{PLAIN_SYMBOLS[name]} = {grid_text(dataset[name].values)}" for name in others)
+    dataset = with_impacts_per_period(dataset)
+    lines = series(f"{plain_symbol(name)} = {grid_text(dataset[name].values)}" for name in others)
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
-    quantities = {name for _, name, _ in panels_of(dataset, show)}
+    panels = panels_of(dataset, show)
+    quantities = {each.name for panel in panels for each in panel.series}
     has_harmonics = not quantities or "displacement_amplitude" in quantities
     return sentences(
-        f"Steady states against {PLAIN_SYMBOLS[along]}" + (f" for {lines}" if lines else ""),
+        f"Steady states against {plain_symbol(along)}" + (f" for {lines}" if lines else ""),
+        combinations_text(dataset, others[1:], MAX_MULTIPLES),
+        follow_text(dataset),
         "" if quantities else NO_CURVES,
         (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
+        "Energies are per orbit" if any(name.startswith("energy") for name in quantities) else "",
         row_kinds_text(dataset, show),
         unresolved_text(dataset),
         backbone_text,
     )
+
+
+def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
+    """Write how many combinations of further parameters are drawn, if not all of them are."""
+    found = len(combinations(dataset, dims))
+    if found <= most:
+        return ""
+    names = series(plain_symbol(name) for name in dims)
+    return f"Of {found} combinations of {names}, {most} evenly spaced ones are drawn"
+
+
+def follow_text(dataset: xr.Dataset) -> str:
+    """Write along which parameter and in which directions rows were followed; empty if they were not."""
+    ways, follow = directions(dataset), str(dataset.attrs.get("follow", ""))
+    along = f" along {plain_symbol(follow.split()[0])}" if follow else ""
+    words = " and ".join(f"{way}wards" for way in ways)
+    kept = "; arrows mark where the two differ" if len(ways) > 1 else ""
+    return f"Each row starts from its neighbour, followed {words}{along}{kept}" if ways else ""
 
 
 def peak_text(dataset: xr.Dataset) -> str:
@@ -50,13 +86,14 @@ def peak_text(dataset: xr.Dataset) -> str:
     first = dataset["displacement_amplitude"].isel(harmonic=0)
     if not bool(np.isfinite(first).any()):
         return ""
-    return f"The maximum of the first harmonic is {format_number(float(first.max()))}, at {location_text(first)}"
+    largest = with_units(first, format_number(float(first.max())))
+    return f"The maximum of the first harmonic is {largest}, at {location_text(first)}"
 
 
 def location_text(values: xr.DataArray) -> str:
     """Write the swept parameters at the maximum of an array."""
     at = values.isel({str(k): int(v) for k, v in values.argmax(...).items()})
-    return plain_parameters({str(name): at[name].values.item() for name in values.dims})
+    return ", ".join(plain_value(at[str(name)]) for name in values.dims)
 
 
 def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
@@ -92,20 +129,47 @@ def unresolved_text(dataset: xr.Dataset) -> str:
     return f"Unresolved: {int(unresolved.sum())} of {total}: {reasons}"
 
 
-def describe_map(dataset: xr.Dataset) -> str:
-    """Return the caption of the maps: share of each regime, and largest impact velocities."""
+def describe_map(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption of the maps: share of each regime, most frequent orbits, largest impact velocities."""
     dims = swept(dataset)
+    dataset = with_impacts_per_period(dataset)
     size = " × ".join(str(dataset.sizes[name]) for name in dims)
-    names = series(PLAIN_SYMBOLS[name] for name in dims)
+    names = series(plain_symbol(name) for name in dims)
     multiple = int((dataset["period_multiple"] > 1).sum()) if "period_multiple" in dataset else 0
     maxima = maxima_text(dataset)
+    drawn = set(show or ("impact_velocity_max",))
+    further = sorted(dims, key=lambda name: -dataset.sizes[name])[2:]
     return sentences(
         f"Steady-state regimes on a {size} grid of {names}: {shares_text(dataset)}",
-        f"Dots: orbits of m > 1 forcing periods ({count(multiple, 'cell')})" if multiple else "",
+        orbits_text(dataset),
+        f"{count(multiple, 'cell has an orbit', 'cells have orbits')} of m > 1 forcing periods"
+        if multiple
+        else "",
+        combinations_text(dataset, further, MAX_MULTIPLES),
+        follow_text(dataset),
         f"Lower panels: largest impact velocity on each support; its maximum {maxima}"
-        if maxima
+        if maxima and "impact_velocity_max" in drawn
         else "",
         unresolved_text(dataset),
+    )
+
+
+def orbits_text(dataset: xr.Dataset) -> str:
+    """Write the most frequent orbits (m; p1, p2) with impacts, and their shares."""
+    codes, laws = laws_of(dataset)
+    if "impacts_per_period" not in dataset:
+        return ""
+    amounts = np.bincount(codes.values.ravel(), minlength=len(laws))
+    shares = [
+        f"{law.short} in {format_number(100 * float(amount) / codes.size, 3)} %"
+        for law, amount in zip(laws, amounts, strict=True)
+        if law.short.startswith("(")
+    ]
+    text = series(shares[:MANY_ORBITS])
+    return (
+        f"Most frequent orbits (m; p₁, p₂), with p₁ and p₂ impacts on the supports in m forcing periods: {text}"
+        if text
+        else ""
     )
 
 
@@ -134,6 +198,6 @@ def maxima_text(dataset: xr.Dataset) -> str:
     for support in dataset["support"].values:
         velocity = dataset["impact_velocity_max"].sel(support=support)
         if bool(np.isfinite(velocity).any()):
-            top = format_number(float(velocity.max()))
+            top = with_units(velocity, format_number(float(velocity.max())))
             clauses.append(f"on support {support} is {top}, at {location_text(velocity)}")
     return series(clauses)

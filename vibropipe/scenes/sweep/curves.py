@@ -1,89 +1,58 @@
-"""A sweep along one parameter: mean and harmonics as lines, the regime of every row in bars below.
+"""A sweep along one parameter: its quantities as lines, the regime of every row in bars below.
 
-The first further swept parameter gives lines, the next one columns.
+The first further swept parameter gives lines, the next ones columns or small multiples. Rows that were followed in
+both directions are drawn in one panel.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
-from matplotlib.lines import Line2D
 
 from vibropipe.figures.style import (
-    BLACK,
-    GREY,
+    SMALL_FONT_SIZE,
+    SUPPORT_COLOURS,
     keep_zero_scale,
     legend,
     line_style,
-    new_figure,
     write_centred,
 )
 from vibropipe.figures.text import (
-    ORDINALS,
-    mathtext,
+    axis_label,
+    format_number,
+    frequency,
     parameter_line,
+    symbol_of,
 )
-from vibropipe.scenes.sweep.strips import draw_strips, regime_patches, scale_of
-from vibropipe.words.vocabulary import REGIMES, label, quantity
+from vibropipe.scenes.sweep.layout import Column, Spots, columns_of, lay_out
+from vibropipe.scenes.sweep.legends import (
+    BACKBONE_STYLE,
+    direction_handles,
+    line_handles,
+    mark_handles,
+)
+from vibropipe.scenes.sweep.lines import branches_differ, draw_arrows, draw_line, lines_of
+from vibropipe.scenes.sweep.quantities import (
+    DIRECTION,
+    SIGNED,
+    Panel,
+    Series,
+    axis_and_others,
+    directions,
+    panels_of,
+    with_impacts_per_period,
+)
+from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches, scale_of
 
-PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
-PANEL_HEIGHT_CM = 3.0
-COLUMN_HEIGHT_CM = 3.6
-STRIP_CM = 0.36
-MARGINS_CM = 2.7  # legends and the label of the abscissa
-MANY_POINTS = 200  # marks shrink beyond this
-SMALL_MARKS = 0.6
-
-
-def swept(dataset: xr.Dataset) -> list[str]:
-    """Return the swept dimensions, in the order of the study."""
-    return [str(name) for name in dataset["regime"].dims]
-
-
-def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
-    """Return the parameter of the abscissa, which has the finest grid, and the other swept parameters."""
-    dims = swept(dataset)
-    along = max(dims, key=lambda name: dataset.sizes[name])
-    return along, [name for name in dims if name != along]
-
-
-Panel = tuple[str, str, int | None]  # label of the ordinate, variable, index of harmonic or support
-
-
-def panels_of(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
-    """Return a panel per quantity to show; by default mean and harmonics, or velocities without these."""
-    if not show:
-        quantities = ("displacement_mean", "displacement_amplitude")
-        show = quantities if "displacement_mean" in dataset else ("impact_velocity_max",)
-    panels: list[Panel] = []
-    if "displacement_mean" in show and "displacement_mean" in dataset:
-        mean = quantity("displacement_mean")
-        panels.append((f"constant part {mean.symbol}", "displacement_mean", None))
-    if "displacement_amplitude" in show and "displacement_amplitude" in dataset:
-        letter = quantity("displacement_amplitude").symbol
-        for k in range(min(3, dataset.sizes["harmonic"])):
-            text = f"{ORDINALS[k]} harmonic {letter.replace('_k', f'_{k + 1}')}"
-            panels.append((text, "displacement_amplitude", k))
-    if "impact_velocity_max" in show and "impact_velocity_max" in dataset:
-        symbol = quantity("impact_velocity_max").symbol
-        for position, support in enumerate(dataset["support"].values):
-            panels.append((f"support {support}: {symbol}", "impact_velocity_max", position))
-    return panels
-
-
-def values_of(dataset: xr.Dataset, panel: Panel) -> xr.DataArray:
-    """Return the quantity of a panel, over the swept dimensions of a dataset."""
-    _, name, position = panel
-    if position is None:
-        return dataset[name]
-    dim: Hashable = "harmonic" if name.endswith("_amplitude") else "support"
-    return dataset[name].isel({dim: position})
+HIGH_SHARE, HIGH = (
+    0.99,
+    2.0,
+)  # an axis of impacts ends at this quantile if the largest value is HIGH times as large
 
 
 def draw_sweep(
@@ -96,84 +65,92 @@ def draw_sweep(
     dataset : xarray.Dataset
         The sweep.
     show : collection of str
-        Quantities of the panels (default: those of `panels_of`).
+        Quantities of the panels (default: `quantities.DEFAULT_SHOW`).
     backbone : xarray.Dataset, optional
         Backbone over amplitude, drawn under the curves.
     """
     along, others = axis_and_others(dataset)
-    dataset = dataset.sortby(along)
+    dataset = with_impacts_per_period(dataset.sortby(along))
     lines_dim = others[0] if others else None
-    columns = stack_columns(dataset, others[1:])
-    panels = panels_of(dataset, show)
-    figure, spots, bottoms = lay_out(len(panels), len(columns), lines_of(dataset, lines_dim))
-    shared: Axes | None = None
-    first_of_row: dict[int, Axes] = {}
-    for column, (title, part) in enumerate(columns):
-        for index, panel in enumerate(panels):
-            spot, neighbour = spots[index][column], first_of_row.get(index)
-            ax = figure.add_subplot(spot, sharex=shared, sharey=neighbour)
-            shared = shared or ax
-            first_of_row.setdefault(index, ax)
-            draw_panel(ax, part, panel, along, lines_dim, backbone)
-            ax.set_title(title if index == 0 else "")
-            # Panels in two columns share one abscissa below, so each needs its own numbers.
-            is_folded = len(columns) == 1 and index >= len(panels) - 2
-            ax.tick_params(labelbottom=is_folded, labelleft=column == 0)
-            ax.set_ylabel(panel[0] if column == 0 else "")
-        bottom = figure.add_subplot(bottoms[column], sharex=shared)
-        bottom.set_xscale(scale_of(part[along].values))
-        shared = shared or bottom
-        draw_strips(bottom, part, along, lines_dim, named=column == 0)
-        bottom.set_xlabel(label(along))
-    scale_ordinates(first_of_row, panels, dataset)
-    # The bars are labelled by their own values.
-    lines = line_handles(dataset, along, lines_dim, backbone) if panels else []
-    marks = mark_handles(dataset, panels) if panels else []
-    legend(figure, lines, "upper", parameter_line(dataset))
-    legend(figure, [*marks, *regime_patches(dataset)], "lower")
+    panels = panels_of(dataset, show, joined=lines_dim is None)
+    rows = columns_of(dataset, others[1:], panels, fold=lines_dim is not None)
+    lines = list(lines_of(rows[0][0].part, lines_dim))
+    figure, spots = lay_out(rows, len(lines))
+    shared: dict[Any, Axes] = {}
+    name = "regime" if lines_dim is None else f"regime at\n{symbol_of(dataset[lines_dim])} ="
+    for row, row_spots in zip(rows, spots, strict=True):
+        for number, (column, own) in enumerate(zip(row, row_spots, strict=True)):
+            axes = draw_column(figure, column, own, along, lines_dim, backbone, shared)
+            bottom = axes[-1]
+            strips = [Strip(line.text, line.row) for line in lines_of(column.part, lines_dim)]
+            draw_strips(bottom, strips, along, name if number == 0 else "", own.width_cm)
+            bottom.set_xlabel(axis_label(dataset[along]))
+            figure.align_ylabels(axes[:-1])
+            if number > 0 and column.panels == row[0].panels:
+                for ax in axes[:-1]:
+                    ax.tick_params(labelleft=False)
+                    ax.set_ylabel("")
+    used = [panel for panel in panels if panel in shared]
+    scale_ordinates({panel: shared[panel] for panel in used}, dataset)
+    add_legends(figure, dataset, used, along, lines_dim, backbone)
     return figure
 
 
-def lines_of(dataset: xr.Dataset, lines_dim: str | None) -> int:
-    """Return the number of lines of a panel."""
-    return 1 if lines_dim is None else dataset.sizes[lines_dim]
+def draw_column(
+    figure: Figure,
+    column: Column,
+    spots: Spots,
+    along: str,
+    lines_dim: str | None,
+    backbone: xr.Dataset | None,
+    shared: dict[Any, Axes],
+) -> list[Axes]:
+    """Draw the panels of a column and return their axes, with that of the bars at the end."""
+    axes: list[Axes] = []
+    for panel, spot in zip(column.panels, spots.panels, strict=True):
+        ax = figure.add_subplot(spot, sharex=shared.get("x"), sharey=shared.get(panel))
+        shared.setdefault("x", ax)
+        shared.setdefault(panel, ax)
+        axes.append(ax)
+        draw_panel(ax, column.part, panel, along, lines_dim, backbone)
+        ax.tick_params(labelbottom=False)
+        ax.set_ylabel(panel.fitted(spots.height_cm))
+    bottom = figure.add_subplot(spots.strip, sharex=shared.get("x"))
+    shared.setdefault("x", bottom)
+    bottom.set_xscale(scale_of(column.part[along].values))
+    top = axes[0] if axes else bottom
+    top.set_title(column.title)
+    if along == "omega" and axes:
+        hertz = top.secondary_xaxis("top", functions=(to_hertz, from_hertz))
+        hertz.set_xlabel("frequency (Hz)")
+    return [*axes, bottom]
 
 
-Spots = list[list[SubplotSpec]]
+def to_hertz(omega: Any) -> Any:
+    """Convert rad/s to Hz."""
+    return np.asarray(omega) / (2 * np.pi)
 
 
-def lay_out(panels: int, columns: int, lines: int) -> tuple[Figure, Spots, list[SubplotSpec]]:
-    """Return the figure, the cells of its panels [panel][column], and the cells of the bars below.
-
-    A single column of panels is folded into two, with the bars below both.
-    """
-    strip = STRIP_CM * lines + 0.25
-    if columns > 1:
-        figure = new_figure(panels * COLUMN_HEIGHT_CM + strip + MARGINS_CM)
-        heights = [*[COLUMN_HEIGHT_CM] * panels, strip]
-        grid = figure.add_gridspec(panels + 1, columns, height_ratios=heights)
-        spots = [[grid[index, column] for column in range(columns)] for index in range(panels)]
-        return figure, spots, [grid[panels, column] for column in range(columns)]
-    side = min(2, max(1, panels))
-    rows = -(-panels // side)
-    figure = new_figure(rows * PANEL_HEIGHT_CM + strip + MARGINS_CM)
-    grid = figure.add_gridspec(rows + 1, side, height_ratios=[*[PANEL_HEIGHT_CM] * rows, strip])
-    return figure, [[grid[n // side, n % side]] for n in range(panels)], [grid[rows, :]]
+def from_hertz(hertz: Any) -> Any:
+    """Convert Hz to rad/s."""
+    return np.asarray(hertz) * 2 * np.pi
 
 
-def stack_columns(dataset: xr.Dataset, dims: list[str]) -> list[tuple[str, xr.Dataset]]:
-    """Return (title, part) of each combination of values of some dimensions; one part if there are none."""
-    if not dims:
-        return [("", dataset)]
-    first, *further = dims
-    return [
-        (
-            ", ".join(filter(None, [f"{quantity(first).symbol} = {mathtext(value)}", title])),
-            part,
-        )
-        for position, value in enumerate(dataset[first].values)
-        for title, part in stack_columns(dataset.isel({first: position}), further)
-    ]
+def add_legends(
+    figure: Figure,
+    dataset: xr.Dataset,
+    panels: list[Panel],
+    along: str,
+    lines_dim: str | None,
+    backbone: xr.Dataset | None,
+) -> None:
+    """Add lines, directions and parameters above, marks and regimes below."""
+    is_under = backbone is not None and along == frequency(dataset) and "eigenfrequency" in backbone
+    above = line_handles(dataset, lines_dim, is_under) if panels else []
+    above += direction_handles(directions(dataset)) if panels else []
+    legend(figure, above, "upper", parameter_line(dataset))
+    marks = mark_handles(dataset) if panels else []
+    legend(figure, [*marks, *regime_patches(dataset)], "lower")
 
 
 def draw_panel(
@@ -184,114 +161,92 @@ def draw_panel(
     lines_dim: str | None,
     backbone: xr.Dataset | None,
 ) -> None:
-    """Draw one quantity: stable orbits of one forcing period as lines, other rows as marks."""
+    """Draw the series of a panel: stable orbits of one forcing period as lines, other rows as marks."""
     draw_backbone(ax, panel, along, backbone)
-    if not np.isfinite(values_of(part, panel)).any():
+    both = DIRECTION in part["regime"].dims
+    values = [series.of(part).values for series in panel.series]
+    if not any(np.isfinite(each).any() for each in values):
         write_centred(ax, empty_text(panel))
-    for position in range(lines_of(part, lines_dim)):
-        row = part if lines_dim is None else part.isel({lines_dim: position})
-        x, y = row[along].values, values_of(row, panel).values
-        style = line_style(position)
-        for kind, mask in row_kinds(row).items():
-            shown = np.where(mask, y, np.nan)
-            if kind == "line":
-                ax.plot(x, shown, **style, zorder=2)
-                alone = np.where(isolated(mask & np.isfinite(y)), y, np.nan)
-                ax.plot(x, alone, ".", markersize=2.8, color=style["color"], zorder=2)
-            elif np.isfinite(shown).any():
-                marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
-                marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
-                ax.plot(x, shown, **marks, zorder=3)
+    is_joined = len(panel.series) > 1
+    for number, series in enumerate(panel.series):
+        for line in lines_of(part, lines_dim):
+            style = series_style(series, number) if is_joined else line_style(line.position)
+            label = series.text if is_joined and not np.isnan(values[number]).all() else ""
+            x, y = line.row[along].values, series.of(line.row).values
+            draw_line(ax, x, y, line.row, {**style, "label": label})
+            if line.direction:
+                rows = part if lines_dim is None else part.isel({lines_dim: line.position})
+                differs = branches_differ(series.of(rows)) if both else None
+                draw_arrows(ax, x, y, line, differs, style["color"])
+    if is_joined and ax.get_legend_handles_labels()[0]:
+        by_text = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+        ax.legend(
+            by_text.values(), by_text.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.05),
+            handlelength=2.6, borderaxespad=0.2,
+        )  # fmt: skip
+
+
+def series_style(series: Series, number: int) -> dict[str, Any]:
+    """Return colour and dashes of a series in a joined panel; supports have their own colours."""
+    style = line_style(number)
+    if series.dim == "support" and series.position is not None:
+        style["color"] = SUPPORT_COLOURS.get(series.position + 1, style["color"])
+    return style
 
 
 def empty_text(panel: Panel) -> str:
     """Return the reason why a panel without finite values is empty."""
-    _, name, position = panel
-    if name == "impact_velocity_max" and position is not None:
-        return f"Support {position + 1} is not struck"
+    supports = [series.position for series in panel.series if series.dim == "support"]
+    if panel.series[0].name == "impact_velocity_max" and supports:
+        return (
+            f"Support {supports[0] + 1} is not struck"
+            if len(supports) == 1 and supports[0] is not None
+            else "No support is struck"
+        )
     return "No finite values"
 
 
-def isolated(mask: np.ndarray) -> np.ndarray:
-    """Return which points have no neighbour in a mask, so that a line would not show them."""
-    padded = np.concatenate([[False], mask, [False]])
-    return mask & ~padded[:-2] & ~padded[2:]
+def scale_ordinates(axes: dict[Panel, Axes], dataset: xr.Dataset) -> None:
+    """Start the axes of amplitudes at zero, and keep axes of vanishing quantities from being scaled to rounding.
 
-
-def scale_ordinates(axes: dict[int, Axes], panels: list[Panel], dataset: xr.Dataset) -> None:
-    """Start the axes of amplitudes at zero, and keep axes of vanishing quantities from being scaled to rounding."""
-    sizes = [
-        float(np.nanmax(np.abs(values_of(dataset, panel).values), initial=0.0)) for panel in panels
-    ]
-    for index, ax in axes.items():
-        if panels[index][1] != "displacement_mean":
+    Quantities are compared with the largest of the same units.
+    """
+    sizes = {panel: panel_size(dataset, panel) for panel in axes}
+    for panel, ax in axes.items():
+        name = panel.series[0].name
+        if name not in SIGNED:
             ax.set_ylim(bottom=0.0)
-        keep_zero_scale(ax, sizes[index], max(sizes))
+        if name == "impacts_per_period":
+            cut_high(ax, panel, dataset)
+        stem = name.partition("_")[0]
+        alike = [size for other, size in sizes.items() if other.series[0].name.startswith(stem)]
+        keep_zero_scale(ax, sizes[panel], max(alike))
 
 
-ROW_MARKS: dict[str, dict[str, Any]] = {
-    "multiple": {
-        "linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white",
-        "markeredgewidth": 0.7,
-    },
-    "unstable": {"linestyle": "none", "marker": "x", "markersize": 3.4, "markeredgewidth": 0.8},
-    "no_orbit": {"linestyle": "none", "marker": ".", "markersize": 2.8, "markeredgewidth": 0.5},
-}  # fmt: skip
-ROW_TEXT = {
-    "multiple": r"$m>1$ periods",
-    "unstable": "unstable",
-    "no_orbit": "no orbit: average",
-}
+def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:
+    """End an axis below a few very large values (chatter), and write the largest."""
+    values = np.concatenate([series.of(dataset).values.ravel() for series in panel.series])
+    values = values[np.isfinite(values)]
+    end = 1.15 * float(np.quantile(values, HIGH_SHARE)) if values.size else 0.0
+    if 0.0 < HIGH * end < values.max(initial=0.0):
+        ax.set_ylim(top=end)
+        ax.text(
+            0.99, 0.95, f"up to {format_number(float(values.max()), 3)}", transform=ax.transAxes,
+            ha="right", va="top", fontsize=SMALL_FONT_SIZE,
+        )  # fmt: skip
 
 
-def row_kinds(row: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return a mask of the points by kind of mark; each point is in exactly one mask."""
-    orbit = row["regime"].values < PERIODIC_BELOW
-    stable = row["stable"].values != 0 if "stable" in row else np.ones_like(orbit)
-    multiple = (
-        row["period_multiple"].values > 1 if "period_multiple" in row else ~np.ones_like(orbit)
-    )
-    return {
-        "line": orbit & stable & ~multiple,
-        "multiple": orbit & stable & multiple,
-        "unstable": orbit & ~stable,
-        "no_orbit": ~orbit,
-    }
+def panel_size(dataset: xr.Dataset, panel: Panel) -> float:
+    """Return the largest finite magnitude of a panel."""
+    values = np.stack([np.abs(series.of(dataset).values) for series in panel.series])
+    return float(values[np.isfinite(values)].max(initial=0.0))
 
 
 def draw_backbone(ax: Axes, panel: Panel, along: str, backbone: xr.Dataset | None) -> None:
-    """Draw the backbone of the conservative exciter under the curves over nu."""
-    if backbone is None or along != "nu" or "eigenfrequency" not in backbone:
+    """Draw the backbone of the conservative exciter under the curves over the frequency."""
+    if backbone is None or along not in ("nu", "omega") or "eigenfrequency" not in backbone:
         return
-    if panel[1] in backbone and (panel[2] is None or panel[2] < backbone.sizes.get("harmonic", 0)):
-        ax.plot(backbone["eigenfrequency"], values_of(backbone, panel), **BACKBONE_STYLE)
-
-
-BACKBONE_STYLE: dict[str, Any] = {"color": GREY, "linewidth": 3.2, "alpha": 0.45, "zorder": 1}
-
-
-def line_handles(
-    dataset: xr.Dataset, along: str, lines_dim: str | None, backbone: xr.Dataset | None
-) -> list[Line2D]:
-    """Return legend entries of the lines by value, and of the backbone."""
-    handles: list[Line2D] = []
-    if lines_dim is not None:
-        symbol = quantity(lines_dim).symbol
-        for position, value in enumerate(dataset[lines_dim].values):
-            text = f"{symbol} = {mathtext(value)}"
-            handles.append(Line2D([], [], **line_style(position), label=text))
-    if backbone is not None and along == "nu" and "eigenfrequency" in backbone:
-        handles.append(Line2D([], [], **BACKBONE_STYLE, label="conservative exciter"))
-    return handles
-
-
-def mark_handles(dataset: xr.Dataset, panels: list[Panel]) -> list[Line2D]:
-    """Return legend entries of the marks that occur."""
-    kinds, text = row_kinds(dataset), dict(ROW_TEXT)
-    if any(name == "displacement_amplitude" for _, name, _ in panels):
-        text["multiple"] += r": harmonics of $\nu/m$"
-    return [
-        Line2D([], [], **marks, markeredgecolor=BLACK, label=text[kind])
-        for kind, marks in ROW_MARKS.items()
-        if kinds[kind].any()
-    ]
+    for series in panel.series:
+        position = series.position or 0
+        if series.name in backbone and position < backbone.sizes.get("harmonic", 1):
+            ax.plot(backbone["eigenfrequency"], series.of(backbone), **BACKBONE_STYLE)

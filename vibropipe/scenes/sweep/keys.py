@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.scenes.keys.base import Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.base import Harmonics, Outputs
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER_CHECK,
@@ -21,35 +21,13 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
-from vibropipe.scenes.keys.parts import FigureOptions, Follow, ParameterName, Solver, Start
+from vibropipe.scenes.keys.parts import Follow, ParameterName, Solver, Start
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.values import NameRule, NotNull, NumberRange, is_allowed
+from vibropipe.scenes.keys.values import NotNull, NumberRange, is_allowed
+from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
 from vibropipe.solve.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import PARAMETERS
-
-# Lines of a panel: as many as there are styles of lines.
-MAX_LINES = 7
-
-
-class SweepFigure(FigureOptions):
-    """Options of the pictures of a sweep."""
-
-    pictures: Annotated[list[Literal["curves", "map"]], AfterValidator(each_once)] = Field(
-        default=[],
-        description="Pictures: curves along the finest grid, or a map over two grids (default: the one that fits).",
-    )
-    show: Annotated[
-        list[Literal["displacement_mean", "displacement_amplitude", "impact_velocity_max"]],
-        AfterValidator(each_once),
-    ] = Field(default=[], description="Quantities of the curves (default: those in the data).")
-    backbone: Annotated[str | None, NameRule()] = Field(
-        default=None,
-        description="Backbone scene over `amplitude`, drawn under the curves (formerly `beside`).",
-    )
-
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
 
 
 class SweepScene(ForcedScene):
@@ -160,18 +138,6 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
         yield from SOLVER.problems(scene)
 
 
-def _figure(scene: SweepScene) -> Iterator[Problem]:
-    if "map" in scene.figure.pictures and len(scene.over) < 2:
-        must = "must leave out map unless two or more parameters are swept"
-        yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
-    lines = sorted(grid.size for grid in scene.over.values())[:-1]
-    if "curves" in scene.figure.pictures and any(size > MAX_LINES for size in lines):
-        must = (
-            f"must leave out curves unless all grids but the finest have at most {MAX_LINES} values"
-        )
-        yield Problem(("figure", "pictures"), f"curves for {max(lines)} values", must=must)
-
-
 CHECKS = (
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start",), ("follow",)), _start),
@@ -180,5 +146,5 @@ CHECKS = (
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((("solver",),), _solver),
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
-    Check((("figure",), ("over",)), _figure),
+    Check((("figure",), ("over",), ("outputs",)), check_figure),
 )

@@ -1,6 +1,12 @@
-"""A sweep over two parameters: map of regimes, and maps of the largest impact velocity on each support."""
+"""A sweep over two parameters: map of the laws of motion, and maps of quantities.
+
+Each combination of further swept parameters has its own maps, as small multiples on one page.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -8,31 +14,42 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import Bbox
-from numpy.typing import NDArray
 
 from vibropipe.figures.style import (
     BLACK,
+    GREY,
     NEUTRAL,
-    REGIME_STYLES,
     SMALL_FONT_SIZE,
     legend,
-    new_figure,
+    rasterise_many,
 )
-from vibropipe.figures.text import REGIME_TEXT, parameter_line, regime_name
-from vibropipe.scenes.sweep.curves import stack_columns, swept
-from vibropipe.scenes.sweep.strips import cell_edges, regime_patches, scale_of
-from vibropipe.words.vocabulary import REGIMES, label, quantity
+from vibropipe.figures.text import axis_label, parameter_line
+from vibropipe.scenes.sweep.laws import Law, laws_of
+from vibropipe.scenes.sweep.map_layout import Map, Placed, figure_of_many, figure_of_one
+from vibropipe.scenes.sweep.map_shapes import borders, widest_spot
+from vibropipe.scenes.sweep.quantities import (
+    DIRECTION,
+    SIGNED,
+    Series,
+    combinations,
+    evenly,
+    series_of,
+    swept,
+    with_impacts_per_period,
+)
+from vibropipe.scenes.sweep.strips import cell_edges, scale_of
 
-VELOCITY_COLOURS = "cividis"
+VALUE_COLOURS = "cividis"  # as bright in grey as the value is large
 HIGHEST_SHARE = (
     0.995  # quantile where the colour bar ends, so that a few large values do not darken the others
 )
-REGIMES_CM, VELOCITIES_CM, LEGEND_CM = 7.6, 6.0, 1.4
 REGION = "region"
-LABEL_MARGIN = 0.03  # of the grid that a labelled region must extend around its label
+MAX_MAPS = 12
+MAX_BANDS = 4  # combinations whose impact velocities are drawn too
+ORBIT_TEXT = "$(m;\\ p_1, p_2)$: $p_1$ and $p_2$ impacts on supports 1 and 2 in $m$ forcing periods"
+DEFAULT_SHOW = ("impact_velocity_max", "displacement_mean", "displacement_amplitude")
 
 
 def map_axes(dataset: xr.Dataset) -> tuple[str, str, list[str]]:
@@ -40,142 +57,169 @@ def map_axes(dataset: xr.Dataset) -> tuple[str, str, list[str]]:
     dims = swept(dataset)
     finest = sorted(dims, key=lambda name: -dataset.sizes[name])[:2]
     x, y = (name for name in dims if name in finest)
-    return x, y, [name for name in dims if name not in finest]
+    further = [name for name in dims if name not in finest]
+    return x, y, [*further, DIRECTION] if DIRECTION in dataset["regime"].dims else further
 
 
-def draw_regime_map(dataset: xr.Dataset) -> Figure:
-    """Draw the map of regimes and, if the data have impacts, velocity maps of both supports.
+def map_series(dataset: xr.Dataset, show: Collection[str]) -> list[Series]:
+    """Return the quantities of the maps beside that of laws; of harmonics the first one."""
+    found = []
+    for name in show or DEFAULT_SHOW:
+        if name in dataset:
+            series = series_of(dataset, name)
+            found += series[:1] if series[0].dim not in ("support", None) else series
+    return found
 
-    Each combination of further swept parameters has its own band of maps.
+
+def drawn_combinations(dataset: xr.Dataset, show: Collection[str] = ()) -> list[dict[str, int]]:
+    """Return the combinations of further parameters that are drawn: as many as are legible on a page."""
+    found = combinations(dataset, map_axes(dataset)[2])
+    return evenly(found, MAX_MAPS // (1 + len(map_series(dataset, show) if show else [])) or 1)
+
+
+def draw_regime_map(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw the map of the laws of motion and maps of quantities.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A sweep over two or more parameters.
+    show : collection of str
+        Quantities of the further maps (default: impact velocities, constant part and first harmonic; over more
+        than two parameters the impact velocities, or none for more than MAX_BANDS combinations).
     """
     x, y, further = map_axes(dataset)
-    dataset = dataset.sortby([x, y])
-    bands = stack_columns(dataset, further)
-    struck = "impact_velocity_max" in dataset
-    heights = [REGIMES_CM, VELOCITIES_CM] if struck else [REGIMES_CM]
-    figure = new_figure(sum(heights) * len(bands) + LEGEND_CM)
-    grid = figure.add_gridspec(len(heights) * len(bands), 2, height_ratios=heights * len(bands))
-    norm = velocity_norm(dataset) if struck else None
-    for band, (title, part) in enumerate(bands):
-        top = band * len(heights)
-        ax = figure.add_subplot(grid[top, :])
-        scale(ax, part, x, y)
-        draw_regimes(ax, part, x, y)
-        ax.set(xlabel=label(x), ylabel=label(y))
-        ax.set_title(",  ".join(filter(None, [title, parameter_line(dataset)])))
-        if norm is not None:
-            left = figure.add_subplot(grid[top + 1, 0])
-            pair = [left, figure.add_subplot(grid[top + 1, 1], sharey=left)]
-            draw_velocities(figure, pair, part, x, y, norm)
-    legend(figure, legend_handles(dataset), "lower")
+    dataset = with_impacts_per_period(dataset.sortby([x, y]))
+    codes, laws = laws_of(dataset)
+    dataset = dataset.assign(law=codes)
+    indices = drawn_combinations(dataset, show)
+    if further and not show:
+        series = map_series(dataset, ["impact_velocity_max"]) if len(indices) <= MAX_BANDS else []
+    else:
+        series = map_series(dataset, show)
+    norms = {each.name: value_norm(dataset, each.name) for each in series}
+    drawing = figure_of_one if not further else figure_of_many
+    figure, placed = drawing(dataset, series, indices)
+    draw_maps(figure, placed, laws, norms, x, y)
+    title = ORBIT_TEXT if any(law.m > 0 for law in laws) else ""
+    legend(figure, legend_handles(dataset, laws, series), "lower", title)
+    figure.suptitle(parameter_line(dataset))
     thin_labels(figure)
     return figure
 
 
+def draw_maps(
+    figure: Figure, placed: Placed, laws: list[Law], norms: dict[str, Normalize], x: str, y: str
+) -> None:
+    """Draw the maps at their places; labels of axes at the left and the lower edge, a colour bar for each row."""
+    first: Axes | None = None
+    cells = {(spot.rowspan.start, spot.colspan.start) for spot, _ in placed}
+    bars: dict[tuple[int, str], list[Axes]] = {}
+    for spot, each in placed:
+        row, column = spot.rowspan.start, spot.colspan.start
+        ax = figure.add_subplot(spot, sharex=first, sharey=first)
+        first = first or ax
+        ax.set_xscale(scale_of(each.part[x].values))
+        ax.set_yscale(scale_of(each.part[y].values))
+        if each.series is None:
+            draw_laws(ax, each.part, laws, x, y)
+        else:
+            draw_values(ax, each, norms[each.series.name], x, y)
+            bars.setdefault((row, each.series.name), []).append(ax)
+        ax.set_title(each.title)
+        is_left = column == 0 or (row, column - 1) not in cells
+        is_wide = spot.colspan.stop - spot.colspan.start > 1
+        is_low = is_wide or (row + 1, column) not in cells
+        ax.set_ylabel(axis_label(each.part[y]) if is_left else "")
+        ax.set_xlabel(axis_label(each.part[x]) if is_low else "")
+        ax.tick_params(labelleft=is_left, labelbottom=is_low)
+    for (_, name), axes in bars.items():
+        high = norms[name].vmax or 0.0
+        tops: list[Any] = [np.ma.max(np.ma.asarray(ax.collections[0].get_array())) for ax in axes]
+        top = max((float(top) for top in tops if top is not np.ma.masked), default=0.0)
+        figure.colorbar(
+            ScalarMappable(norms[name], VALUE_COLOURS), ax=axes, aspect=24, pad=0.02,
+            extend="max" if top > high else "neither",
+        )  # fmt: skip
+
+
 def thin_labels(figure: Figure) -> None:
-    """Remove labels of regions that would overlap; the larger region keeps its label."""
+    """Remove labels of regions that would overlap or leave the map; the larger region keeps its label."""
     figure.draw_without_rendering()
     for ax in figure.axes:
         kept: list[Bbox] = []
+        inside = ax.get_window_extent()
         for text in [artist for artist in ax.texts if artist.get_gid() == REGION]:
             box = text.get_window_extent().padded(3.0)
-            if any(box.overlaps(other) for other in kept):
+            if any(box.overlaps(other) for other in kept) or not (
+                inside.x0 < box.x0 and box.x1 < inside.x1
+            ):
                 text.remove()
             else:
                 kept.append(box)
 
 
-def draw_regimes(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
-    """Draw every cell in the colour of its regime, dots where m > 1, and a label in each large region."""
-    regime = part["regime"].transpose(y, x).values
-    colours = ListedColormap([REGIME_STYLES[name].colour for name in REGIMES])
-    norm = BoundaryNorm(np.arange(len(REGIMES) + 1) - 0.5, len(REGIMES))
+def draw_laws(ax: Axes, part: xr.Dataset, laws: list[Law], x: str, y: str) -> None:
+    """Draw every cell in the colour and hatch of its law, outlines, and a label in each large region."""
+    codes = part["law"].transpose(y, x).values
+    colours = ListedColormap([law.colour for law in laws])
+    norm = BoundaryNorm(np.arange(len(laws) + 1) - 0.5, len(laws))
     grid = cell_edges(part[x].values), cell_edges(part[y].values)
-    ax.pcolormesh(*grid, regime, cmap=colours, norm=norm, rasterized=True)
-    multiple = multiples(part).transpose(y, x).values > 1
-    at_y, at_x = np.nonzero(multiple)
-    ax.plot(
-        part[x].values[at_x], part[y].values[at_y], linestyle="none", marker=".", markersize=1.6,
-        markeredgewidth=0.0, color=BLACK, rasterized=True,
-    )  # fmt: skip
-    codes, areas = np.unique(regime, return_counts=True)
-    for code in codes[np.argsort(-areas, kind="stable")]:
-        spot = widest_spot(regime == code)
+    ax.pcolormesh(*grid, codes, cmap=colours, norm=norm, rasterized=True)
+    numbers, areas = np.unique(codes, return_counts=True)
+    for number in numbers[np.argsort(-areas, kind="stable")]:
+        law, mask = laws[number], codes == number
+        if law.hatch and min(codes.shape) > 1:
+            ax.contourf(
+                part[x].values, part[y].values, mask, levels=[0.5, 1.5], colors="none",
+                hatches=[law.hatch],
+            ).set_rasterized(codes.size > MANY_CELLS)  # fmt: skip
+        spot = widest_spot(mask)
         if spot is not None:
-            name = regime_name(int(code))
             ax.text(
-                part[x].values[spot[1]], part[y].values[spot[0]], REGIME_TEXT[name].replace(", support", ""),
+                part[x].values[spot[1]], part[y].values[spot[0]], law.short,
                 ha="center", va="center", fontsize=SMALL_FONT_SIZE, gid=REGION,
                 bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
                       "alpha": 0.85},
             )  # fmt: skip
+    draw_borders(ax, codes, grid, BLACK)
     frame(ax)
 
 
-def multiples(part: xr.Dataset) -> xr.DataArray:
-    """Return the period multiples, 1 everywhere if the data have none."""
-    return part.get("period_multiple", xr.ones_like(part["regime"]))
+MANY_CELLS = 62_500  # hatches of a larger map are stored as pixels
 
 
-def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return the cell deepest inside a mask, if deep enough; the border of the map is outside.
-
-    The mask is eroded layer by layer until nothing would remain.
-    """
-    remaining = mask
-    for depth in range(max(mask.shape)):
-        eroded = np.zeros_like(remaining)
-        eroded[1:-1, 1:-1] = remaining[1:-1, 1:-1]
-        eroded[1:-1, 1:-1] &= remaining[:-2, 1:-1] & remaining[2:, 1:-1]
-        eroded[1:-1, 1:-1] &= remaining[1:-1, :-2] & remaining[1:-1, 2:]
-        if not eroded.any():
-            if depth < LABEL_MARGIN * min(mask.shape):
-                return None
-            rows, columns = np.nonzero(remaining)
-            middle = rows.size // 2
-            return int(rows[middle]), int(columns[middle])
-        remaining = eroded
-    return None
+def draw_borders(ax: Axes, codes: Any, grid: tuple[Any, Any], colour: str) -> None:
+    """Draw the outlines of regions."""
+    lines = borders(codes, *grid)
+    if lines is not None:
+        drawn = ax.plot(*lines, color=colour, linewidth=0.5, scalex=False, scaley=False)
+        rasterise_many(drawn, lines[0].size)
 
 
-def velocity_norm(dataset: xr.Dataset) -> Normalize:
-    """Return the colour scale of both supports, from 0 to the HIGHEST_SHARE quantile of impact velocities."""
-    struck = dataset["impact_velocity_max"].values
-    struck = struck[np.isfinite(struck)]
-    highest = float(np.quantile(struck, HIGHEST_SHARE)) if struck.size else 1.0
-    return Normalize(0.0, highest or 1.0)
+def draw_values(ax: Axes, each: Map, norm: Normalize, x: str, y: str) -> None:
+    """Draw a quantity, grey where it has no value, with the outlines of the laws."""
+    assert each.series is not None
+    grid = cell_edges(each.part[x].values), cell_edges(each.part[y].values)
+    values = each.series.of(each.part).transpose(y, x).values
+    ax.set_facecolor(NEUTRAL)
+    masked = np.ma.masked_invalid(values)
+    ax.pcolormesh(*grid, masked, cmap=VALUE_COLOURS, norm=norm, rasterized=True)
+    draw_borders(ax, each.part["law"].transpose(y, x).values, grid, GREY)
+    frame(ax)
 
 
-def draw_velocities(
-    figure: Figure, pair: list[Axes], part: xr.Dataset, x: str, y: str, norm: Normalize
-) -> None:
-    """Draw impact_velocity_max of each support on one colour scale, grey where it is not struck."""
-    grid = cell_edges(part[x].values), cell_edges(part[y].values)
-    for ax, support in zip(pair, part["support"].values, strict=True):
-        values = part["impact_velocity_max"].sel(support=support).transpose(y, x).values
-        scale(ax, part, x, y)
-        ax.set_facecolor(NEUTRAL)
-        ax.pcolormesh(
-            *grid, np.ma.masked_invalid(values), cmap=VELOCITY_COLOURS, norm=norm, rasterized=True
-        )
-        ax.set_title(f"support {support}")
-        ax.set_xlabel(label(x))
-        frame(ax)
-    pair[0].set_ylabel(label(y))
-    pair[1].tick_params(labelleft=False)
-    highest = np.nanmax(part["impact_velocity_max"].values, initial=0.0)
-    entry = quantity("impact_velocity_max")
-    figure.colorbar(
-        ScalarMappable(norm, VELOCITY_COLOURS), ax=pair, aspect=30, pad=0.02,
-        extend="max" if highest > (norm.vmax or 0.0) else "neither",
-        label=f"{entry.long_name}\n{entry.symbol}",
-    )  # fmt: skip
-
-
-def scale(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
-    """Set the scale of both axes, linear or log as their grids."""
-    ax.set_xscale(scale_of(part[x].values))
-    ax.set_yscale(scale_of(part[y].values))
+def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
+    """Return the colour scale of a quantity, up to the HIGHEST_SHARE quantile; from 0 unless it has both signs."""
+    values = np.concatenate(
+        [each.of(dataset).values.ravel() for each in map_series(dataset, [name])]
+    )
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return Normalize(0.0, 1.0)
+    low = float(np.quantile(values, 1 - HIGHEST_SHARE)) if name in SIGNED else 0.0
+    high = float(np.quantile(values, HIGHEST_SHARE))
+    return Normalize(low, high if high > low else low + 1.0)
 
 
 def frame(ax: Axes) -> None:
@@ -184,19 +228,19 @@ def frame(ax: Axes) -> None:
         ax.spines[side].set_visible(True)
 
 
-def legend_handles(dataset: xr.Dataset) -> list[Patch | Line2D]:
-    """Return legend entries of the regimes present, of m > 1 and of supports not struck."""
-    handles: list[Patch | Line2D] = []
-    for patch in regime_patches(dataset):
-        patch.set_hatch("")
-        handles.append(patch)
-    largest = int(multiples(dataset).max())
-    if largest > 1:
-        handles.append(
-            Line2D([], [], linestyle="none", marker=".", markersize=4, color=BLACK,
-                   label=f"$m>1$ (up to {largest})")
-        )  # fmt: skip
-    if "impact_velocity_max" in dataset:
+def legend_handles(dataset: xr.Dataset, laws: list[Law], series: list[Series]) -> list[Patch]:
+    """Return legend entries of the laws, and of supports not struck."""
+    handles = [
+        Patch(
+            facecolor=law.colour,
+            hatch=law.hatch * 2,
+            edgecolor=BLACK,
+            linewidth=0.4,
+            label=law.text,
+        )
+        for law in sorted(laws, key=lambda law: law.regime)
+    ]
+    if any(each.name == "impact_velocity_max" for each in series):
         text = "support not struck"
         handles.append(Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label=text))
     return handles

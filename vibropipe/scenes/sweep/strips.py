@@ -2,51 +2,117 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
-from vibropipe.figures.text import REGIME_TEXT, mathtext, regime_name
-from vibropipe.words.vocabulary import quantity
+from vibropipe.figures.text import REGIME_TEXT, regime_name
 
 MIN_LOG_POINTS = 4
+MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves
+MANY_RUNS = 400  # a bar of more runs is stored as pixels
+LETTER_CM = 0.145  # usual width of a letter
+BAR_NAME = "name of a bar"
 
 
-def draw_strips(ax: Axes, part: xr.Dataset, along: str, lines_dim: str | None, named: bool) -> None:
-    """Draw one bar per line with the regime of every row."""
-    edges = cell_edges(part[along].values)
-    count = 1 if lines_dim is None else part.sizes[lines_dim]
-    for position in range(count):
-        row = part if lines_dim is None else part.isel({lines_dim: position})
-        regime = row["regime"].values
-        cuts = [0, *(np.flatnonzero(np.diff(regime)) + 1), regime.size]
-        boxes: dict[int, list[list[tuple[float, float]]]] = {}
-        for start, stop in pairwise(cuts):
-            left, right = edges[start], edges[stop]
-            low, high = position - 0.36, position + 0.36
-            box = [(left, low), (right, low), (right, high), (left, high)]
-            boxes.setdefault(int(regime[start]), []).append(box)
-        for code, polygons in boxes.items():
-            style = REGIME_STYLES[regime_name(code)]
-            ax.add_collection(
-                PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
-                               edgecolor="black", linewidth=0.2)
-            )  # fmt: skip
-    ax.set_ylim(count - 0.4, -0.6)
+@dataclass(frozen=True)
+class Strip:
+    """The rows along one line, with the label of their bar."""
+
+    text: str
+    row: xr.Dataset
+
+
+def draw_strips(
+    ax: Axes, strips: Sequence[Strip], along: str, name: str = "", width_cm: float = 0.0
+) -> None:
+    """Draw one bar per line with the regime of every row, named in the bar where the name fits.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where; its abscissa is that of the panels above.
+    strips : sequence of Strip
+        The lines, from top to bottom.
+    along : str
+        Parameter of the abscissa.
+    name : str
+        Label of the ordinate; without one, the bars have no labels.
+    width_cm : float
+        Printed width of the axes (default: no names in the bars).
+    """
+    edges = cell_edges(strips[0].row[along].values)
+    for position, strip in enumerate(strips):
+        draw_bar(ax, strip.row["regime"].values, edges, position, width_cm)
+    ax.set_ylim(len(strips) - 0.4, -0.6)
     ax.set_xlim(edges[0], edges[-1])
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    labels = [""] if lines_dim is None else [mathtext(v) for v in part[lines_dim].values]
-    ax.set_yticks(range(count), labels if named else [""] * count)
-    if named:
-        name = "regime" if lines_dim is None else f"regime\nat {quantity(lines_dim).symbol} ="
-        ax.set_ylabel(name, fontsize=SMALL_FONT_SIZE)
+    texts = [strip.text for strip in strips] if name else [""] * len(strips)
+    ax.set_yticks(range(len(strips)), texts)
+    ax.set_ylabel(name, fontsize=SMALL_FONT_SIZE)
+
+
+def draw_bar(
+    ax: Axes, regime: NDArray[np.int8], edges: NDArray[np.float64], position: int, width_cm: float
+) -> None:
+    """Draw the bar of one line; of very many runs, one row of each MAX_RUNS-th part stands for the part."""
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(regime)) + 1, [regime.size]])
+    if cuts.size > MAX_RUNS:
+        kept = np.unique(np.linspace(0, regime.size, MAX_RUNS).astype(int))
+        regime = np.repeat(regime[kept[:-1]], np.diff(kept))
+        cuts = np.concatenate([[0], np.flatnonzero(np.diff(regime)) + 1, [regime.size]])
+    low, high = position - 0.36, position + 0.36
+    boxes: dict[int, list[list[tuple[float, float]]]] = {}
+    for start, stop in pairwise(cuts.tolist()):
+        left, right = float(edges[start]), float(edges[stop])
+        box = [(left, low), (right, low), (right, high), (left, high)]
+        boxes.setdefault(int(regime[start]), []).append(box)
+    for code, polygons in boxes.items():
+        style = REGIME_STYLES[regime_name(code)]
+        bars = PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
+                              edgecolor="black", linewidth=0.2)  # fmt: skip
+        ax.add_collection(bars)
+        name_boxes(ax, code, polygons, edges, width_cm)
+    if cuts.size > MANY_RUNS:
+        for collection in ax.collections:
+            collection.set_rasterized(True)
+
+
+def name_boxes(
+    ax: Axes,
+    code: int,
+    polygons: list[list[tuple[float, float]]],
+    edges: NDArray[np.float64],
+    width_cm: float,
+) -> None:
+    """Write the name of a regime into each of its boxes that is long enough."""
+    name = regime_name(code)
+    text = REGIME_TEXT[name].replace(", support", "")
+    ground: Any = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
+    scaled = np.log if ax.get_xscale() == "log" else np.asarray
+    first, last = scaled(edges[[0, -1]])
+    for box in polygons:
+        left, right = scaled(np.array([box[0][0], box[1][0]]))
+        if (right - left) / (last - first) * width_cm < LETTER_CM * len(text) + 0.2:
+            continue
+        middle = 0.5 * (left + right)
+        at = float(np.exp(middle)) if ax.get_xscale() == "log" else float(middle)
+        ax.text(
+            at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center_baseline",
+            fontsize=SMALL_FONT_SIZE, clip_on=True, gid=BAR_NAME,
+            bbox=ground if REGIME_STYLES[name].hatch else None,
+            color="white" if name == "unbounded" else BLACK,
+        )  # fmt: skip
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:

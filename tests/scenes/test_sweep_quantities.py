@@ -1,0 +1,203 @@
+"""Panels, laws of motion and layout of the pictures of sweeps."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+import xarray as xr
+from drawing import draw
+from figures.figure_text import texts, words
+from figures.sample_datasets import sweep
+
+from vibropipe.figures.style import (
+    CM_PER_INCH,
+    PAGE_HEIGHT_CM,
+    PRINT_WIDTH_CM,
+    SMALL_FONT_SIZE,
+    house_style,
+    lightness,
+)
+from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
+from vibropipe.scenes.sweep.curves import draw_sweep
+from vibropipe.scenes.sweep.figure_keys import SweepFigure
+from vibropipe.scenes.sweep.laws import OTHER, chosen_rows, laws_of
+from vibropipe.scenes.sweep.lines import arrow_indices
+from vibropipe.scenes.sweep.map_shapes import borders
+from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
+from vibropipe.scenes.sweep.regime_map import draw_regime_map
+from vibropipe.scenes.sweep.strips import BAR_NAME
+from vibropipe.words.regimes import Regime
+
+
+def with_impacts(dataset: xr.Dataset) -> xr.Dataset:
+    """Add impacts per orbit: m on support 1, and on support 2 m up to nu = 1, else 2 m."""
+    m = dataset["period_multiple"]
+    second = m.where(dataset["nu"] < 1, 2 * m)
+    both = xr.concat([m, second], "support").transpose(*m.dims, "support").astype(float)
+    return dataset.assign(impacts_per_orbit=both)
+
+
+def followed(dataset: xr.Dataset) -> xr.Dataset:
+    """Return rows followed up and down; downwards, nothing is struck above nu = 1.5 (a hysteresis)."""
+    down = dataset.copy(deep=True)
+    late = (down["nu"] > 1.5).broadcast_like(down["regime"])
+    down["regime"] = down["regime"].where(~late, Regime.NO_IMPACT).astype(np.int8)
+    down["displacement_mean"] = down["displacement_mean"].where(~late, 0.3)
+    both = xr.concat([dataset, down], "direction").assign_coords(direction=["up", "down"])
+    for name in both.variables:
+        if name in dataset:
+            both[name].attrs = dataset[name].attrs
+    return both.assign_attrs(follow="nu both")
+
+
+def test_a_sweep_of_one_parameter_shows_what_a_design_needs():
+    figure = draw("sweep", with_impacts(sweep()))
+    said = words(figure).replace("\n", " ")
+    for text in ("constant part of displacement", "harmonic amplitude", "velocity before impact",
+                 "impacts per forcing period", "support 1", "support 2", "$A_3$"):  # fmt: skip
+        assert text in said
+    names = [
+        text.get_text() for ax in figure.axes for text in ax.texts if text.get_gid() == BAR_NAME
+    ]
+    assert "two-sided" in names
+
+
+def test_bars_are_aligned_with_the_panels():
+    with house_style():
+        figure = draw("sweep", sweep())
+        figure.draw_without_rendering()
+    boxes = [ax.get_position().intervalx for ax in figure.axes]
+    assert all(np.allclose(box, boxes[0], atol=1e-6) for box in boxes)
+    assert len({ax.get_xlim() for ax in figure.axes}) == 1
+
+
+def test_panels_follow_show_and_the_data():
+    dataset = with_impacts(sweep())
+    assert [p.series[0].name for p in panels_of(dataset, ["impact_velocity_max", "energy_input"])] == [
+        "impact_velocity_max", "impact_velocity_max",
+    ]  # fmt: skip
+    assert len(panels_of(dataset, joined=True)) == 3
+    assert len(panels_of(dataset)) == 6
+
+
+def test_both_directions_are_in_one_picture():
+    both = followed(sweep())
+    assert swept(both) == ["nu"]
+    assert axis_and_others(both) == ("nu", [])
+    assert directions(both) == ["up", "down"]
+    figure = draw("sweep", both, SweepFigure(show=["displacement_mean"]))
+    assert "followed upwards" in words(figure)
+    assert "followed downwards" in words(figure)
+    panel, bars = figure.axes
+    marks = {line.get_marker(): line for line in panel.lines}
+    # Arrows, full and hollow, only where the directions differ.
+    assert marks[">"].get_markerfacecolor() != marks["<"].get_markerfacecolor() == "white"
+    assert marks["<"].get_xdata().size > 0
+    assert (np.concatenate([marks["<"].get_xdata(), marks[">"].get_xdata()]) > 1.5).all()
+    assert [label.get_text() for label in bars.get_yticklabels()] == ["up", "down"]
+    text = describe_sweep(both)
+    assert "followed upwards and downwards along ν; arrows mark where the two differ" in text
+
+
+def test_a_single_direction_is_named_and_has_arrows():
+    dataset = sweep().assign_attrs(follow="nu up")
+    figure = draw("sweep", dataset)
+    assert "followed upwards" in words(figure)
+    assert any(line.get_marker() == ">" for line in figure.axes[0].lines)
+    assert "followed upwards along ν" in describe_sweep(dataset)
+    assert "followed" not in describe_sweep(sweep())
+
+
+def test_arrows_of_the_two_directions_alternate():
+    drawn = np.ones(600, bool)
+    drawn[100:103] = False
+    up, down = arrow_indices(drawn, "up"), arrow_indices(drawn, "down")
+    assert drawn[up].all()
+    assert up.size == down.size > 4
+    assert not set(up) & set(down)
+    assert (arrow_indices(~drawn, "up")).size == 0
+
+
+def test_laws_are_told_by_m_and_the_impacts_on_each_support():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True))
+    codes, laws = laws_of(dataset)
+    assert codes.dims == dataset["regime"].dims
+    for number, law in enumerate(laws):
+        rows = codes.values == number
+        assert (dataset["regime"].values[rows] == law.regime).all()
+        if law.m > 0:
+            assert (dataset["period_multiple"].values[rows] == law.m).all()
+            counts = dataset["impacts_per_orbit"].values[rows]
+            assert (counts == [law.p1, law.p2]).all()
+    assert {"(1; 1, 1)", "(1; 1, 2)", "with rest", "aperiodic"} <= {law.short for law in laws}
+
+
+def test_rare_laws_of_a_regime_share_a_look():
+    dataset = with_impacts(sweep(300))
+    dataset["regime"][:] = Regime.TWO_SIDED
+    dataset["period_multiple"][:] = np.concatenate([np.ones(260), np.arange(2, 42)])
+    _, laws = laws_of(dataset.assign(impacts_per_orbit=with_impacts(dataset)["impacts_per_orbit"]))
+    assert len(laws) <= 14
+    assert [law.text for law in laws if law.m == OTHER] == ["two-sided, other"]
+
+
+def test_laws_are_told_apart_in_grey():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True))
+    _, laws = laws_of(dataset)
+    for one, other in combinations(laws, 2):
+        assert abs(lightness(one.colour) - lightness(other.colour)) >= 8 or one.hatch != other.hatch
+
+
+def test_a_map_names_orbits_and_outlines_them():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50)))
+    with house_style():
+        figure = draw_regime_map(dataset)
+    said = words(figure)
+    assert "two-sided (1; 1, 2)" in said
+    assert "impacts on supports 1 and 2" in said
+    assert "constant part of displacement" in said
+    assert figure.axes[0].lines
+    assert "(1; 1, 2) in " in describe_map(dataset)
+
+
+def test_outlines_lie_between_regions_and_leave_speckles_out():
+    codes = np.zeros((6, 8), int)
+    codes[:, 4:] = 1
+    codes[2, 1] = 5
+    x, y = borders(codes, np.arange(9.0), np.arange(7.0))
+    assert set(x[np.isfinite(x)]) == {4.0}
+    assert sorted(set(y[np.isfinite(y)])) == list(np.arange(7.0))
+    assert borders(np.zeros((4, 4), int), np.arange(5.0), np.arange(5.0)) is None
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 9, 30])
+@pytest.mark.parametrize("drawn", [draw_sweep, draw_regime_map])
+def test_three_parameters_are_legible_multiples_on_a_page(count, drawn):
+    lines = [0.1, 0.5] if drawn is draw_sweep else np.linspace(0.05, 2, 30)
+    dataset = with_impacts(sweep(31, f=lines, delta=np.linspace(0, 0.2, count), all_regimes=True))
+    with house_style():
+        figure = drawn(dataset)
+        figure.draw_without_rendering()
+    assert figure.get_figheight() * CM_PER_INCH <= PAGE_HEIGHT_CM + 0.1
+    assert figure.get_figwidth() * CM_PER_INCH == pytest.approx(PRINT_WIDTH_CM)
+    assert min(text.get_fontsize() for text in texts(figure)) >= SMALL_FONT_SIZE
+    boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
+    smallest = min(
+        ax.get_window_extent().height for ax in figure.axes if ax.collections or ax.lines
+    )
+    assert smallest > 15
+    describe = describe_sweep if drawn is draw_sweep else describe_map
+    assert ("12 evenly spaced" in describe(dataset)) == (count == 30)
+
+
+def test_one_row_of_each_law_is_chosen():
+    dataset = with_impacts(sweep(all_regimes=True))
+    rows = chosen_rows(dataset, 9)
+    codes, laws = laws_of(dataset)
+    assert len({law for _, law in rows}) == len(rows)
+    for index, law in rows:
+        assert laws[int(codes.values.ravel()[index])] == law
+        assert law.regime not in (Regime.UNRESOLVED, Regime.UNBOUNDED)

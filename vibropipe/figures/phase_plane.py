@@ -1,0 +1,123 @@
+"""Curves in the plane of displacement and velocity: portraits with vertical jumps, and sections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from vibropipe.figures.jumps import away_from
+from vibropipe.figures.style import (
+    BLACK,
+    GREY,
+    NEUTRAL,
+    SUPPORT_COLOURS,
+    SUPPORT_MARKERS,
+    rasterise_many,
+)
+
+Floats = NDArray[np.float64]
+FAR_SUPPORT = 3.0  # supports farther than this multiple of the largest displacement are not drawn
+WALL_SHARE = 0.08  # of the width of the plane, on each side
+MANY_IMPACTS = 80  # markers shrink beyond this
+JUMP_LINE = (0, (1, 1.5))
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """Impacts of a motion: times (ascending), supports, velocities before and after."""
+
+    time: Floats
+    support: NDArray[np.int8]
+    before: Floats
+    after: Floats
+
+    def within(self, first: float, last: float) -> Impacts:
+        """Return the impacts from one time to another."""
+        kept = (self.time >= first) & (self.time <= last)
+        return Impacts(self.time[kept], self.support[kept], self.before[kept], self.after[kept])
+
+
+def path(
+    time: Floats, x: Floats, v: Floats, impacts: Impacts, walls: dict[int, float]
+) -> tuple[Floats, Floats]:
+    """Return a sampled motion in the plane, with each impact on its support and a break at its jump.
+
+    Samples at the time of an impact are dropped, since they are on one side of the jump or the other.
+    """
+    kept = away_from(time, impacts.time)
+    time, x, v = time[kept], x[kept], v[kept]
+    at = np.repeat(np.searchsorted(time, impacts.time), 3)
+    wall = np.where(impacts.support == 1, walls[1], walls[2])
+    breaks = np.full(wall.size, np.nan)
+    new_x = np.stack([wall, breaks, wall], axis=1).ravel()
+    new_v = np.stack([impacts.before, breaks, impacts.after], axis=1).ravel()
+    return np.insert(x, at, new_x), np.insert(v, at, new_v)
+
+
+def draw_portrait(
+    ax: Axes, x: Floats, v: Floats, impacts: Impacts, walls: dict[int, float]
+) -> None:
+    """Draw a path, its supports as walls and its jumps as vertical dotted lines."""
+    rasterise_many(ax.plot(x, v, color=BLACK, linewidth=0.9, zorder=2), x.size)
+    draw_walls(ax, float(np.nanmin(x)), float(np.nanmax(x)), walls)
+    for support in (1, 2):
+        own = impacts.support == support
+        if not own.any():
+            continue
+        wall = np.full(int(own.sum()), walls[support])
+        lines = ax.vlines(wall, impacts.before[own], impacts.after[own], color=SUPPORT_COLOURS[support],
+                          linestyle=JUMP_LINE, linewidth=1.1, zorder=3)  # fmt: skip
+        rasterise_many([lines], int(own.sum()))
+        marks = ax.plot(wall, impacts.before[own], **impact_style(support, int(own.sum())))
+        rasterise_many(marks, int(own.sum()))
+
+
+def impact_style(support: int, amount: int) -> dict[str, Any]:
+    """Return the mark of impacts on a support; many are small."""
+    return {
+        "linestyle": "none",
+        "marker": SUPPORT_MARKERS[support],
+        "markersize": 4.5 if amount <= MANY_IMPACTS else 2.5,
+        "markerfacecolor": SUPPORT_COLOURS[support],
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.4,
+        "zorder": 4,
+    }
+
+
+def draw_walls(ax: Axes, low: float, high: float, walls: dict[int, float]) -> None:
+    """Shade what is beyond the supports that are near a range of displacements, and set the limits."""
+    reach = max(abs(low), abs(high), 1e-300)
+    near = {s: x for s, x in walls.items() if abs(x) <= FAR_SUPPORT * reach}
+    ends = [low, high, *near.values()]
+    margin = WALL_SHARE * (max(ends) - min(ends) or 1.0)
+    limits = (min(ends) - margin, max(ends) + margin)
+    for support, x in near.items():
+        edge = limits[1] if support == 1 else limits[0]
+        ax.axvspan(*sorted((x, edge)), facecolor=NEUTRAL, alpha=0.55, linewidth=0, zorder=0)
+        ax.axvline(x, color=GREY, linewidth=0.8, zorder=1)
+    ax.set_xlim(limits)
+
+
+def portrait_handles(supports: set[int]) -> list[Line2D]:
+    """Return legend entries of the jumps on the supports that are struck."""
+    return [
+        Line2D([], [], linestyle=JUMP_LINE, color=SUPPORT_COLOURS[support],
+               marker=SUPPORT_MARKERS[support], label=f"impact on support {support}")
+        for support in sorted(supports)
+    ]  # fmt: skip
+
+
+def draw_points(ax: Axes, x: Floats, y: Floats, colour: str = BLACK, marker: str = ".") -> None:
+    """Draw the points of a section or a diagram, smaller the more there are."""
+    size = float(np.clip(30.0 / max(1, x.size) ** 0.4, 1.3, 5.0))
+    drawn = ax.plot(
+        x, y, linestyle="none", marker=marker, markersize=size, markeredgewidth=0.0,
+        color=colour, zorder=2,
+    )  # fmt: skip
+    rasterise_many(drawn, 4 * x.size)

@@ -1,0 +1,101 @@
+"""The key `figure` of a sweep: its pictures, the quantities they show, and what these need of the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.values import NameRule
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.sweep.keys import SweepScene
+
+# Lines of a panel: as many as there are styles of lines.
+MAX_LINES = 7
+
+Shown = Literal[
+    "displacement_mean",
+    "displacement_amplitude",
+    "velocity_mean",
+    "velocity_amplitude",
+    "impact_velocity_max",
+    "impacts_per_period",
+    "period_multiple",
+    "floquet_multiplier",
+    "energy_input",
+    "energy_damping",
+    "energy_impact",
+    "impact_velocity",
+    "displacement_strobe",
+    "poincare_displacement",
+    "poincare_velocity",
+]
+# Outputs that quantities and pictures need, by the start of the name of a quantity; one of them suffices.
+QUANTITY_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "displacement_mean": ("harmonics",),
+    "displacement_amplitude": ("harmonics",),
+    "velocity_": ("harmonics",),
+    "impact_velocity": ("impacts",),
+    "floquet": ("stability",),
+    "energy": ("energy",),
+    "poincare": ("poincare",),
+}
+PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "section": ("poincare",),
+    "portrait": ("motion",),
+    "spectrum": ("harmonics",),
+    "energy": ("energy",),
+}
+
+
+class SweepFigure(FigureOptions):
+    """Options of the pictures of a sweep."""
+
+    pictures: Annotated[
+        list[Literal["curves", "map", "bifurcation", "section", "portrait", "spectrum", "energy"]],
+        AfterValidator(each_once),
+    ] = Field(
+        default=[],
+        description="Pictures: curves along the finest grid, a map over two grids, a bifurcation diagram, Poincaré "
+        "sections, phase portraits or spectra of single rows, or the energy (default: curves or map, as fits).",
+    )
+    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Quantities of curves, maps and the bifurcation diagram (default: those in the data).",
+    )
+    backbone: Annotated[str | None, NameRule()] = Field(
+        default=None,
+        description="Backbone scene over `amplitude`, drawn under the curves (formerly `beside`).",
+    )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
+
+
+def check_figure(scene: SweepScene) -> Iterator[Problem]:
+    """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
+    pictures, outputs = scene.figure.pictures, set(scene.outputs)
+    if "map" in pictures and len(scene.over) < 2:
+        must = "must leave out map unless two or more parameters are swept"
+        yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
+    lines = sorted(grid.size for grid in scene.over.values())[:-1]
+    if "curves" in pictures and any(size > MAX_LINES for size in lines):
+        must = (
+            f"must leave out curves unless all grids but the finest have at most {MAX_LINES} values"
+        )
+        yield Problem(("figure", "pictures"), f"curves for {max(lines)} values", must=must)
+    for picture in pictures:
+        needed = PICTURE_NEEDS.get(picture, ())
+        if needed and not outputs & set(needed):
+            must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
+            yield Problem(("figure", "pictures"), repr(picture), must=must)
+    for name in scene.figure.show:
+        for start, needed in QUANTITY_NEEDS.items():
+            if name.startswith(start) and not outputs & set(needed):
+                must = f"must leave out {name} unless outputs have {' or '.join(needed)}"
+                yield Problem(("figure", "show"), repr(str(name)), must=must)

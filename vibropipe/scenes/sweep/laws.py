@@ -1,0 +1,151 @@
+"""Laws of motion of the rows of a sweep: orbits (m; p1, p2), by which maps and pictures of orbits tell rows apart.
+
+An orbit (m; p1, p2) repeats after m forcing periods and strikes support 1 p1 times and support 2 p2 times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex, to_rgb
+from numpy.typing import NDArray
+
+from vibropipe.figures.style import REGIME_STYLES
+from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
+from vibropipe.words.regimes import Regime
+
+MAX_LAWS = 12  # laws with a look of their own; further ones of a regime share one
+FEWEST = 0.002  # share of the rows that a law needs for a look of its own
+CODE = 1 << 20  # above any number of impacts or of periods that is told apart
+OTHER = -1  # of m, in the law of all further orbits of a regime
+# Of the laws of a regime after the first: towards white (> 0) or black (< 0), and hatch.
+SHADES = (
+    (0.55, "///"),
+    (-0.35, "..."),
+    (0.3, "\\\\\\"),
+    (0.75, "xxx"),
+    (-0.15, "++"),
+    (0.45, "oo"),
+)
+OTHER_LOOK = (0.65, "---")
+
+
+@dataclass(frozen=True)
+class Law:
+    """Regime with its orbit (m; p1, p2); m is 0 without an orbit, OTHER for the remaining orbits."""
+
+    regime: int
+    m: int
+    p1: int
+    p2: int
+    colour: str = ""
+    hatch: str = ""
+
+    @property
+    def short(self) -> str:
+        """Text in a region of a map."""
+        name = regime_name(self.regime)
+        if self.m == OTHER:
+            return f"other {REGIME_TEXT[name].partition(',')[0]}"
+        if self.m == 0 or (name == "no_impact" and self.m == 1):
+            return REGIME_TEXT[name].replace(", support", "")
+        return f"({self.m}; {self.p1}, {self.p2})"
+
+    @property
+    def text(self) -> str:
+        """Text in a legend: the regime with the orbit."""
+        words = REGIME_TEXT[regime_name(self.regime)]
+        if self.m == OTHER:
+            return f"{words}, other"
+        return words if words.replace(", support", "") == self.short else f"{words} {self.short}"
+
+
+def laws_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Law]]:
+    """Return the number of the law of each row, and the laws by number, the most frequent first.
+
+    Rows that stick to a support are one law, whatever the number of impacts before.
+    """
+    regime = dataset["regime"]
+    m, p1, p2 = (part.values for part in orbit_numbers(dataset))
+    keys = np.stack([regime.values.astype(np.int64), m, p1, p2], axis=-1).reshape(-1, 4)
+    packed = ((keys[:, 0] * CODE + keys[:, 1]) * CODE + keys[:, 2]) * 4096 + keys[:, 3]
+    _, first, inverse, amounts = np.unique(
+        packed, return_index=True, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(-amounts, kind="stable")
+    laws: dict[Law, int] = {}
+    number = np.empty(order.size, np.int64)
+    for rank, index in enumerate(order):
+        regime_code, periods, first_hits, second_hits = map(int, keys[first[index]])
+        law = Law(regime_code, periods, first_hits, second_hits)
+        has_look = rank < MAX_LAWS and amounts[index] >= FEWEST * regime.size
+        if law.m > 0 and not has_look and _is_divided(law, laws):
+            law = Law(law.regime, OTHER, 0, 0)
+        number[index] = laws.setdefault(law, len(laws))
+    codes = regime.copy(data=number[inverse.reshape(-1)].reshape(regime.shape)).drop_attrs()
+    return codes.rename("law"), with_looks(list(laws))
+
+
+def _is_divided(law: Law, laws: dict[Law, int]) -> bool:
+    """Return whether a regime has a law with a look already, so that the next ones are `other`."""
+    return any(known.regime == law.regime for known in laws)
+
+
+def orbit_numbers(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Return m, p1 and p2 of each row as integers; 0 where no orbit was found or it sticks to a support."""
+    regime = dataset["regime"]
+    whole = (regime < PERIODIC_BELOW) & (regime != Regime.WITH_REST)
+    multiple = dataset.get("period_multiple", xr.ones_like(regime)).astype(np.int64)
+    if "impacts_per_orbit" in dataset:
+        per_orbit = dataset["impacts_per_orbit"]
+    elif "impacts_per_period" in dataset:
+        per_orbit = dataset["impacts_per_period"] * multiple
+    else:
+        zero = xr.zeros_like(multiple)
+        return multiple.where(whole, 0), zero, zero
+    counts = per_orbit.transpose(*regime.dims, "support").fillna(0).round().astype(np.int64)
+    p1, p2 = (counts.isel(support=n, drop=True).clip(0, 4095).where(whole, 0) for n in (0, 1))
+    return multiple.where(whole, 0), p1, p2
+
+
+def with_looks(laws: list[Law]) -> list[Law]:
+    """Return laws with colour and hatch: the first of a regime has its colour, the next ones shades and hatches."""
+    seen: dict[Hashable, int] = {}
+    looks = []
+    for law in laws:
+        rank = seen.get(law.regime, 0)
+        seen[law.regime] = rank + (law.m != OTHER)
+        base = REGIME_STYLES[regime_name(law.regime)].colour
+        shade, hatch = (0.0, "")
+        if law.m == OTHER:
+            shade, hatch = OTHER_LOOK
+        elif rank:
+            shade, hatch = SHADES[(rank - 1) % len(SHADES)]
+        looks.append(Law(law.regime, law.m, law.p1, law.p2, shaded(base, shade), hatch))
+    return looks
+
+
+def shaded(colour: str, shade: float) -> str:
+    """Mix a colour with white (shade > 0) or black (shade < 0)."""
+    target, share = (1.0 if shade > 0 else 0.0), abs(shade)
+    red, green, blue = ((1 - share) * part + share * target for part in to_rgb(colour))
+    return str(to_hex((red, green, blue)))
+
+
+def chosen_rows(dataset: xr.Dataset, most: int) -> list[tuple[int, Law]]:
+    """Return one row for each of the most frequent laws: its flat index, in the middle of the law's longest run."""
+    codes, laws = laws_of(dataset)
+    flat: NDArray[np.int64] = codes.values.reshape(-1)
+    rows = []
+    for number, law in enumerate(laws):
+        if regime_name(law.regime) in ("unresolved", "unbounded"):
+            continue
+        padded = np.concatenate([[0], flat == number, [0]]).astype(np.int8)
+        starts, stops = np.flatnonzero(np.diff(padded) == 1), np.flatnonzero(np.diff(padded) == -1)
+        longest = int(np.argmax(stops - starts))
+        rows.append((int(starts[longest] + stops[longest]) // 2, law))
+    return rows[:most]

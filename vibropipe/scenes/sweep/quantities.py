@@ -1,0 +1,195 @@
+"""What the pictures of a sweep show: its dimensions, the quantities of its panels, and the kinds of its rows."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibropipe.figures.text import axis_label, symbol_of
+from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import REGIMES
+
+DIRECTION = "direction"
+PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
+DEFAULT_SHOW = (
+    "displacement_mean",
+    "displacement_amplitude",
+    "impact_velocity_max",
+    "impacts_per_period",
+)
+ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact")
+MAX_HARMONICS = 3
+LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
+LETTER_CM = 0.155  # usual width of a letter, with some room
+MAX_LABEL_LINES = 3
+# Quantities that are not negative, so that their axis starts at zero.
+SIGNED = {"displacement_mean", "velocity_mean", "energy_input", "energy_residual"}
+
+
+@dataclass(frozen=True)
+class Series:
+    """One element of a quantity: `position` along its own dimension `dim`, None if it is a scalar of the row."""
+
+    name: str
+    dim: str | None = None
+    position: int | None = None
+    text: str = ""
+
+    def of(self, dataset: xr.Dataset) -> xr.DataArray:
+        """Return its values over the swept dimensions of a dataset; magnitudes of complex ones."""
+        array = dataset[self.name]
+        if self.dim is not None:
+            array = array.isel({self.dim: self.position})
+        if array.dtype.kind == "c":
+            array = abs(array).rename(self.name).assign_attrs(array.attrs)
+        return array
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The series that share an ordinate, and its label."""
+
+    label: str
+    series: tuple[Series, ...]
+    short: str = ""
+
+    def fitted(self, height_cm: float) -> str:
+        """Return the label in lines that fit beside a panel; the short one if they are more than three."""
+        words = self.label.replace("\n", " ")
+        lines = textwrap.wrap(words, max(8, int(height_cm / LETTER_CM)), break_long_words=False)
+        return self.short if self.short and len(lines) > MAX_LABEL_LINES else "\n".join(lines)
+
+
+def swept(dataset: xr.Dataset) -> list[str]:
+    """Return the swept dimensions, in the order of the dataset, without the direction of following."""
+    return [str(name) for name in dataset["regime"].dims if name != DIRECTION]
+
+
+def directions(dataset: xr.Dataset) -> list[str]:
+    """Return the directions in which the rows were followed: up, down, both, or none."""
+    if DIRECTION in dataset["regime"].dims:
+        return [str(value) for value in dataset[DIRECTION].values]
+    follow = str(dataset.attrs.get("follow", ""))
+    return [follow.split()[-1]] if follow.endswith((" up", " down")) else []
+
+
+def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
+    """Return the parameter of the abscissa, which has the finest grid, and the other swept parameters."""
+    dims = swept(dataset)
+    along = max(dims, key=lambda name: dataset.sizes[name])
+    return along, [name for name in dims if name != along]
+
+
+def with_impacts_per_period(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a sweep with `impacts_per_period`, which older datasets have per orbit alone."""
+    if "impacts_per_period" in dataset or "impacts_per_orbit" not in dataset:
+        return dataset
+    multiple = dataset.get("period_multiple", xr.ones_like(dataset["regime"]))
+    rate = dataset["impacts_per_orbit"] / multiple.where(multiple > 0, 1)
+    solved = ~dataset["regime"].isin([Regime.UNRESOLVED, Regime.UNBOUNDED])
+    attrs = {"long_name": "impacts per forcing period", "symbol": "$p_s/m$", "units": "1"}
+    return dataset.assign(impacts_per_period=rate.where(solved).assign_attrs(attrs))
+
+
+def series_of(dataset: xr.Dataset, name: str) -> list[Series]:
+    """Return the series of a quantity: one for each support, multiplier or of the first harmonics."""
+    array, rows = dataset[name], dataset["regime"].dims
+    own = [str(dim) for dim in array.dims if dim not in rows]
+    if not own:
+        return [Series(name, text=symbol_of(array))]
+    dim = own[0]
+    amount = min(array.sizes[dim], MAX_HARMONICS if "harmonic" in dim else array.sizes[dim])
+    numbers = dataset[dim].values if dim in dataset.coords else np.arange(1, amount + 1)
+    return [Series(name, dim, n, series_text(array, dim, int(numbers[n]))) for n in range(amount)]
+
+
+def series_text(array: xr.DataArray, dim: str, number: int) -> str:
+    """Return the text of one element of a quantity: the support, or the symbol with its number."""
+    return f"support {number}" if dim == "support" else symbol_of(array, number)
+
+
+def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = False) -> list[Panel]:
+    """Return the panels of the quantities to show that the data have.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A sweep, with `impacts_per_period`.
+    show : collection of str
+        Quantities (default: DEFAULT_SHOW).
+    joined : bool
+        Whether the elements of a quantity share a panel.
+    """
+    panels = []
+    for name in dict.fromkeys(show or DEFAULT_SHOW):
+        if name not in dataset:
+            continue
+        series = series_of(dataset, name)
+        if joined:
+            text = axis_label(dataset[name], width=LABEL_WIDTH)
+            panels.append(Panel(text, tuple(series), symbol_of(dataset[name])))
+            continue
+        panels += [
+            Panel(element_label(dataset, each), (each,), short_label(dataset, each))
+            for each in series
+        ]
+    return panels
+
+
+def short_label(dataset: xr.Dataset, series: Series) -> str:
+    """Return the symbol of one element of a quantity, with the number of the support where it has one."""
+    if series.dim != "support" or series.position is None:
+        return series.text
+    symbol = symbol_of(dataset[series.name], series.position + 1)
+    return f"{symbol}\n{series.text}"
+
+
+def element_label(dataset: xr.Dataset, series: Series) -> str:
+    """Return the label of one element of a quantity."""
+    array = dataset[series.name]
+    if series.dim is None or series.position is None:
+        return axis_label(array, width=LABEL_WIDTH)
+    number = series.position + 1
+    if series.dim in dataset.coords:
+        number = int(dataset[series.dim].values[series.position])
+    if series.dim == "support":
+        named = array.copy(deep=False)
+        words = axis_label(array).partition("$")[0].strip()
+        named.attrs = {**array.attrs, "long_name": f"{words}, support {number}"}
+        return axis_label(named, number, width=LABEL_WIDTH)
+    return axis_label(array, number, width=LABEL_WIDTH)
+
+
+def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
+    """Return a mask of the points by kind of mark; each point is in exactly one mask."""
+    orbit = row["regime"].values < PERIODIC_BELOW
+    stable = row["stable"].values != 0 if "stable" in row else np.ones_like(orbit)
+    multiple = (
+        row["period_multiple"].values > 1 if "period_multiple" in row else ~np.ones_like(orbit)
+    )
+    return {
+        "line": orbit & stable & ~multiple,
+        "multiple": orbit & stable & multiple,
+        "unstable": orbit & ~stable,
+        "no_orbit": ~orbit,
+    }
+
+
+def combinations(dataset: xr.Dataset, dims: list[str]) -> list[dict[str, int]]:
+    """Return the indices of all combinations of values of some dimensions; one empty mapping without any."""
+    found: list[dict[str, int]] = [{}]
+    for dim in dims:
+        found = [{**one, dim: n} for one in found for n in range(dataset.sizes[dim])]
+    return found
+
+
+def evenly(items: list[dict[str, int]], most: int) -> list[dict[str, int]]:
+    """Return at most `most` items, evenly spaced with both ends."""
+    if len(items) <= most:
+        return items
+    return [items[n] for n in np.unique(np.linspace(0, len(items) - 1, most).round().astype(int))]

@@ -15,6 +15,7 @@ from vibropipe.scenes.registry import kind_of
 from vibropipe.store import read_scenes
 from vibropipe.study import Study
 
+SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
 DRAWN = ("figures", "report", "scenes", "words")
 
@@ -52,6 +53,7 @@ def draw_scene(
     """
     from vibropipe.figures.style import house_style, save
 
+    dataset, others = shown_datasets(dataset, others)
     pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
     paths: list[Path] = []
     for name, picture in zip(figure_names(scene), pictures, strict=True):
@@ -60,8 +62,34 @@ def draw_scene(
     return paths
 
 
+def shown_datasets(
+    dataset: xr.Dataset, others: Mapping[str, xr.Dataset]
+) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
+    """Return datasets in units for display, as pictures and their captions show them."""
+    from vibropipe.figures.units import display_units
+
+    return display_units(dataset), {name: display_units(other) for name, other in others.items()}
+
+
+def remove_unchosen(scene: BaseScene, folder: Path) -> list[Path]:
+    """Remove the files of pictures that a scene no longer chooses, and return their paths.
+
+    Only files named `<scene>-<picture>` after a picture of the scene's kind are removed.
+    """
+    further = {f"{scene.name}-{picture.name}" for picture in kind_of(scene).pictures}
+    removed = [
+        folder / f"{name}{suffix}"
+        for name in sorted(further - set(figure_names(scene)))
+        for suffix in SUFFIXES
+        if (folder / f"{name}{suffix}").is_file()
+    ]
+    for path in removed:
+        path.unlink()
+    return removed
+
+
 def draw_study(study: Study, results: Path) -> list[Path]:
-    """Draw the figures of a study from its datasets.
+    """Draw the figures of a study from its datasets, and remove those of pictures that it no longer chooses.
 
     Parameters
     ----------
@@ -82,6 +110,8 @@ def draw_study(study: Study, results: Path) -> list[Path]:
     """
     folder = results / study.name
     datasets = read_scenes(folder, study.scenes, study.fingerprints)
+    for name in datasets:
+        remove_unchosen(study.scenes[name], folder / "figures")
     return [
         path
         for name, dataset in datasets.items()

@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.jobs.drawing import figure_names
+from vibropipe.jobs.drawing import figure_names, shown_datasets
 from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
 from vibropipe.report.data import (
@@ -134,11 +134,12 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
     """Yield each figure: name, path, title, caption, and the alternative text for screen readers."""
     for scene_name, dataset in datasets.items():
         scene = study.scenes[scene_name]
-        pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
+        shown, others = shown_datasets(dataset, datasets)
+        pictures = kind_of(scene).pictures_of(shown, scene.figure.chosen())
         own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):
             further = "" if name == scene_name else f" ({picture.name.replace('_', ' ')})"
-            description = picture.describe(dataset, scene.figure, datasets)
+            description = picture.describe(shown, scene.figure, others)
             yield {
                 "name": name,
                 "path": f"figures/{name}.pdf",

@@ -1,0 +1,44 @@
+"""Files of figures: those that a study chooses, in units for display."""
+
+from __future__ import annotations
+
+import numpy as np
+from figures.sample_datasets import Scene, motion, sweep
+
+from vibropipe.figures.units import display_units
+from vibropipe.jobs.drawing import figure_names, remove_unchosen, shown_datasets
+from vibropipe.scenes.sweep.figure_keys import SweepFigure
+
+
+def test_pictures_no_longer_chosen_are_removed(tmp_path):
+    scene = Scene("sweep", "line", figure=SweepFigure(pictures=["curves", "energy"]))
+    kept = ["line.svg", "line-energy.pdf", "line-notes.pdf", "lines-map.svg", "line-map.txt"]
+    stale = ["line-map.svg", "line-map.pdf", "line-bifurcation.svg"]
+    for name in (*kept, *stale):
+        (tmp_path / name).touch()
+    assert figure_names(scene) == ["line", "line-energy"]
+    removed = remove_unchosen(scene, tmp_path)
+    assert sorted(path.name for path in removed) == sorted(stale)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(kept)
+
+
+def test_datasets_without_units_are_drawn_as_they_are():
+    dataset = sweep()
+    shown, others = shown_datasets(dataset, {"line": dataset})
+    assert shown is dataset
+    assert others["line"] is dataset
+
+
+def test_physical_datasets_are_drawn_in_small_numbers():
+    dataset = motion()
+    for name in ("displacement", "l", "delta"):
+        dataset[name] = dataset[name] * 0.016
+        dataset[name].attrs |= {"units": "m", "long_name": name, "symbol": "$x$"}
+    dataset["velocity"].attrs["units"] = "m s-1"
+    shown = display_units(dataset)
+    assert np.array_equal(shown["displacement"], 1e3 * dataset["displacement"])
+    assert [shown[name].attrs["units"] for name in ("displacement", "l", "velocity")] == [
+        "mm", "mm", "m s-1",
+    ]  # fmt: skip
+    assert float(shown["l"]) == 8.0
+    assert dataset["displacement"].attrs["units"] == "m"

@@ -30,6 +30,7 @@ from vibropipe.scenes.sweep.quantities import (
     Panel,
     Series,
     axis_and_others,
+    with_units_in_brackets,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches, scale_of
 from vibropipe.words.regimes import Regime
@@ -61,7 +62,13 @@ def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Pane
     for name in dict.fromkeys(name for name in wanted if name in dataset):
         text = axis_label(dataset[name], width=LABEL_WIDTH)
         if name != "impact_velocity":
-            panels.append(Panel(text, (Series(name),), symbol_of(dataset[name])))
+            panels.append(
+                Panel(
+                    text,
+                    (Series(name),),
+                    with_units_in_brackets(dataset[name], symbol_of(dataset[name])),
+                )
+            )
             continue
         for support in (1, 2):
             own = dataset[name].copy(deep=False)
@@ -71,7 +78,7 @@ def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Pane
                 Panel(
                     axis_label(own, width=LABEL_WIDTH),
                     (Series(name, "support", support - 1),),
-                    f"{symbol_of(own)}\nsupport {support}",
+                    f"{with_units_in_brackets(own, symbol_of(own))}\nsupport {support}",
                 )
             )
     return panels

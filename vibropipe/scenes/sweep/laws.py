@@ -86,7 +86,9 @@ def laws_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Law]]:
         if law.m > 0 and not has_look and _is_divided(law, laws):
             law = Law(law.regime, OTHER, 0, 0)
         number[index] = laws.setdefault(law, len(laws))
-    codes = regime.copy(data=number[inverse.reshape(-1)].reshape(regime.shape)).drop_attrs()
+    codes = regime.copy(data=number[inverse.reshape(-1)].reshape(regime.shape)).drop_attrs(
+        deep=False
+    )
     return codes.rename("law"), with_looks(list(laws))
 
 

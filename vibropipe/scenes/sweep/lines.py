@@ -56,13 +56,16 @@ def draw_line(ax: Axes, x: Floats, y: Floats, row: xr.Dataset, style: dict[str, 
         shown = np.where(mask, y, np.nan)
         if kind == "line":
             drawn = ax.plot(x, shown, **plain, zorder=2, label=style["label"] or None)
-            alone = np.where(isolated(mask & np.isfinite(y)), y, np.nan)
-            drawn += ax.plot(x, alone, ".", markersize=2.8, color=style["color"], zorder=2)
+            alone = isolated(mask & np.isfinite(y))
+            drawn += ax.plot(
+                x[alone], y[alone], ".", markersize=2.8, color=style["color"], zorder=2
+            )
             rasterise_many(drawn, x.size)
         elif np.isfinite(shown).any():
             marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
             marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
-            rasterise_many(ax.plot(x, shown, **marks, zorder=3), x.size)
+            at = np.isfinite(shown)
+            rasterise_many(ax.plot(x[at], y[at], **marks, zorder=3), x.size)
 
 
 def branches_differ(values: xr.DataArray) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.text import axis_label, symbol_of
+from vibropipe.figures.text import axis_label, symbol_of, with_units
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
 
@@ -27,6 +27,7 @@ MAX_HARMONICS = 3
 LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
 LETTER_CM = 0.155  # usual width of a letter, with some room
 MAX_LABEL_LINES = 3
+SYMBOL_LETTERS = 5
 # Quantities that are not negative, so that their axis starts at zero.
 SIGNED = {"displacement_mean", "velocity_mean", "energy_input", "energy_residual"}
 
@@ -60,9 +61,22 @@ class Panel:
 
     def fitted(self, height_cm: float) -> str:
         """Return the label in lines that fit beside a panel; the short one if they are more than three."""
-        words = self.label.replace("\n", " ")
-        lines = textwrap.wrap(words, max(8, int(height_cm / LETTER_CM)), break_long_words=False)
+        lines = wrapped(self.label.replace("\n", " "), max(8, int(height_cm / LETTER_CM)))
         return self.short if self.short and len(lines) > MAX_LABEL_LINES else "\n".join(lines)
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Break a text into lines of at most `width` letters; a symbol counts as SYMBOL_LETTERS."""
+    lines: list[list[str]] = [[]]
+    length = 0
+    for token in re.findall(r"\$[^$]*\$\S*|\S+", text):
+        size = SYMBOL_LETTERS if token.startswith("$") else len(token)
+        if lines[-1] and length + 1 + size > width:
+            lines.append([])
+            length = 0
+        length += size + (1 if lines[-1] else 0)
+        lines[-1].append(token)
+    return [" ".join(line) for line in lines]
 
 
 def swept(dataset: xr.Dataset) -> list[str]:
@@ -132,7 +146,8 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
         series = series_of(dataset, name)
         if joined:
             text = axis_label(dataset[name], width=LABEL_WIDTH)
-            panels.append(Panel(text, tuple(series), symbol_of(dataset[name])))
+            short = with_units_in_brackets(dataset[name], symbol_of(dataset[name]))
+            panels.append(Panel(text, tuple(series), short))
             continue
         panels += [
             Panel(element_label(dataset, each), (each,), short_label(dataset, each))
@@ -143,10 +158,17 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
 
 def short_label(dataset: xr.Dataset, series: Series) -> str:
     """Return the symbol of one element of a quantity, with the number of the support where it has one."""
+    array = dataset[series.name]
     if series.dim != "support" or series.position is None:
-        return series.text
-    symbol = symbol_of(dataset[series.name], series.position + 1)
+        return with_units_in_brackets(array, series.text)
+    symbol = with_units_in_brackets(array, symbol_of(array, series.position + 1))
     return f"{symbol}\n{series.text}"
+
+
+def with_units_in_brackets(array: xr.DataArray, symbol: str) -> str:
+    """Write a symbol with the units of its quantity."""
+    units = with_units(array, "")
+    return f"{symbol} ({units})" if units else symbol
 
 
 def element_label(dataset: xr.Dataset, series: Series) -> str:

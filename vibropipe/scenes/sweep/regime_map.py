@@ -20,7 +20,6 @@ from matplotlib.transforms import Bbox
 from vibropipe.figures.style import (
     BLACK,
     GREY,
-    NEUTRAL,
     SMALL_FONT_SIZE,
     legend,
     rasterise_many,
@@ -46,6 +45,8 @@ HIGHEST_SHARE = (
     0.995  # quantile where the colour bar ends, so that a few large values do not darken the others
 )
 REGION = "region"
+# Told from every value in grey too.
+NO_VALUE: dict[str, Any] = {"facecolor": "white", "edgecolor": "#B0B0B0", "hatch": "////"}
 MAX_MAPS = 12
 MAX_BANDS = 4  # combinations whose impact velocities are drawn too
 ORBIT_TEXT = "$(m;\\ p_1, p_2)$: $p_1$ and $p_2$ impacts on supports 1 and 2 in $m$ forcing periods"
@@ -170,10 +171,7 @@ def draw_laws(ax: Axes, part: xr.Dataset, laws: list[Law], x: str, y: str) -> No
     for number in numbers[np.argsort(-areas, kind="stable")]:
         law, mask = laws[number], codes == number
         if law.hatch and min(codes.shape) > 1:
-            ax.contourf(
-                part[x].values, part[y].values, mask, levels=[0.5, 1.5], colors="none",
-                hatches=[law.hatch],
-            ).set_rasterized(codes.size > MANY_CELLS)  # fmt: skip
+            draw_hatch(ax, part[x].values, part[y].values, mask, law.hatch)
         spot = widest_spot(mask)
         if spot is not None:
             ax.text(
@@ -187,6 +185,17 @@ def draw_laws(ax: Axes, part: xr.Dataset, laws: list[Law], x: str, y: str) -> No
 
 
 MANY_CELLS = 62_500  # hatches of a larger map are stored as pixels
+HATCH_CELLS = 250  # cells of a side that are enough for the shape of a hatched region
+
+
+def draw_hatch(ax: Axes, x: Any, y: Any, mask: Any, hatch: str) -> None:
+    """Hatch a region; of a fine grid, every n-th cell gives the shape."""
+    rows, columns = (max(1, size // HATCH_CELLS) for size in mask.shape)
+    shape = mask[::rows, ::columns]
+    hatched = ax.contourf(
+        x[::columns], y[::rows], shape, levels=[0.5, 1.5], colors="none", hatches=[hatch]
+    )
+    hatched.set_rasterized(mask.size > MANY_CELLS)
 
 
 def draw_borders(ax: Axes, codes: Any, grid: tuple[Any, Any], colour: str) -> None:
@@ -198,11 +207,11 @@ def draw_borders(ax: Axes, codes: Any, grid: tuple[Any, Any], colour: str) -> No
 
 
 def draw_values(ax: Axes, each: Map, norm: Normalize, x: str, y: str) -> None:
-    """Draw a quantity, grey where it has no value, with the outlines of the laws."""
+    """Draw a quantity, hatched where it has no value, with the outlines of the laws."""
     assert each.series is not None
     grid = cell_edges(each.part[x].values), cell_edges(each.part[y].values)
     values = each.series.of(each.part).transpose(y, x).values
-    ax.set_facecolor(NEUTRAL)
+    ax.patch.set(**NO_VALUE)
     masked = np.ma.masked_invalid(values)
     ax.pcolormesh(*grid, masked, cmap=VALUE_COLOURS, norm=norm, rasterized=True)
     draw_borders(ax, each.part["law"].transpose(y, x).values, grid, GREY)
@@ -242,5 +251,5 @@ def legend_handles(dataset: xr.Dataset, laws: list[Law], series: list[Series]) -
     ]
     if any(each.name == "impact_velocity_max" for each in series):
         text = "support not struck"
-        handles.append(Patch(facecolor=NEUTRAL, edgecolor=BLACK, linewidth=0.4, label=text))
+        handles.append(Patch(**NO_VALUE, linewidth=0.4, label=text))
     return handles

@@ -1,0 +1,189 @@
+"""Phase portraits, sections, spectra, energies and bifurcation diagrams: what is drawn where."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.figure_text import texts, words
+from figures.sample_datasets import motion, steady, sweep
+from matplotlib.collections import LineCollection
+
+from vibropipe.figures.jumps import certain_jumps
+from vibropipe.figures.phase_plane import Impacts, path
+from vibropipe.figures.spectrum import lines_of
+from vibropipe.figures.style import MAX_VECTOR, house_style, save_as
+from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
+from vibropipe.scenes.motion.curves import curve
+from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
+from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
+from vibropipe.scenes.sweep.bifurcation import draw_bifurcation, points_of
+from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
+from vibropipe.words.regimes import Regime
+
+
+def ragged(dataset: xr.Dataset, periods: int = 64) -> xr.Dataset:
+    """Add impacts to a sweep: one on each support, and in aperiodic rows one a period on support 1."""
+    regime = dataset["regime"].values
+    sizes = np.where(regime == Regime.APERIODIC, periods, 2)
+    rows = np.repeat(np.arange(sizes.size), sizes.ravel())
+    first = np.concatenate([[0], np.cumsum(sizes.ravel())])[rows]
+    number = np.arange(rows.size) - first
+    aperiodic = regime.ravel()[rows] == Regime.APERIODIC
+    support = np.where(aperiodic, 1, number + 1).astype(np.int8)
+    velocity = np.where(support == 1, 1.0, -1.0) * (1 + rows + number / 100)
+    visit = np.where((regime == Regime.APERIODIC)[..., None], np.linspace(-0.4, 0.4, 64), 0.1)
+    return dataset.assign(
+        row_size=(dataset["regime"].dims, sizes),
+        impact_phase=("impact", np.where(aperiodic, 0.5, 0.25 + 0.5 * number)),
+        impact_period=("impact", np.where(aperiodic, number, 0).astype(np.int32)),
+        impact_support=("impact", support),
+        impact_velocity=("impact", velocity),
+        poincare_displacement=((*dataset["regime"].dims, "visit"), visit),
+        poincare_velocity=((*dataset["regime"].dims, "visit"), visit**2),
+    )
+
+
+def overlapping(figure) -> bool:
+    with house_style():
+        figure.draw_without_rendering()
+    boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
+    return any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
+
+
+def test_a_path_has_its_jumps_on_the_supports():
+    time = np.linspace(0, 1, 11)
+    impacts = Impacts(np.array([0.5]), np.array([1], np.int8), np.array([2.0]), np.array([-1.0]))
+    x, v = path(time, time, time, impacts, {1: 0.7, 2: -0.7})
+    (gap,) = np.flatnonzero(np.isnan(v))
+    assert np.array_equal(x[[gap - 1, gap + 1]], [0.7, 0.7])
+    assert np.array_equal(v[[gap - 1, gap + 1]], [2.0, -1.0])
+    assert x.size == 11 - 1 + 3  # the sample at the impact is dropped
+
+
+def test_the_jumps_of_a_portrait_are_vertical():
+    dataset = motion()
+    with house_style():
+        figure = draw_phase_portrait(dataset, 2)
+    segments = [
+        segment
+        for lines in figure.axes[0].findobj(LineCollection)
+        for segment in lines.get_segments()
+    ]
+    assert len(segments) >= 4
+    for segment in segments:
+        assert segment[0][0] == segment[1][0]
+        assert abs(segment[0][0]) == 0.5
+        assert segment[1][1] == pytest.approx(-0.7 * segment[0][1])
+    curve_x = figure.axes[0].lines[0].get_xdata()
+    assert np.nanmax(np.abs(np.diff(curve_x))) < 0.1
+    assert not overlapping(figure)
+
+
+def test_a_velocity_without_stored_impacts_has_breaks_in_place_of_slopes():
+    dataset = motion()
+    names = [name for name in dataset if str(name).startswith("impact_")]
+    bare = dataset.drop_vars(names)
+    _, values = curve(bare, "velocity")
+    assert np.isnan(values).sum() == dataset.sizes["impact"]
+    pieces = np.split(values, np.flatnonzero(np.isnan(values)))
+    assert all(np.nanmax(np.abs(np.diff(piece[1:])), initial=0.0) < 0.2 for piece in pieces)
+    tau = np.linspace(0, 6, 400)
+    assert certain_jumps(tau, np.sin(tau), 1.0).size == 0
+
+
+def test_a_section_shows_the_states_once_per_period():
+    tau = 2 * np.pi * np.arange(0, 20, 0.25)
+    dataset = motion().drop_dims("tau").assign_coords(tau=tau)
+    dataset = dataset.assign(displacement=("tau", 0.1 * np.cos(tau)), velocity=("tau", np.sin(tau)))
+    assert np.array_equal(visits(dataset), np.arange(0, 80, 4))
+    with house_style():
+        figure = draw_section(dataset)
+    assert np.allclose(figure.axes[0].lines[0].get_xdata(), 0.1)
+    assert "once per forcing period" in words(figure)
+    assert not overlapping(figure)
+
+
+def test_points_of_a_diagram_are_all_impacts_of_every_row():
+    dataset = ragged(sweep())
+    first, second, section = panels_of(dataset)
+    one, two = points_of(dataset, first), points_of(dataset, second)
+    assert one.row.size + two.row.size == dataset.sizes["impact"]
+    assert (one.value > 0).all()
+    assert np.array_equal(np.floor(one.value).astype(int) - 1, one.row)
+    aperiodic = np.flatnonzero(dataset["regime"].values == Regime.APERIODIC)
+    assert (np.bincount(one.row)[aperiodic] == 64).all()
+    assert points_of(dataset, section).row.size == dataset["regime"].size * 64
+
+
+def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
+    dataset = ragged(sweep(delta=[0.0, 0.1]))
+    with house_style():
+        figure = draw_bifurcation(dataset)
+    assert "impact velocity" in words(figure).replace("\n", " ")
+    assert not overlapping(figure)
+    panel = figure.axes[0]
+    row = points_of(dataset, panels_of(dataset)[0]).row
+    # The first column is delta = 0, every second row of the grid.
+    assert panel.lines[0].get_xdata().size == int((row % 2 == 0).sum())
+    assert panel.lines[0].get_rasterized() == (4 * (row % 2 == 0).sum() > MAX_VECTOR)
+
+
+def test_a_diagram_does_not_depend_on_the_order_of_the_grid():
+    dataset = ragged(sweep())
+    with house_style():
+        points = []
+        for given in (dataset, dataset.assign_coords(nu=dataset["nu"].values[::-1])):
+            line = draw_bifurcation(given).axes[0].lines[0]
+            points.append(dict(zip(line.get_ydata(), line.get_xdata(), strict=True)))
+    nu = dataset["nu"].values
+    for value, x in points[0].items():
+        assert points[1][value] == pytest.approx(nu[0] + nu[-1] - x)
+
+
+def test_impacts_of_one_row_stand_on_its_orbit():
+    dataset = ragged(sweep())
+    row = row_at(dataset, 7)
+    impacts = orbit_impacts(row)
+    assert np.array_equal(impacts.support, [1, 2])
+    assert np.allclose(impacts.time * max(1, int(row["period_multiple"])), [0.25, 0.75])
+    assert np.allclose(impacts.after, -0.7 * impacts.before)
+
+
+def test_a_spectrum_has_subharmonics_between_the_harmonics():
+    row = xr.Dataset(
+        {
+            "displacement_amplitude": ("harmonic", [0.3, 0.02]),
+            "subharmonic_displacement_amplitude": ("subharmonic", [0.1, np.nan, 0.05, np.nan]),
+            "period_multiple": 2,
+        },
+        {"harmonic": [1, 2], "subharmonic": [1, 2, 3, 4]},
+    )
+    harmonics, between = lines_of(row, "displacement")
+    assert np.array_equal(harmonics[0], [1, 2])
+    assert np.array_equal(between[0], [0.5, 1.5])
+    assert np.array_equal(between[1], [0.1, 0.05])
+
+
+def test_energies_and_spectra_of_a_motion_are_drawn():
+    dataset = steady(0.01).assign(
+        orbit_energy_input=0.628,
+        orbit_energy_damping=0.223,
+        orbit_energy_impact=("support", [0.232, 0.173]),
+        orbit_energy_residual=1e-16,
+    )
+    values = [value for _, _, value in energy_terms(dataset, "orbit_energy")]
+    assert sum(values) == pytest.approx(0.0, abs=1e-12)
+    with house_style():
+        for figure in (draw_energy(dataset), draw_spectra(dataset)):
+            assert not overlapping(figure)
+
+
+def test_a_png_is_fine_enough_for_print_in_any_context(tmp_path):
+    with house_style():
+        figure = draw_phase_portrait(motion())
+    save_as(figure, tmp_path / "motion.png")  # outside house_style
+    head = (tmp_path / "motion.png").read_bytes()
+    assert int.from_bytes(head[16:20], "big") == pytest.approx(16 / 2.54 * 300, abs=1)

@@ -12,6 +12,7 @@ from figures.figure_text import texts, words
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE
 from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.words.regimes import Regime
@@ -118,6 +119,16 @@ def test_chosen_panels_and_quantities_alone_are_drawn(made):
     means = draw("sweep", made["line"][1], SweepFigure(show=["displacement_mean"]))
     assert means.axes[0].get_ylabel().startswith("constant part")
     assert len(means.axes) == 2
+
+
+def test_chosen_quantities_of_a_backbone_alone_are_drawn(made):
+    free = made["free_1"][1]
+    options = BackboneFigure(show=["displacement_mean", "velocity_amplitude"])
+    figure = draw("backbone", free, options)
+    names = [ax.get_ylabel().partition("\n")[0] for ax in figure.axes if ax.get_visible()]
+    assert sorted(names) == ["constant part", "first harmonic", "second harmonic", "third harmonic"]
+    law = draw("backbone", made["law"][1], BackboneFigure(show=["tau_bar"]))
+    assert [ax.get_xlabel() for ax in law.axes] == [label("tau_bar")]
 
 
 def test_a_study_may_choose_several_pictures(study, made, tmp_path):

@@ -227,6 +227,22 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
             "is above 0, got panels of a motion without samples",
         ),
         (
+            "{kind: sweep, over: {nu: [1]}, figure: {pictures: [portrait]}}",
+            "s.figure.pictures: must leave out portrait unless outputs have motion, got 'portrait'",
+        ),
+        (
+            "{kind: sweep, over: {nu: [1]}, outputs: [impacts], figure: {show: [energy_input]}}",
+            "s.figure.show: must leave out energy_input unless outputs have energy, got 'energy_input'",
+        ),
+        (
+            "{kind: motion, figure: {pictures: [spectrum]}}",
+            "s.figure.pictures: must leave out spectrum unless outputs have harmonics, got 'spectrum'",
+        ),
+        (
+            "{kind: backbone, amplitude: [1], figure: {show: [tau_bar]}}",
+            "s.figure.show: must name quantities of a backbone over amplitude, got 'tau_bar'",
+        ),
+        (
             "{kind: motion, figure: {backbone: s}}",
             "s.figure.backbone: is an unknown key; must be one of pictures, show, periods",
         ),
@@ -257,7 +273,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: backbone, amplitude: [1], figure: {periods: 3}}",
-            "s.figure.periods: is an unknown key; must be left out",
+            "s.figure.periods: is an unknown key; must be show",
         ),
         (
             "{kind: backbone, tau_bar: [1], delta_over_l: [0], exciter: {l: 1}}",

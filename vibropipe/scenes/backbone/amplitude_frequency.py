@@ -6,6 +6,7 @@ amplitude without impacts and grows with the amplitude once a support is struck.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,15 @@ from vibropipe.figures.style import (
     legend,
     new_figure,
 )
-from vibropipe.figures.text import ORDINALS, REGIME_TEXT, parameter_line, regime_name
-from vibropipe.words.vocabulary import label, quantity
+from vibropipe.figures.text import (
+    ORDINALS,
+    REGIME_TEXT,
+    axis_label,
+    parameter_line,
+    regime_name,
+    symbol_of,
+    with_units,
+)
 
 PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
 
@@ -48,16 +56,26 @@ def parts(regime: NDArray[np.int8]) -> list[tuple[int, slice]]:
     return [(int(regime[a]), slice(max(a - 1, 0), b)) for a, b in zip(starts, stops, strict=True)]
 
 
-def rows_of(dataset: xr.Dataset, name: str) -> list[tuple[str, NDArray[np.float64]]]:
-    """Return (label, values over amplitude) of the mean and up to three harmonics."""
+def rows_of(
+    dataset: xr.Dataset, name: str, show: Collection[str] = ()
+) -> list[tuple[str, NDArray[np.float64]]]:
+    """Return (label, values over amplitude) of the mean and up to three harmonics, as far as `show` has them."""
     mean, peak = f"{name}_mean", f"{name}_amplitude"
-    rows = [(f"constant part\n{quantity(mean).symbol}", dataset[mean].values)]
-    letter = quantity(peak).symbol
-    for k in range(min(3, dataset.sizes["harmonic"])):
-        symbol = letter.replace("_k", f"_{k + 1}")
-        values = dataset[peak].isel(harmonic=k).transpose("amplitude").values
-        rows.append((f"{ORDINALS[k]} harmonic\n{symbol}", values))
+    rows = []
+    if not show or mean in show:
+        rows.append((f"constant part\n{with_unit(dataset[mean])}", dataset[mean].values))
+    if not show or peak in show:
+        for k in range(min(3, dataset.sizes["harmonic"])):
+            symbol = with_unit(dataset[peak], k + 1)
+            values = dataset[peak].isel(harmonic=k).transpose("amplitude").values
+            rows.append((f"{ORDINALS[k]} harmonic\n{symbol}", values))
     return rows
+
+
+def with_unit(array: xr.DataArray, index: int | None = None) -> str:
+    """Return the symbol of a quantity with its units, if it has any."""
+    units = with_units(array, "")
+    return f"{symbol_of(array, index)} ({units})" if units else symbol_of(array, index)
 
 
 def draw_parts(
@@ -71,23 +89,31 @@ def draw_parts(
         ax.plot(x[piece], y[piece], **part_style(regime_name(code)))
 
 
-def draw_amplitude_frequency(dataset: xr.Dataset) -> Figure:
-    """Draw rows: constant part, first three harmonics; columns: displacement, velocity."""
-    columns = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
-    rows = [rows_of(dataset, name) for name in columns]
-    figure = new_figure(2.2 + 3.3 * len(rows[0]))
-    grid = figure.subplots(len(rows[0]), len(columns), sharex=True, squeeze=False)
+def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw rows: constant part, first three harmonics; columns: displacement, velocity; or those of `show`."""
+    names = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
+    found = {name: rows_of(dataset, name, show) for name in names}
+    columns = [name for name in names if found[name]]
+    depth = max(len(found[name]) for name in columns)
+    figure = new_figure(2.2 + 3.3 * depth)
+    grid = figure.subplots(depth, len(columns), sharex=True, squeeze=False)
     x, regime = dataset["eigenfrequency"].values, dataset["regime"].values
-    for column, (name, curves) in enumerate(zip(columns, rows, strict=True)):
+    for column, name in enumerate(columns):
+        curves = found[name]
+        axes = grid[depth - len(curves) :, column]
+        for ax in grid[: depth - len(curves), column]:
+            ax.set_visible(False)
         largest = max(float(np.nanmax(np.abs(values))) for _, values in curves)
-        grid[0, column].set_title(name)
-        for ax, (text, values) in zip(grid[:, column], curves, strict=True):
+        axes[0].set_title(name)
+        for ax, (text, values) in zip(axes, curves, strict=True):
             draw_parts(ax, x, values, regime)
             ax.set_ylabel(text)
             keep_zero_scale(ax, float(np.nanmax(np.abs(values))), largest)
-        grid[-1, column].set_xlabel(label("eigenfrequency"))
-        figure.align_ylabels(grid[:, column])
-    figure.suptitle(parameter_line(dataset, leave_out=("nu", "f", "h", "R1", "R2")))
+        axes[-1].set_xlabel(axis_label(dataset["eigenfrequency"]))
+        figure.align_ylabels(axes)
+    figure.suptitle(
+        parameter_line(dataset, leave_out=("nu", "omega", "f", "F", "h", "H", "R1", "R2"))
+    )
     present = list(dict.fromkeys(regime_name(code) for code, _ in parts(regime)))
     handles = [Line2D([], [], **part_style(name), label=part_text(name)) for name in present]
     legend(figure, handles, "lower")

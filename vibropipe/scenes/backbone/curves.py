@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.style import LINE_MARKERS, legend, line_style, new_figure
-from vibropipe.figures.text import mathtext
-from vibropipe.words.vocabulary import label, quantity
+from vibropipe.figures.text import axis_label, mathtext
+from vibropipe.words.vocabulary import quantity
 
 
-def draw_backbone(dataset: xr.Dataset) -> Figure:
-    """Draw velocity_over_l against tau_bar and omega_bar, one line per delta_over_l.
+def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw velocity_over_l against tau_bar and omega_bar (or those of `show`), one line per delta_over_l.
 
     Hollow markers, one shape per line, show simulated conservative motions.
     """
     figure = new_figure(8.6)
-    by_period, by_frequency = figure.subplots(1, 2, sharey=True)
+    names = [name for name in ("tau_bar", "omega_bar") if name in (show or (name,))]
+    axes = dict(
+        zip(names, figure.subplots(1, len(names), sharey=True, squeeze=False)[0], strict=True)
+    )
     symbol = quantity("delta_over_l").symbol
     handles = []
     for position, value in enumerate(dataset["delta_over_l"].values):
@@ -31,15 +35,16 @@ def draw_backbone(dataset: xr.Dataset) -> Figure:
             "markeredgecolor": style["color"],
         }
         line = dataset["velocity_over_l"].isel(delta_over_l=position)
-        by_period.plot(dataset["tau_bar"], line, **style)
-        by_frequency.plot(dataset["omega_bar"], line, **style)
+        for name, ax in axes.items():
+            ax.plot(dataset[name], line, **style)
         shown: dict[str, Any] = {}
         if "simulated_tau_bar" in dataset:
             points = dataset.isel(delta_over_l=position)
             tau_bar = points["simulated_tau_bar"].values
             height = points["simulated_velocity_over_l"].values
-            by_period.plot(tau_bar, height, linestyle="none", **marker)
-            by_frequency.plot(2.0 * np.pi / tau_bar, height, linestyle="none", **marker)
+            for name, ax in axes.items():
+                x = tau_bar if name == "tau_bar" else 2.0 * np.pi / tau_bar
+                ax.plot(x, height, linestyle="none", **marker)
             shown = marker
         handles.append(Line2D([], [], **style, **shown, label=f"{symbol} = {mathtext(value)}"))
     if "simulated_tau_bar" in dataset:
@@ -54,9 +59,9 @@ def draw_backbone(dataset: xr.Dataset) -> Figure:
                 label="markers: simulated",
             )
         )
-    by_period.set(xlabel=label("tau_bar"), ylabel=label("velocity_over_l"))
-    by_frequency.set(xlabel=label("omega_bar"))
-    for ax in (by_period, by_frequency):
+    for name, ax in axes.items():
+        ax.set_xlabel(axis_label(dataset[name]))
         ax.set_ylim(bottom=0.0)
+    figure.axes[0].set_ylabel(axis_label(dataset["velocity_over_l"]))
     legend(figure, handles, "upper")
     return figure

@@ -5,14 +5,32 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from vibropipe.scenes.keys.base import BaseScene, Harmonics
+from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import KeyPath, Problem, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS
+
+
+class BackboneFigure(FigureOptions):
+    """Options of the picture of a backbone."""
+
+    show: Annotated[
+        list[
+            Literal[
+                "displacement_mean", "displacement_amplitude", "velocity_mean",
+                "velocity_amplitude", "tau_bar", "omega_bar",
+            ]
+        ],
+        AfterValidator(each_once),
+    ] = Field(
+        default=[],
+        description="Quantities over the eigenfrequency, or abscissae of the curves of eq. (10) (default: all).",
+    )  # fmt: skip
 
 
 class BackboneScene(BaseScene):
@@ -21,6 +39,10 @@ class BackboneScene(BaseScene):
     GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
 
     kind: Literal["backbone"] = Field(description="Free motion without force and losses.")
+    figure: BackboneFigure = Field(
+        default_factory=BackboneFigure,
+        description="Options of the picture; data do not depend on them.",
+    )
     delta_over_l: Annotated[Grid | None, NotNull] = Field(
         default=None, description="Relative offsets of the curves of eq. (10), within (-1, 1)."
     )
@@ -109,6 +131,15 @@ def _supports(scene: BackboneScene) -> Iterator[Problem]:
         yield from check_exciter(scene)
 
 
+def _figure(scene: BackboneScene) -> Iterator[Problem]:
+    """Check that the quantities to show are of the form of the scene."""
+    for name in scene.figure.show:
+        if (name in ("tau_bar", "omega_bar")) == scene.over_amplitude:
+            form = "over amplitude" if scene.over_amplitude else "of eq. (10)"
+            must = f"must name quantities of a backbone {form}"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
+
+
 _GRIDS: tuple[KeyPath, ...] = tuple((name,) for name in BackboneScene.GRIDS)
 CHECKS = (
     Check((*SUPPORTS, ("amplitude",)), _supports),
@@ -116,4 +147,5 @@ CHECKS = (
     Check((*_GRIDS, ("check_points",), ("harmonics",)), _form),
     Check((), _ranges),
     Check((("amplitude",),), _exciter),
+    Check((("figure",), *_GRIDS), _figure),
 )

@@ -3,14 +3,26 @@
 from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
 from vibropipe.scenes.backbone.captions import describe_amplitude_frequency, describe_backbone
 from vibropipe.scenes.backbone.curves import draw_backbone
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.backbone.keys import BackboneFigure
+from vibropipe.scenes.kind import Picture
+
+
+def shown(options: BackboneFigure | None) -> tuple[str, ...]:
+    """Return the quantities to show."""
+    return tuple((options or BackboneFigure()).show)
+
 
 PICTURES = (
-    only_picture(
+    Picture(
         "amplitude_frequency",
-        draw_amplitude_frequency,
-        describe_amplitude_frequency,
         lambda dataset: "eigenfrequency" in dataset,
+        lambda dataset, options, _: draw_amplitude_frequency(dataset, shown(options)),
+        lambda dataset, options, _: describe_amplitude_frequency(dataset),
     ),
-    only_picture("backbone", draw_backbone, describe_backbone),
+    Picture(
+        "backbone",
+        lambda dataset: True,
+        lambda dataset, options, _: draw_backbone(dataset, shown(options)),
+        lambda dataset, options, _: describe_backbone(dataset),
+    ),
 )

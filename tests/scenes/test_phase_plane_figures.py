@@ -143,6 +143,21 @@ def test_a_diagram_does_not_depend_on_the_order_of_the_grid():
         assert points[1][value] == pytest.approx(nu[0] + nu[-1] - x)
 
 
+def test_no_point_of_a_diagram_is_cut_off_in_either_direction():
+    dataset = sweep()
+    both = ragged(
+        xr.concat([dataset, dataset], "direction").assign_coords(direction=["up", "down"])
+    )
+    with house_style():
+        figure = draw_bifurcation(both)
+    assert "followed downwards" in words(figure)
+    drawn = [(ax, line) for ax in figure.axes for line in ax.lines]
+    assert len(drawn) == 6
+    for ax, line in drawn:
+        low, high = ax.get_ylim()
+        assert low <= line.get_ydata().min() <= line.get_ydata().max() <= high
+
+
 def test_impacts_of_one_row_stand_on_its_orbit():
     dataset = ragged(sweep())
     row = row_at(dataset, 7)

@@ -112,7 +112,7 @@ def value_text(array: xr.DataArray, value: float | str | None = None) -> str:
     """Write a value of an array with its symbol and units as mathtext (default: its own value)."""
     shown = array.values.item() if value is None else value
     if isinstance(shown, str):
-        return shown
+        return f"followed {shown}wards" if array.name == "direction" else shown
     units = unit_text(_words(array)["units"])
     return f"{symbol_of(array)} = {mathtext(float(shown))}" + (f" {units}" if units else "")
 
@@ -121,7 +121,7 @@ def plain_value(array: xr.DataArray) -> str:
     """Write the value of a scalar array with its symbol and units as plain text."""
     value, name = array.values.item(), str(array.name)
     if isinstance(value, str):
-        return value
+        return f"followed {value}wards" if name == "direction" else value
     units = unit_text(_words(array)["units"])
     return f"{plain_symbol(name)} = {format_number(float(value))}" + (f" {units}" if units else "")
 

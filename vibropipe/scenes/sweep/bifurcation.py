@@ -164,7 +164,8 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
     colour = "#000000" if position is None else SUPPORT_COLOURS[position + 1]
     draw_points(ax, x[kept], points.value[kept], colour)
     if panel.series[0].name == "impact_velocity":
-        ax.set_ylim(bottom=0.0)
+        # Of all columns, which share the ordinate.
+        ax.set_ylim(0.0, 1.05 * float(points.value.max()))
 
 
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

@@ -51,7 +51,7 @@ def describe_sweep(
     return sentences(
         f"Steady states against {plain_symbol(along)}" + (f" for {lines}" if lines else ""),
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
-        follow_text(dataset),
+        follow_text(dataset, arrows=True),
         "" if quantities else NO_CURVES,
         (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
         "Energies are per orbit" if any(name.startswith("energy") for name in quantities) else "",
@@ -70,12 +70,15 @@ def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
     return f"Of {found} combinations of {names}, {most} evenly spaced ones are drawn"
 
 
-def follow_text(dataset: xr.Dataset) -> str:
-    """Write along which parameter and in which directions rows were followed; empty if they were not."""
+def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
+    """Write along which parameter and in which directions rows were followed; empty if they were not.
+
+    `arrows` tells whether arrows mark the directions.
+    """
     ways, follow = directions(dataset), str(dataset.attrs.get("follow", ""))
     along = f" along {plain_symbol(follow.split()[0])}" if follow else ""
     words = " and ".join(f"{way}wards" for way in ways)
-    kept = "; arrows mark where the two differ" if len(ways) > 1 else ""
+    kept = "; arrows mark where the two differ" if arrows and len(ways) > 1 else ""
     return f"Each row starts from its neighbour, followed {words}{along}{kept}" if ways else ""
 
 

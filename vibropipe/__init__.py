@@ -23,6 +23,7 @@ _FACE = {
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "table": "vibropipe.store",
+    "to_physical": "vibropipe.solve.physical",
 }
 __all__ = [
     "Exciter",
@@ -41,6 +42,7 @@ __all__ = [
     "symmetric_orbit",
     "symmetric_orbit_boundaries",
     "table",
+    "to_physical",
 ]
 __version__: str  # as installed; pyproject.toml states it
 
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.conservative import amplitude_frequency, backbone
     from vibropipe.solve.motion import simulate
+    from vibropipe.solve.physical import to_physical
     from vibropipe.solve.steady import steady_state
     from vibropipe.solve.sweep import sweep
     from vibropipe.store import load, open_study, table

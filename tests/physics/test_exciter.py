@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import warnings
 
 import pytest
 from hypothesis import given
@@ -59,6 +60,7 @@ def test_an_error_has_its_parts_as_attributes_and_goes_to_other_processes() -> N
         assert (str(copy), copy.value, copy.must) == (str(error), error.value, error.must)
 
 
+@pytest.mark.filterwarnings("ignore:l. the nearer support")
 @given(
     m=st.floats(1e-3, 1e3), C=st.floats(1e-3, 1e3), H=st.floats(0, 1e2), F=st.floats(-1e3, 1e3),
     omega=st.floats(1e-2, 1e2),
@@ -82,6 +84,49 @@ def test_from_physical_names_a_bad_value(name: str, value: float) -> None:
     good = {"m": 1.0, "C": 1.0, "H": 0.0, "F": 0.0, "omega": 1.0, "l": 1.0}
     with pytest.raises(vp.ParameterError, match=f"^{name}: must be .*, got {value!r}$"):
         vp.Exciter.from_physical(**{**good, name: value})
+
+
+PHYSICAL = {"m": 2, "C": 8000, "H": 40, "F": 120, "omega": 55, "l": 0.008}
+
+
+def test_from_physical_takes_text_with_units() -> None:
+    texts = {
+        "m": "2000 g", "C": "8 N/mm", "H": "40 N s/m", "F": "0.12 kN", "omega": "55 rad/s", "l": "8 mm",
+    }  # fmt: skip
+    assert vp.Exciter.from_physical(**texts) == vp.Exciter.from_physical(**PHYSICAL)
+    hertz = vp.Exciter.from_physical(**{**PHYSICAL, "omega": "9 Hz"})
+    assert hertz.nu == pytest.approx(2 * math.pi * 9 / math.sqrt(4000), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("l", "8 N", "l: must be a number in m or a length with its unit, such as 8 mm, got '8 N' (N is no unit of"),
+        ("l", "8 mmm", "got '8 mmm' ('mmm' is no unit that is known)"),
+        ("l", "8", "got '8' (it has no unit)"),
+        ("l", "-8 mm", "l: must be a finite number > 0, got '-8 mm'"),
+        ("omega", "9 1/s", "got '9 1/s' (1/s may count radians or cycles: write rad/s, Hz or rpm)"),
+        ("H", "-1 N s/m", "H: must be a finite number >= 0, got '-1 N s/m'"),
+    ],
+)  # fmt: skip
+def test_wrong_units_are_refused_in_words(name: str, value: str, text: str) -> None:
+    with pytest.raises(vp.ParameterError) as caught:
+        vp.Exciter.from_physical(**{**PHYSICAL, name: value})
+    assert caught.value.name == name
+    assert text in str(caught.value)
+
+
+def test_millimetres_beside_newtons_per_metre_warn() -> None:
+    with pytest.warns(UserWarning, match=r"^l: .* 8 m away, .* write l='8 mm'") as caught:
+        vp.Exciter.from_physical(**{**PHYSICAL, "l": 8})
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("other", [{}, {"l": "8 m"}, {"l": 8, "F": 0}, {"l": 0.9}])
+def test_a_support_within_reach_does_not_warn(other: dict[str, object]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        vp.Exciter.from_physical(**{**PHYSICAL, **other})
 
 
 def test_the_mirror_of_the_mirror_is_the_exciter() -> None:

@@ -1,15 +1,20 @@
 """The table of quantities: complete, drawable, and refused names."""
 
 import re
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.mathtext import MathTextParser
 
+from vibropipe.words import vocabulary
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
+from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import (
+    PHYSICAL_NAMES,
     REGIMES,
     VOCABULARY,
     attributes,
@@ -18,6 +23,7 @@ from vibropipe.words.vocabulary import (
     quantity,
 )
 
+QUANTITIES = Path(vocabulary.__file__).with_name("quantities.toml")
 REQUIRED = """
 nu f h l delta R1 R2 tau displacement velocity force impact_tau impact_support impact_velocity
 impact_velocity_after rest_start rest_end rest_support grazing_tau grazing_support
@@ -46,11 +52,22 @@ def test_parameters_are_scalars_of_the_table():
 @pytest.mark.parametrize("name", VOCABULARY)
 def test_entries_are_well_formed(name):
     entry = VOCABULARY[name]
-    assert entry.units in ("1", "rad", "ns", "ms", "byte", "MB", "MB s-1")
+    si = {dimension.units for dimension in DIMENSIONS.values()}
+    assert entry.units in {"1", "rad", "ns", "ms", "byte", "MB", "MB s-1"} | si
     assert entry.long_name
     assert entry.long_name == entry.long_name.strip()
     assert all(dim in VOCABULARY for dim in entry.dims)
     assert entry.symbol.count("$") in (0, 2)
+
+
+def test_dimensions_are_those_of_quantities():
+    table = tomllib.loads(QUANTITIES.read_text(encoding="utf-8"))
+    assert {*table["dimensions"]} <= {*DIMENSIONS}
+    names = [name for listed in table["dimensions"].values() for name in listed.split()]
+    assert len({*names}) == len(names)
+    assert {*names} | {*PHYSICAL_NAMES} <= {*VOCABULARY}
+    of_subjects = [name for key in {*table} - {"dimensions"} for name in table[key]]
+    assert len({*of_subjects}) == len(of_subjects)
 
 
 def test_every_symbol_is_mathtext():

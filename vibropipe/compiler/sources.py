@@ -25,8 +25,8 @@ SOLVERS = (
     "vibropipe.solve.sweep",
     COMPILER,
 )
-# Units, symbols and long names of quantities: no number depends on them.
-WORDS = ("vibropipe.words.vocabulary",)
+# Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them.
+WORDS = ("vibropipe.words.vocabulary", "vibropipe.words.units")
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
     r"|import[ \t]+(?P<plain>vibropipe[\w.]*))",

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vibropipe.physics.start import start_at, start_room, support_positions
-from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, POSITIVE, Range
+from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, PHYSICAL, Range
+from vibropipe.words.units import UnitError, to_si
+
+# A support farther away than this many times the largest displacement of the linear motion is never struck. A length
+# in millimetres that is taken for metres is a thousand times too large.
+FAR_SUPPORT = 100.0
 
 
 class ParameterError(ValueError):
@@ -72,6 +79,48 @@ def number_within(name: str, value: Any, within: Range) -> float:
     return number
 
 
+def si_value(name: str, value: Any) -> float:
+    """Return a physical parameter as a number in SI, or raise a ParameterError naming it."""
+    known = PHYSICAL[name]
+    try:
+        number = to_si(value, known.dimension, numbers=True)
+    except UnitError as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        raise ParameterError(name, value, error.allowed, got=repr(value) + hint) from None
+    if not known.range.contains(number):
+        raise ParameterError(name, value, known.range.text)
+    return number
+
+
+def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters of an exciter by eqs. (2)-(4).
+
+    Parameters
+    ----------
+    si : mapping of str to float
+        m and C, and any of omega, F, H, l and delta, in SI.
+
+    Returns
+    -------
+    dict of str to float
+        nu, f, h, l and delta, of those that are given; lengths in metres.
+    """
+    values = {name: si[name] for name in ("l", "delta") if name in si}
+    if "omega" in si:
+        values["nu"] = si["omega"] / eigenfrequency(si["m"], si["C"])
+    if "F" in si:
+        values["f"] = si["F"] / si["C"]
+    if "H" in si:
+        # Square roots first: the product m C can overflow where h does not.
+        values["h"] = si["H"] / math.sqrt(si["m"]) / math.sqrt(si["C"])
+    return values
+
+
+def eigenfrequency(m: float, C: float) -> float:
+    """Return p = sqrt(C/m), eq. (3), in rad/s."""
+    return math.sqrt(C / m)
+
+
 @dataclass(frozen=True)
 class Exciter:
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
@@ -119,41 +168,60 @@ class Exciter:
     def from_physical(
         cls,
         *,
-        m: float,
-        C: float,
-        H: float,
-        F: float,
-        omega: float,
-        l: float,  # noqa: E741
-        delta: float = DEFAULTS["delta"],
+        m: Any,
+        C: Any,
+        H: Any,
+        F: Any,
+        omega: Any,
+        l: Any,  # noqa: E741
+        delta: Any = DEFAULTS["delta"],
         R1: float = DEFAULTS["R1"],
         R2: float = DEFAULTS["R2"],
     ) -> Exciter:
         """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t), by eqs. (2)-(4).
 
-        p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths stay in the unit of l and delta.
+        p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths, f included, are then in metres, and times in
+        1/p; `vibropipe.to_physical` converts results back.
 
         Parameters
         ----------
-        m, C : float
-            Mass and stiffness, > 0.
-        H, F, omega : float
-            Damping, amplitude and angular frequency of the force, in units consistent with m and C.
-        l, delta, R1, R2 : float
+        m, C, H, F, omega, l, delta : number, str or pint.Quantity
+            Mass and stiffness, > 0; damping, >= 0; amplitude and angular frequency (> 0) of the force; half the
+            distance between the supports, > 0; offset of the equilibrium. Numbers are in SI: kg, N/m, N s/m, N, rad/s,
+            m. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s"; a frequency in Hz counts cycles, "9 Hz" is
+            2 pi 9 rad/s.
+        R1, R2 : float
             As in `Exciter`.
 
         Raises
         ------
         ParameterError
-            If a value is out of range.
+            If a value is out of range, or has an unknown unit or one of another dimension.
+
+        Warns
+        -----
+        UserWarning
+            If l is a number and the nearer support is more than 100 times as far away as the mass swings without
+            supports, as with l=8 for 8 mm: it is then never struck.
         """
-        for name, value in (("m", m), ("C", C)):
-            number_within(name, value, POSITIVE)
-        for name, value in (("H", H), ("F", F), ("omega", omega)):
-            number_within(name, value, FINITE)
-        # Square roots first: the product m C can overflow where h does not.
-        h = H / math.sqrt(m) / math.sqrt(C)
-        return cls(l=l, nu=omega / math.sqrt(C / m), f=F / C, h=h, delta=delta, R1=R1, R2=R2)
+        given = {"m": m, "C": C, "H": H, "F": F, "omega": omega, "l": l, "delta": delta}
+        si = {name: si_value(name, value) for name, value in given.items()}
+        exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
+        if not isinstance(l, str) and not hasattr(l, "units"):
+            exciter._warn_of_far_supports()
+        return exciter
+
+    def _warn_of_far_supports(self) -> None:
+        """Warn if a support is so far that l, in metres, was probably meant in millimetres."""
+        linear = math.hypot(1.0 - self.nu**2, self.h * self.nu)
+        reach = abs(self.f) * max(1.0, 1.0 / linear if linear else math.inf)
+        distance = min(self.upper, -self.lower)
+        if 0.0 < FAR_SUPPORT * reach < distance:
+            warnings.warn(
+                f"l: the nearer support is {distance:.3g} m away, but the mass swings by {reach:.2g} m without "
+                "supports: numbers are in metres; write l='8 mm' for millimetres",
+                stacklevel=3,
+            )
 
     @property
     def upper(self) -> float:

@@ -66,3 +66,23 @@ PARAMETERS: Mapping[str, Parameter] = {
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }
+
+
+class PhysicalParameter(NamedTuple):
+    """A parameter with units: its dimension (`words.units`), its range in SI, and its name by eqs. (2)-(4), if any."""
+
+    dimension: str
+    range: Range
+    non_dimensional: str = ""
+
+
+PHYSICAL: Mapping[str, PhysicalParameter] = {
+    "m": PhysicalParameter("mass", POSITIVE),
+    "C": PhysicalParameter("stiffness", POSITIVE),
+    "H": PhysicalParameter("damping", NOT_NEGATIVE, "h"),
+    "F": PhysicalParameter("force", FINITE, "f"),
+    "omega": PhysicalParameter("frequency", POSITIVE, "nu"),
+    "l": PhysicalParameter("length", POSITIVE, "l"),
+    "delta": PhysicalParameter("length", FINITE, "delta"),
+}
+"""Parameters of the exciter with units, from which eqs. (2)-(4) make the others."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +17,7 @@ from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
+from vibropipe.words.units import DIMENSIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,16 +57,51 @@ class Quantity:
     plain: str = ""
     flags: Mapping[str, int] | None = None
     sample_dimension: str | None = None
-
-
-def _quantity(dims: str = "", flags: str = "", **words: str) -> Quantity:
-    return Quantity(dims=tuple(dims.split()), flags=FLAGS.get(flags), **words)
+    dimension: str = ""
 
 
 _TABLE = tomllib.loads(Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8"))
-VOCABULARY: Mapping[str, Quantity] = {
-    name: _quantity(**words) for subject in _TABLE.values() for name, words in subject.items()
+_PHYSICAL: dict[str, dict[str, str]] = _TABLE.pop("physical")
+_DIMENSIONS = {
+    name: dimension
+    for dimension, names in _TABLE.pop("dimensions").items()
+    for name in names.split()
 }
+PHYSICAL_NAMES: Mapping[str, str] = {
+    words["of"]: name for name, words in _PHYSICAL.items() if "of" in words
+}
+"""Names in a dataset in SI, of the quantities that have another one there."""
+
+
+def _quantity(name: str, dims: str = "", flags: str = "", **words: str) -> Quantity:
+    flag_names, dimension = FLAGS.get(flags), _DIMENSIONS.get(name, "")
+    return Quantity(dims=tuple(dims.split()), flags=flag_names, dimension=dimension, **words)
+
+
+def _in_si(name: str, entry: Quantity) -> Quantity:
+    """Return the entry of a quantity in a dataset in SI."""
+    words: dict[str, Any] = {k: text for k, text in _PHYSICAL.get(name, {}).items() if k != "of"}
+    symbol = entry.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
+    dims = tuple(PHYSICAL_NAMES.get(dim, dim) for dim in entry.dims)
+    units = DIMENSIONS[entry.dimension].units if entry.dimension else entry.units
+    return replace(entry, **{"symbol": symbol, "dims": dims, "units": units, **words})
+
+
+def _vocabulary() -> dict[str, Quantity]:
+    """Return the table, each quantity with its own name in SI right after it."""
+    entries: dict[str, Quantity] = {}
+    for subject in _TABLE.values():
+        for name, words in subject.items():
+            entries[name] = _quantity(name, **words)
+            if name in PHYSICAL_NAMES:
+                entries[PHYSICAL_NAMES[name]] = _in_si(PHYSICAL_NAMES[name], entries[name])
+    for name, words in _PHYSICAL.items():
+        if "of" not in words:
+            entries[name] = _in_si(name, _quantity(name, **words))
+    return entries
+
+
+VOCABULARY: Mapping[str, Quantity] = _vocabulary()
 PLAIN_SYMBOLS: Mapping[str, str] = {
     name: entry.plain for name, entry in VOCABULARY.items() if entry.plain
 }
@@ -90,7 +126,21 @@ def quantity(name: str) -> Quantity:
     base = VOCABULARY.get(name.removesuffix(ERROR_SUFFIX))
     if base is None:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
-    return Quantity(f"error estimate of {base.long_name}", base.symbol, base.dims, base.units)
+    text = f"error estimate of {base.long_name}"
+    return replace(base, long_name=text, plain="", flags=None, sample_dimension=None)
+
+
+def physical_name(name: str) -> str:
+    """Return the name of a quantity in a dataset in SI, error estimates included."""
+    base = name.removesuffix(ERROR_SUFFIX)
+    if name in PHYSICAL_NAMES or base not in PHYSICAL_NAMES:
+        return PHYSICAL_NAMES.get(name, name)
+    return PHYSICAL_NAMES[base] + ERROR_SUFFIX
+
+
+def physical_quantity(name: str) -> Quantity:
+    """Return the entry, in SI, of a quantity under its name in non-dimensional datasets."""
+    return _in_si(physical_name(name), quantity(name))
 
 
 def label(name: str) -> str:
@@ -102,9 +152,17 @@ def label(name: str) -> str:
 
 def attributes(name: str) -> dict[str, Any]:
     """Return the CF attributes of `name`: units, long_name, symbol, and flags if it has any."""
+    return _attributes(quantity(name))
+
+
+def physical_attributes(name: str) -> dict[str, Any]:
+    """Return the CF attributes, in SI, of a quantity under its name in non-dimensional datasets."""
+    return _attributes(physical_quantity(name))
+
+
+def _attributes(entry: Quantity) -> dict[str, Any]:
     import numpy as np
 
-    entry = quantity(name)
     attrs: dict[str, Any] = {
         "units": entry.units,
         "long_name": entry.long_name,

@@ -1,0 +1,168 @@
+"""Datasets and grids in SI, by eqs. (2)-(4) backwards: t = tau / p, omega = nu p, F = f C, H = h sqrt(m C)."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics.exciter import ParameterError, eigenfrequency, si_value
+from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.units import DIMENSIONS, tidy
+from vibropipe.words.vocabulary import (
+    PHYSICAL_NAMES,
+    attributes,
+    physical_attributes,
+    physical_name,
+    quantity,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Values that come from a user, forth and back: 20 rad/s is to be found as 20.
+GIVEN = (*PARAMETERS, "tau_bar")
+# Attributes of a variable that differ in SI; others, such as flags, stay.
+WORDS = ("units", "symbol", "long_name")
+_START = re.compile(r"x0 = (.+), v0 = (.+)")
+
+
+def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset:
+    """Convert a dataset to SI, by eqs. (2)-(4).
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset or xarray.DataTree
+        A motion, a steady state, a sweep, a backbone, or a scene of `open_study`, whose lengths are in metres (as those
+        of `Exciter.from_physical`). Lazy data stay lazy.
+    m, C : number, str or pint.Quantity
+        Mass and stiffness, as in `Exciter.from_physical`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same quantities in SI, which their attribute `units` states. New names: `time` for `tau` (`impact_time`,
+        `grazing_time`; `free_period` for `tau_bar`), `omega` for `nu`, `F` for `f`, `H` for `h`. m and C are scalar
+        coordinates. Numbers without dimension stay, among them phases, impacts per period, multipliers and relative
+        errors; base frequencies are in rad/s, energies in J.
+
+    Raises
+    ------
+    ParameterError
+        If m or C is out of range or has a wrong unit, or the dataset is in SI already.
+    """
+    import xarray as xr
+
+    numbers = {"m": si_value("m", m), "C": si_value("C", C)}
+    data = dataset.to_dataset() if isinstance(dataset, xr.DataTree) else dataset
+    if is_physical(data):
+        raise ParameterError("dataset", data, must="must be non-dimensional", got="one in SI")
+    variables = {
+        physical_name(str(name)): _in_si(str(name), variable, numbers)
+        for name, variable in data.variables.items()
+    }
+    coords = {physical_name(str(name)): None for name in data.coords}
+    attrs = {name: _text_in_si(str(name), text, numbers) for name, text in data.attrs.items()}
+    scalars = {name: xr.Variable((), value, attributes(name)) for name, value in numbers.items()}
+    return xr.Dataset(
+        {name: variable for name, variable in variables.items() if name not in coords},
+        {name: variables[name] for name in coords} | scalars,
+        attrs,
+    )
+
+
+def is_physical(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset is in SI."""
+    return {"m", "C"} <= set(dataset.coords)
+
+
+def stored(dataset: xr.Dataset, mass_and_stiffness: tuple[float, float] | None) -> xr.Dataset:
+    """Return a dataset as it is stored: in SI if its study states m and C."""
+    return dataset if mass_and_stiffness is None else to_physical(dataset, *mass_and_stiffness)
+
+
+def physical_grid(grid: SweepGrid, m: float, C: float) -> SweepGrid:
+    """Return the grid of a sweep in SI, with the very values that `to_physical` makes of its coordinates."""
+    numbers = {"m": m, "C": C}
+    shared = {name: float(convert(name, value, numbers)) for name, value in grid.shared.items()}
+    return replace(
+        grid,
+        values={physical_name(n): convert(n, values, numbers) for n, values in grid.values.items()},
+        follow=grid.follow and (physical_name(grid.follow[0]), *grid.follow[1:]),
+        shared={physical_name(name): value for name, value in shared.items()} | numbers,
+    )
+
+
+def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
+    """Return values of a quantity in SI.
+
+    Parameters
+    ----------
+    name : str
+        Its name in non-dimensional datasets; one that the vocabulary does not have is a pure number.
+    values : array_like
+        Numbers, an array or a lazy array.
+    numbers : mapping of str to float
+        m and C in SI.
+    """
+    try:
+        dimension = quantity(name).dimension
+    except KeyError:
+        return values
+    factor = _factors(**numbers).get(dimension, 1.0)
+    if factor == 1.0:
+        return values
+    return _tidy(values * factor) if name in GIVEN else values * factor
+
+
+def _factors(m: float, C: float) -> dict[str, float]:
+    """Return the SI values of the units of non-dimensional quantities with lengths in metres."""
+    p = eigenfrequency(m, C)
+    return {
+        "time": 1.0 / p,
+        "frequency": p,
+        "rate": p,
+        "velocity": p,
+        "force": C,
+        "damping": math.sqrt(m) * math.sqrt(C),
+        "energy": C,
+    }
+
+
+def _tidy(values: Any) -> np.ndarray:
+    """Return an array with each number as `tidy` returns it."""
+    different, where = np.unique(np.asarray(values), return_inverse=True)
+    return np.array([tidy(float(value)) for value in different])[where].reshape(np.shape(values))
+
+
+def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr.Variable:
+    """Return a variable in SI, with its dimensions under their names there."""
+    import xarray as xr
+
+    dims = [PHYSICAL_NAMES.get(str(dim), str(dim)) for dim in variable.dims]
+    # the data of an index are no array to calculate with
+    data = variable.values if isinstance(variable, xr.IndexVariable) else variable.data
+    attrs = dict(variable.attrs)
+    try:
+        words = physical_attributes(name)
+    except KeyError:
+        words = {}
+    attrs |= {key: words[key] for key in WORDS if key in words and key in attrs}
+    return xr.Variable(dims, convert(name, data, numbers), attrs)
+
+
+def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
+    """Return an attribute of a dataset in SI: its start, and the parameter that it follows."""
+    if name == "follow" and isinstance(text, str):
+        parameter, space, direction = text.partition(" ")
+        return physical_name(parameter) + space + direction
+    match = _START.fullmatch(str(text)) if name == "start" else None
+    if match is None:
+        return text
+    velocity = convert("velocity", float(match[2]), numbers)
+    return f"x0 = {match[1]} m, v0 = {velocity:g} {DIMENSIONS['velocity'].plain}"

@@ -1,0 +1,174 @@
+"""Physical dimensions with their SI units, and text such as "8 mm" as a number in SI.
+
+pint reads the units. It is imported at the first text, so that what has no units does not wait for it (0.4 s). No
+stored number depends on this module beside the numbers that it returns.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from typing import Any, NamedTuple
+
+
+class Dimension(NamedTuple):
+    """A physical dimension: its SI unit in CF's spelling, a noun, and an example."""
+
+    units: str
+    noun: str
+    example: str
+
+    @property
+    def plain(self) -> str:
+        """The SI unit as it is written by hand: N s/m for N s m-1."""
+        return plain_units(self.units)
+
+
+def plain_units(units: str) -> str:
+    """Return units in CF's spelling as they are written by hand: rad/s for rad s-1."""
+    return re.sub(r"(?:^| )(\w+)-1$", r"/\1", units).replace("/", "1/" if units == "s-1" else "/")
+
+
+DIMENSIONS = {
+    "length": Dimension("m", "a length", "8 mm"),
+    "time": Dimension("s", "a time", "0.5 s"),
+    "mass": Dimension("kg", "a mass", "2 kg"),
+    "stiffness": Dimension("N m-1", "a stiffness", "8 N/mm"),
+    "damping": Dimension("N s m-1", "a damping", "40 N s/m"),
+    "force": Dimension("N", "a force", "120 N"),
+    "frequency": Dimension("rad s-1", "a frequency", "55 rad/s"),
+    "velocity": Dimension("m s-1", "a velocity", "0.3 m/s"),
+    "energy": Dimension("J", "an energy", "0.2 J"),
+    "rate": Dimension("s-1", "a rate", "3 1/s"),
+}
+
+NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_TEXT = re.compile(rf"\s*({NUMBER})\s*((?:1\s*/|[^\s\d.,])[^\n]{{0,60}})", re.ASCII)
+# Powers of units have one digit, so that a unit costs no time to read.
+_LONG_POWER = re.compile(r"[\d⁰¹²³⁴⁵⁶⁷⁸⁹]{2}|\.")
+_CYCLES = ("hertz", "turn", "revolution", "radian", "cycle", "degree", "rpm")
+
+
+class UnitError(ValueError):
+    """A value that is no quantity of its dimension.
+
+    Parameters
+    ----------
+    allowed : str
+        What is allowed, a noun phrase.
+    hint : str
+        What is wrong with the unit, or what was probably meant; may be empty.
+    """
+
+    def __init__(self, allowed: str, hint: str = "") -> None:
+        super().__init__(allowed, hint)
+        self.allowed, self.hint = allowed, hint
+
+
+def allowed_text(dimension: str, numbers: bool = False) -> str:
+    """Return what a quantity takes as a noun phrase; `numbers`: whether bare numbers in SI are taken as well."""
+    entry = DIMENSIONS[dimension]
+    with_unit = f"{entry.noun} with its unit, such as {entry.example}"
+    return f"a number in {entry.plain} or {with_unit}" if numbers else with_unit
+
+
+def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
+    """Return a quantity as a finite number in SI.
+
+    Parameters
+    ----------
+    value : str, number or pint.Quantity
+        Number and unit as text ("8 mm"); a quantity of any registry of pint; a number, which must be 0 unless
+        `numbers`. A frequency in Hz counts cycles: 9 Hz is 2 pi 9 rad/s.
+    dimension : str
+        One of `DIMENSIONS`.
+    numbers : bool
+        Whether bare numbers are in SI, instead of an error.
+
+    Raises
+    ------
+    UnitError
+        If the value has no unit, an unknown one or one of another dimension, or is not finite.
+    """
+    allowed = allowed_text(dimension, numbers)
+    if isinstance(value, str):
+        match = _TEXT.fullmatch(value)
+        if match is None:
+            raise UnitError(allowed, _text_hint(value))
+        number = tidy(float(match[1]) * _factor(match[2].strip(), dimension, allowed))
+    elif hasattr(value, "magnitude") and hasattr(value, "units"):
+        unit = str(value.units)
+        number = _number(value.magnitude, allowed) * _factor(unit, dimension, allowed)
+    else:
+        number = _number(value, allowed)
+        if number != 0.0 and not numbers:
+            raise UnitError(allowed, "it has no unit")
+    if not math.isfinite(number):
+        raise UnitError(allowed)
+    return number + 0.0
+
+
+def tidy(number: float) -> float:
+    """Return the number of at most 15 digits that lies within four roundings of a number, or the number itself.
+
+    A quantity that is converted forth and back, 20 rad/s over sqrt(C/m), then comes back as 20, not as its neighbour.
+    """
+    short = float(f"{number:.15g}")
+    return short if abs(short - number) <= 4 * math.ulp(number) else number
+
+
+def _number(value: Any, allowed: str) -> float:
+    try:
+        if isinstance(value, (bytes, bool)) or value is None:
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise UnitError(allowed) from None
+
+
+def _text_hint(text: str) -> str:
+    if re.fullmatch(NUMBER, text.strip(), re.ASCII):
+        return "it has no unit"
+    pointed = text.replace(",", ".", 1)
+    return f"write {pointed}, with a point" if _TEXT.fullmatch(pointed) else ""
+
+
+def _factor(unit: str, dimension: str, allowed: str) -> float:
+    """Return the SI value of one `unit`; raise UnitError if it is unknown or of another dimension."""
+    _registry()  # errors of the import are not those of the unit
+    try:
+        if _LONG_POWER.search(unit):
+            raise ValueError("a power that no unit has")
+        factor, is_angular, same = _parsed(unit, dimension)
+    except Exception:
+        # pint raises errors of a dozen kinds for text that is no unit, and assertions
+        raise UnitError(allowed, f"{unit!r} is no unit that is known") from None
+    if not same:
+        raise UnitError(allowed, f"{unit} is no unit of {DIMENSIONS[dimension].noun.split()[1]}")
+    if dimension == "frequency" and not is_angular:
+        hint = f"{unit} may count radians or cycles: write rad/s, Hz or rpm"
+        raise UnitError(allowed, hint)
+    return factor
+
+
+@functools.cache
+def _parsed(unit: str, dimension: str) -> tuple[float, bool, bool]:
+    """Return the SI value of a unit, whether it names an angle or cycles, and whether it is of the dimension."""
+    registry = _registry()
+    parsed = registry.parse_units(unit)
+    wanted = registry.parse_units(DIMENSIONS[dimension].plain)
+    if not parsed.is_compatible_with(wanted):
+        return math.nan, False, False
+    is_angular = any(name.endswith(_CYCLES) or "revolution" in name for name in parsed._units)
+    return float(registry.Quantity(1.0, parsed).to(wanted).magnitude), is_angular, True
+
+
+@functools.cache
+def _registry() -> Any:
+    """Return pint's registry, in which Hz counts cycles; by default it takes 1 Hz for 1 rad/s."""
+    import pint
+
+    registry: Any = pint.UnitRegistry(on_redefinition="ignore")
+    registry.define("hertz = turn / second = Hz")
+    return registry

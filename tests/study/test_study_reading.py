@@ -11,8 +11,11 @@ ALIAS = "must be an alias of an anchor that is complete before it"
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "must be a mapping with title, description, exciter, scenes, got nothing"),
-        ("- 1", "must be a mapping with title, description, exciter, scenes, got a list of 1"),
+        ("", "must be a mapping with title, description, exciter, physical, scenes, got nothing"),
+        (
+            "- 1",
+            "must be a mapping with title, description, exciter, physical, scenes, got a list of 1",
+        ),
         ("title: [", "must be valid YAML, got a syntax error in line "),
         ("title: a\x00b", "must be valid YAML, got a syntax error ("),
         ("title: T\n---\ntitle: U", "must have one YAML document, got a second one (`---`)"),

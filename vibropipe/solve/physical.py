@@ -98,6 +98,14 @@ def physical_grid(grid: SweepGrid, m: float, C: float) -> SweepGrid:
     )
 
 
+def grid_attributes(name: str, grid: SweepGrid) -> dict[str, Any]:
+    """Return the attributes of a swept parameter that differ in a grid in SI; none for any other grid or variable."""
+    if "C" not in grid.shared or name not in grid.values:
+        return {}
+    words = physical_attributes(name)
+    return {key: words[key] for key in WORDS}
+
+
 def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     """Return values of a quantity in SI.
 

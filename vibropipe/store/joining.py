@@ -15,6 +15,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from vibropipe.solve.physical import grid_attributes
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.store.atomic import StoreError, atomic_file, seal
 from vibropipe.store.encoding import (
@@ -91,6 +92,7 @@ def _write(
     import netCDF4
 
     block_rows, variables = _layout(shards, grid)
+    variables = [replace(v, attrs=v.attrs | grid_attributes(v.name, grid)) for v in variables]
     gridded = [item.name for item in shards[0].gridded]
     names = {item.name for item in shards[0].ragged}
     ragged = [item for item in variables if item.name in names]

@@ -72,16 +72,13 @@ def _quantities(dataset: xr.Dataset) -> str:
     for name in [*dataset.coords, *dataset.data_vars]:
         variable = dataset[name]
         dims = f"({', '.join(map(str, variable.dims))})" if variable.dims else ""
-        rows.append((f"{name}{dims}", _symbol(str(name)), _range(variable), _long_name(variable)))
+        rows.append((f"{name}{dims}", _symbol(variable), _range(variable), _long_name(variable)))
     return "\n".join(["Quantities", *(f"  {line}" for line in aligned(rows))]) if rows else ""
 
 
-def _symbol(name: str) -> str:
-    """Return the symbol of a quantity as plain text, empty if it has none."""
-    try:
-        return plain_symbol(quantity(name).symbol)
-    except KeyError:
-        return ""
+def _symbol(variable: xr.DataArray) -> str:
+    """Return the symbol of a variable as plain text, empty if it has none."""
+    return plain_symbol(str(variable.attrs.get("symbol", "")))
 
 
 def _long_name(variable: xr.DataArray) -> str:

@@ -64,8 +64,9 @@ def table(
 
 def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return the dimensions whose points are the rows: samples of a motion, steady states, or the largest quantity."""
-    if "tau" in dataset.dims:
-        return ("tau",)
+    for dim in ("tau", "time"):
+        if dim in dataset.dims:
+            return (dim,)
     if "regime" in dataset:
         return tuple(str(dim) for dim in dataset["regime"].dims)
     inner = {*COMPONENTS, *RAGGED}

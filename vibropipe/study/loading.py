@@ -24,6 +24,7 @@ from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
+from vibropipe.study.physical import as_written, both_paths, is_physical, without_units
 from vibropipe.study.pydantic_errors import plain_path, problem_of
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
@@ -202,13 +203,14 @@ def parse_study(
         With all faults.
     """
     tree, spelled = spell_out(_mapping(tree, source, Study))
-    problems_so_far = [*(problems or []), *spelled]
+    tree, misread = without_units(tree)
+    problems_so_far = [*(problems or []), *spelled, *misread]
     study, invalid = _validated(study_model(), tree)
     broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
     sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
-    problems_so_far = [*problems_so_far, *invalid]
     if sound is not None:
-        problems_so_far += check_study(sound, broken | dropped)
+        invalid += check_study(sound, both_paths(broken | dropped))
+    problems_so_far += map(as_written, invalid) if is_physical(tree) else invalid
     if problems_so_far or study is None:
         raise StudyError(source, distinct(problems_so_far))
     study._name, study._source = name, source

@@ -14,9 +14,9 @@ from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
 from vibropipe.scenes.keys.base import BaseScene, Prose, Title
 from vibropipe.scenes.keys.grids import StudyModel
-from vibropipe.scenes.keys.parts import ExciterKeys
+from vibropipe.scenes.keys.parts import ExciterKeys, StudyPhysical
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
-from vibropipe.scenes.keys.values import Name
+from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 
@@ -29,6 +29,10 @@ class Study(StudyModel):
     exciter: ExciterKeys = Field(
         default_factory=ExciterKeys, description="Parameters shared by all scenes."
     )
+    physical: Annotated[StudyPhysical | None, NotNull] = Field(
+        default=None,
+        description="Parameters with units, in place of those without; datasets, figures and report are then in SI.",
+    )
     scenes: Annotated[dict[Name, BaseScene], Field(min_length=1, max_length=1000)] = Field(
         description="The scenes by name; the name becomes the name of files."
     )
@@ -40,6 +44,8 @@ class Study(StudyModel):
         for name, scene in self.scenes.items():
             scene._name = name
             scene._shared = self.exciter.explicit()
+            if self.physical is not None:
+                scene._mass_and_stiffness = (self.physical.m, self.physical.C)
 
     @property
     def name(self) -> str:

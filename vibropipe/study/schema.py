@@ -15,7 +15,13 @@ from pydantic import BaseModel
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.motions import MotionKeys
-from vibropipe.scenes.keys.parts import ExciterKeys, Follow, Solver, Start
+from vibropipe.scenes.keys.parts import (
+    ExciterKeys,
+    Follow,
+    Solver,
+    Start,
+    StudyPhysical,
+)
 from vibropipe.scenes.keys.problems import Problem, StudyError
 from vibropipe.scenes.keys.spelling import OLD_KEYS, greek
 from vibropipe.scenes.kind import Kind
@@ -23,6 +29,8 @@ from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
 from vibropipe.study.loading import Config
 from vibropipe.study.models import study_model
+from vibropipe.study.physical import WRITTEN
+from vibropipe.words.parameters import PARAMETERS
 
 BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
 END = "<!-- table of keys: end -->"
@@ -53,6 +61,13 @@ def _tidy(node: Any) -> Any:
     if "propertyNames" in tidy and "enum" in tidy["propertyNames"]:
         names = tidy["propertyNames"]["enum"]
         tidy["propertyNames"]["enum"] = list(dict.fromkeys([*names, *map(greek, names)]))
+    if tidy.get("enum", [])[: len(PARAMETERS)] == list(PARAMETERS):
+        units = [name for name in WRITTEN.values() if name not in PARAMETERS]
+        tidy["enum"] = [
+            *tidy["enum"],
+            *units,
+            *(greek(name) for name in units if greek(name) != name),
+        ]
     return tidy
 
 
@@ -73,6 +88,15 @@ def table_of_keys() -> str:
             "`exciter`",
             ExciterKeys,
             note="Also spelled `ν`, `δ`, `R₁`, `R₂`. In brackets: if given nowhere.",
+        ),
+        _table(
+            "`physical` of a study",
+            StudyPhysical,
+            note=(
+                "In place of `exciter`, which then gives only R1 and R2. Grids and starts have units, too, and "
+                "`over` and `follow` name `omega`, `F`, `H`. A scene or a motion may have a `physical` of its own, "
+                "without `m` and `C`. Also spelled `ω`, `δ`."
+            ),
         ),
         _table("`start`", Start),
         _table("One of `motions`", MotionKeys),

@@ -110,11 +110,11 @@ def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
 
 
 def tidy(number: float) -> float:
-    """Return the number of at most 15 digits that lies within four roundings of a number, or the number itself.
+    """Return the number of at most 12 digits that lies within four roundings of a number, or the number itself.
 
     A quantity that is converted forth and back, 20 rad/s over sqrt(C/m), then comes back as 20, not as its neighbour.
     """
-    short = float(f"{number:.15g}")
+    short = float(f"{number:.12g}")
     return short if abs(short - number) <= 4 * math.ulp(number) else number
 
 

@@ -6,6 +6,7 @@ number depends on this module.
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -128,6 +129,12 @@ def quantity(name: str) -> Quantity:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
     text = f"error estimate of {base.long_name}"
     return replace(base, long_name=text, plain="", flags=None, sample_dimension=None)
+
+
+def dimensions_hash() -> str:
+    """Return a hash (16 hex digits) of what datasets in SI depend on in the table: dimensions and names."""
+    text = repr((sorted(_DIMENSIONS.items()), sorted(PHYSICAL_NAMES.items())))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def physical_name(name: str) -> str:

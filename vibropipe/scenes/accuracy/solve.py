@@ -8,6 +8,7 @@ import xarray as xr
 
 from vibropipe.lab.work_precision import solve_accuracy
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.accuracy.keys import AccuracyScene
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
 def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
     """Run all methods of a scene on its motions; times differ from run to run."""
-    return solve_accuracy(**work_precision_arguments(scene), progress=progress)
+    dataset = solve_accuracy(**work_precision_arguments(scene), progress=progress)
+    return stored(dataset, scene.mass_and_stiffness)
 
 
 def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import xarray as xr
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.conservative import amplitude_frequency, backbone
 from vibropipe.solve.motion import simulate
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.backbone.keys import BackboneScene
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
 
 def solve(scene: BackboneScene, progress: Progress | None = None) -> xr.Dataset:
     """Compute a backbone over amplitude, or eq. (10) with simulated motions on its curves."""
+    return stored(curves_of(scene), scene.mass_and_stiffness)
+
+
+def curves_of(scene: BackboneScene) -> xr.Dataset:
+    """Return a backbone without units."""
     grids = scene.over_arrays()
     if scene.over_amplitude:
         return amplitude_frequency(

@@ -10,6 +10,7 @@ import xarray as xr
 from vibropipe.lab.effect_costs import solve_effects
 from vibropipe.lab.effect_work import TimingCase
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.effects.keys import EffectsScene
@@ -29,4 +30,5 @@ def solve(scene: EffectsScene, progress: Progress | None = None) -> xr.Dataset:
         )
         for name, timed in scene.motions.items()
     }
-    return solve_effects(trials, motions[scene.full], scene.repeats, progress)
+    dataset = solve_effects(trials, motions[scene.full], scene.repeats, progress)
+    return stored(dataset, scene.mass_and_stiffness)

@@ -14,10 +14,11 @@ from pydantic import AfterValidator, Field, PrivateAttr
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions
-from vibropipe.scenes.keys.values import NumberRange, TextRule, refuse
+from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys
+from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.vocabulary import dimensions_hash
 
 Title = Annotated[str, TextRule(200)]
 Prose = Annotated[str, TextRule(4000, one_line=False)]
@@ -26,7 +27,7 @@ Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 # Version of the meaning of the keys. Increase it when a meaning changes, so that older data are recomputed.
 SEMANTICS_VERSION = 2
 # Keys without influence on data; `data_exciter` gives the parameters that have some.
-NO_DATA = ("title", "caption", "figure", "exciter")
+NO_DATA = ("title", "caption", "figure", "exciter", "physical")
 
 
 def each_once(names: list[Any]) -> list[Any]:
@@ -50,6 +51,10 @@ class BaseScene(StudyModel):
         default_factory=ExciterKeys,
         description="Parameters of this scene, in place of the study's.",
     )
+    physical: Annotated[PhysicalKeys | None, NotNull] = Field(
+        default=None,
+        description="Parameters of this scene with units; for a study with `physical`.",
+    )
     figure: FigureOptions = Field(
         default_factory=FigureOptions,
         description="Options of the picture; data do not depend on them.",
@@ -58,11 +63,17 @@ class BaseScene(StudyModel):
         kind: str
     _name: str = PrivateAttr("")
     _shared: dict[str, float] = PrivateAttr(default_factory=dict)
+    _mass_and_stiffness: tuple[float, float] | None = PrivateAttr(None)
 
     @property
     def name(self) -> str:
         """The scene's name in its study."""
         return self._name
+
+    @property
+    def mass_and_stiffness(self) -> tuple[float, float] | None:
+        """m (kg) and C (N/m) of a study with units, whose data are stored in SI; None for any other."""
+        return self._mass_and_stiffness
 
     @property
     def row_count(self) -> int:
@@ -123,6 +134,10 @@ class BaseScene(StudyModel):
         if keys.get("start"):
             ends = {name: [grid.low, grid.high] for name, grid in self.grids().items()}
             keys["start"] = resolved_start(keys["start"], {**self.resolved_exciter(), **ends})
+        if self.mass_and_stiffness is not None:
+            # what is in SI depends on the table of dimensions as well
+            m, C = self.mass_and_stiffness
+            keys["physical"] = {"m": m, "C": C, "dimensions": dimensions_hash()}
         return {"meaning": SEMANTICS_VERSION, "exciter": self.data_exciter(), **keys}
 
     def canonical_text(self) -> str:

@@ -85,8 +85,9 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
         must = "must lie between the supports in every row, but no value does on this grid; split the sweep"
         yield Problem(("start", "x0"), "", must=must)
         return
-    allowed = f"a number from {lower!r} to {upper!r} (between the supports)"
-    yield Problem(("start", "x0"), repr(x0), allowed)
+    unit = "" if scene.mass_and_stiffness is None else " m"
+    allowed = f"a number from {lower!r} to {upper!r}{unit} (between the supports)"
+    yield Problem(("start", "x0"), f"{x0!r}{unit}", allowed)
 
 
 def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:

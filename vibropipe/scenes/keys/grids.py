@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from vibropipe.scenes.keys.values import Number, NumberRange, refuse
+from vibropipe.scenes.keys.values import UNIT_TEXT, Measured, NumberRange, refuse
 
 MAX_ROWS = 10**8
 A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
@@ -51,7 +51,7 @@ def comma_hint(values: list[float]) -> str:
 class ValueGrid(StudyModel):
     """Increasing values, written as a list."""
 
-    values: Annotated[list[Number], AfterValidator(_increasing)] = Field(
+    values: Annotated[list[Measured], AfterValidator(_increasing)] = Field(
         description="Values in increasing order, without duplicates."
     )
 
@@ -78,8 +78,8 @@ class ValueGrid(StudyModel):
 class RangeGrid(StudyModel):
     """`points` values from `start` to `stop`, both included, equally spaced."""
 
-    start: Number = Field(description="First value.")
-    stop: Number = Field(description="Last value, included; above `start`.")
+    start: Measured = Field(description="First value.")
+    stop: Measured = Field(description="Last value, included; above `start`.")
     points: Annotated[int, NumberRange(2, MAX_ROWS, whole=True)] = Field(
         description="Number of values, both ends included."
     )
@@ -135,7 +135,12 @@ def _form(value: Any) -> str | None:
     return "<list>" if isinstance(value, list) else None
 
 
-_LIST_SCHEMA = {"type": "array", "items": {"type": "number"}, "minItems": 1, "title": "values"}
+_LIST_SCHEMA = {
+    "type": "array",
+    "items": {"anyOf": [{"type": "number"}, UNIT_TEXT]},
+    "minItems": 1,
+    "title": "values",
+}
 
 Grid = Annotated[
     Annotated[ValueGrid, Tag("<values>")]

@@ -11,9 +11,9 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
 from vibropipe.scenes.keys.grids import StudyModel
-from vibropipe.scenes.keys.parts import ExciterKeys, Start
+from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
-from vibropipe.scenes.keys.values import NumberRange
+from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 
@@ -24,6 +24,10 @@ class MotionKeys(StudyModel):
     exciter: ExciterKeys = Field(
         default_factory=ExciterKeys,
         description="Parameters of this motion, in place of the scene's.",
+    )
+    physical: Annotated[PhysicalKeys | None, NotNull] = Field(
+        default=None,
+        description="Parameters of this motion with units; for a study with `physical`.",
     )
     start: Start = Field(default_factory=Start, description="State at tau = 0.")
     periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
@@ -56,6 +60,7 @@ class SetOfMotions(BaseScene):
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
         for name, motion in keys["motions"].items():
+            del motion["physical"]  # its exciter has them without units
             motion["start"] = resolved_start(motion["start"], self.exciter_of(name))
         return keys
 

@@ -12,7 +12,13 @@ from pydantic import BeforeValidator, Field
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.spelling import latin
-from vibropipe.scenes.keys.values import Number, NumberRange, parameter_range
+from vibropipe.scenes.keys.values import (
+    Measured,
+    NumberOrUnit,
+    NumberRange,
+    UnitRule,
+    parameter_range,
+)
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
 
@@ -52,15 +58,43 @@ class ExciterKeys(StudyModel):
         }
 
 
+class PhysicalKeys(StudyModel):
+    """Parameters of the exciter with units, in place of those without; held in SI."""
+
+    omega: Annotated[float | None, UnitRule("omega")] = Field(
+        default=None,
+        description="Angular frequency of the excitation; in Hz it counts cycles: 9 Hz is 2 pi 9 rad/s.",
+    )
+    F: Annotated[float | None, UnitRule("F")] = Field(
+        default=None, description="Amplitude of the excitation (0)."
+    )
+    H: Annotated[float | None, UnitRule("H")] = Field(
+        default=None, description="Viscous damping (0)."
+    )
+    l: Annotated[float | None, UnitRule("l")] = Field(  # noqa: E741 - the paper's symbol
+        default=None, description="Half the distance between the supports; required."
+    )
+    delta: Annotated[float | None, UnitRule("delta")] = Field(
+        default=None, description="Offset of the equilibrium (0)."
+    )
+
+
+class StudyPhysical(PhysicalKeys):
+    """Parameters with units, shared by all scenes; the mass and the stiffness are those of the whole study."""
+
+    m: Annotated[float, UnitRule("m")] = Field(description="Mass.")
+    C: Annotated[float, UnitRule("C")] = Field(description="Stiffness of the spring.")
+
+
 class Start(StudyModel):
     """State at tau = 0."""
 
-    x0: Annotated[float | None, NumberRange()] = Field(
+    x0: Annotated[float | None, NumberOrUnit()] = Field(
         default=None,
         description="Initial displacement, between the supports (default: the equilibrium or, if that lies beyond a "
         "support, the support).",
     )
-    v0: Number = Field(default=0.0, description="Initial velocity.")
+    v0: Measured = Field(default=0.0, description="Initial velocity.")
 
 
 class Follow(StudyModel):

@@ -10,7 +10,8 @@ from typing import Any
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
-GREEK = {name: PLAIN_SYMBOLS[name] for name in (*PARAMETERS, "tau") if PLAIN_SYMBOLS[name] != name}
+_SPELLED = (*PARAMETERS, "tau", "omega")
+GREEK = {name: PLAIN_SYMBOLS[name] for name in _SPELLED if PLAIN_SYMBOLS[name] != name}
 _TO_LATIN = str.maketrans(
     {"₁": "1", "₂": "2"} | {s: name for name, s in GREEK.items() if len(s) == 1}
 )

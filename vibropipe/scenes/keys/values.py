@@ -17,11 +17,17 @@ from typing import Annotated, Any, NoReturn
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.words.parameters import PARAMETERS, Range
+from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, Range
+from vibropipe.words.units import DIMENSIONS, UnitError, allowed_text, to_si
 
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+WITH_UNIT = re.compile(rf"\s*(?:{NUMBER.pattern})\s+[^\W\d_].*", re.ASCII)
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)
+
+
+# In the JSON schema: text with a unit. A bare 0 needs none.
+UNIT_TEXT = {"type": "string", "pattern": rf"^\s*{NUMBER.pattern}\s*([^\s\d.,]|1\s*/)"}
 
 
 class Quoted(str):
@@ -85,6 +91,8 @@ def number_hint(value: Any) -> str:
         return f"a number stands without quotes: write {value}"
     if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
         return f"write {pointed}, with a point"
+    if isinstance(value, str) and WITH_UNIT.fullmatch(value):
+        return "units are for a study with `physical`"
     return ""
 
 
@@ -112,6 +120,62 @@ class NumberRange(Range, Rule):
         if not self.contains(number):
             refuse(self.allowed)
         return int(number) if self.whole else number
+
+
+@dataclass(frozen=True)
+class NumberOrUnit(NumberRange):
+    """A number of a range; in a study with `physical`, which is read before, text with a unit stands in its place."""
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"anyOf": [super().schema, UNIT_TEXT]}
+
+
+@dataclass(frozen=True)
+class UnitRule(Rule):
+    """A quantity with its unit, held in SI.
+
+    Parameters
+    ----------
+    name : str
+        Its key; of a parameter, dimension and range are those of `PHYSICAL`.
+    dimension : str
+        One of `words.units.DIMENSIONS`.
+    within : Range
+        Its range in SI.
+    numbers : bool
+        Whether bare numbers are taken, as numbers in SI.
+    """
+
+    name: str
+    dimension: str = ""
+    within: Range = FINITE
+    numbers: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.dimension:
+            dimension, within, _ = PHYSICAL[self.name]
+            object.__setattr__(self, "dimension", dimension)
+            object.__setattr__(self, "within", within)
+
+    @property
+    def allowed(self) -> str:  # noqa: D102
+        noun = DIMENSIONS[self.dimension].noun
+        bound = self.within.text.removeprefix(FINITE.text)
+        return allowed_text(self.dimension, self.numbers).replace(noun, noun + bound, 1)
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"anyOf": [{"const": 0}, UNIT_TEXT]}
+
+    def convert(self, value: Any) -> float:  # noqa: D102
+        try:
+            number = to_si(value, self.dimension, self.numbers)
+        except UnitError as error:
+            refuse(self.allowed, hint=error.hint)
+        if not self.within.contains(number):
+            refuse(self.allowed)
+        return number
 
 
 def parameter_range(name: str) -> NumberRange:
@@ -184,4 +248,5 @@ def _written(value: Any) -> Any:
 # A key with an empty value is a mistake, not the default.
 NotNull = BeforeValidator(_written)
 Number = Annotated[float, NumberRange()]
+Measured = Annotated[float, NumberOrUnit()]
 Name = Annotated[str, NameRule()]

@@ -22,7 +22,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
 from vibropipe.scenes.keys.problems import KeyPath, Problem
-from vibropipe.scenes.keys.values import NumberRange
+from vibropipe.scenes.keys.values import NumberOrUnit, NumberRange
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
@@ -57,8 +57,9 @@ class MotionScene(ForcedScene):
         default_factory=MotionFigure,
         description="Options of the pictures; data do not depend on them.",
     )
-    tau_end: Annotated[float, NumberRange(0, MAX_TAU, above=True)] = Field(
-        default=60.0, description="Length of the record, after the transient."
+    tau_end: Annotated[float, NumberOrUnit(0, MAX_TAU, above=True)] = Field(
+        default=60.0,
+        description="Length of the record, after the transient; with `physical` in s or with a unit.",
     )
     settle_periods: Annotated[int, NumberRange(0, 10**9, whole=True)] = Field(
         default=0,

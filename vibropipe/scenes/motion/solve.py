@@ -13,6 +13,7 @@ from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion import simulate
+from vibropipe.solve.physical import stored
 from vibropipe.solve.run import MotionRequest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.outputs import OF_ORBIT, OF_STEADY_STATE
@@ -50,7 +51,8 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
         motion = with_steady_state(motion, scene, exciter)
     # The start of the transient, not of the record.
     start = exciter.check_start(scene.start.x0, scene.start.v0)
-    return motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
+    motion = motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
+    return stored(motion, scene.mass_and_stiffness)
 
 
 def periods_to_march(scene: MotionScene) -> int:

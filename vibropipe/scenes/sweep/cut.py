@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.scenes.costs import PlanError
-from vibropipe.scenes.sweep.plan import block_rows, sweep_grid
+from vibropipe.scenes.sweep.plan import block_rows, stored_grid, sweep_grid
 from vibropipe.scenes.sweep.solve import solve_in_blocks
 from vibropipe.store import join as join_rows
 from vibropipe.store import write_grid, write_rows
@@ -66,7 +66,7 @@ def store(
         if shard is not None:
             write_rows(blocks, path, stop - start)
         else:
-            write_grid(blocks, path, sweep_grid(scene))
+            write_grid(blocks, path, stored_grid(scene))
 
 
 def join(
@@ -83,4 +83,4 @@ def join(
     StoreError
         If the shards are not those of this scene.
     """
-    join_rows(shards, path, sweep_grid(scene), dict(attrs), progress)
+    join_rows(shards, path, stored_grid(scene), dict(attrs), progress)

@@ -17,6 +17,7 @@ from vibropipe.scenes.costs import (
     thinned,
 )
 from vibropipe.scenes.keys.grids import ValueGrid
+from vibropipe.solve.physical import physical_grid
 from vibropipe.solve.sweep_grid import SweepGrid
 
 if TYPE_CHECKING:
@@ -58,6 +59,12 @@ def sweep_grid(scene: SweepScene) -> SweepGrid:
     exciter = scene.resolved_exciter().items()
     shared = {name: value for name, value in exciter if name not in values}
     return SweepGrid(values, scene.follow_pair(), shared)
+
+
+def stored_grid(scene: SweepScene) -> SweepGrid:
+    """Return the grid of a sweep as it is stored: in SI if the study has units."""
+    grid, units = sweep_grid(scene), scene.mass_and_stiffness
+    return grid if units is None else physical_grid(grid, *units)
 
 
 def block_rows(scene: SweepScene) -> int:

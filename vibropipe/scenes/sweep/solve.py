@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep import assemble, solve_blocks
 
 if TYPE_CHECKING:
@@ -17,8 +19,9 @@ if TYPE_CHECKING:
 
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
     """Solve all rows of a sweep in memory and return them on its grid."""
-    rows = solve_rows(scene, 0, scene.row_count, progress)
-    return assemble([rows], scene.over_arrays(), scene.follow_pair())
+    (rows,) = _solve_plain(scene, 0, scene.row_count, scene.row_count, progress)
+    dataset = assemble([rows], scene.over_arrays(), scene.follow_pair())
+    return stored(dataset, scene.mass_and_stiffness)
 
 
 def solve_rows(
@@ -33,6 +36,15 @@ def solve_in_blocks(
     scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None = None
 ) -> Generator[xr.Dataset]:
     """Solve the rows [start, stop) of a sweep in blocks over `row` of at least `size` rows."""
+    with closing(_solve_plain(scene, start, stop, size, progress)) as blocks:
+        for block in blocks:
+            yield stored(block, scene.mass_and_stiffness)
+
+
+def _solve_plain(
+    scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None
+) -> Generator[xr.Dataset]:
+    """Solve rows without units."""
     on_rows: Callable[[int], None] | None = None
     if progress is not None:
 

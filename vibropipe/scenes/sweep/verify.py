@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.scenes.recompute import Recomputed, part_text, sample_indices
 from vibropipe.scenes.sweep.keys import SweepScene
-from vibropipe.scenes.sweep.plan import sweep_grid
+from vibropipe.scenes.sweep.plan import stored_grid, sweep_grid
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.store import Difference, compare_rows
 
@@ -21,10 +21,11 @@ def recompute(
     grid = sweep_grid(scene)
     length = grid.chain_length
     chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
+    as_stored = stored_grid(scene)
     differences: list[Difference] = []
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)
-        differences += compare_rows(path, shard, grid)
+        differences += compare_rows(path, shard, as_stored)
         if any(
             item.where == "" for item in differences
         ):  # An attribute differs, and so in every row.

@@ -1,0 +1,128 @@
+"""A study with units, solved, cut, joined, verified and opened: its data are in SI."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibropipe as vp
+from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
+from vibropipe.jobs.verify import verify
+from vibropipe.store import summary
+from vibropipe.study import Study, load_study
+
+UNITS = """
+title: With units
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}
+exciter: {R1: 0.7, R2: 0.6}
+scenes:
+  sweep:
+    kind: sweep
+    over: {omega: {start: 20 rad/s, stop: 200 rad/s, points: 19}, delta: [0, 1 mm]}
+    follow: {along: omega, direction: up}
+  motion:
+    kind: motion
+    tau_end: 0.5 s
+    start: {x0: 5 mm, v0: 0.1 m/s}
+    outputs: [motion, impacts, harmonics, stability, energy]
+  free: {kind: backbone, amplitude: [1 mm, 8 mm, 20 mm]}
+"""
+M, C = 2.0, 8000.0
+P = math.sqrt(C / M)
+SHARDS = 2
+
+
+def study_at(path, text: str) -> Study:
+    path.write_text(text, encoding="utf-8")
+    return load_study(path)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return study_at(tmp_path_factory.mktemp("units") / "units.yaml", UNITS)
+
+
+@pytest.fixture(scope="module")
+def results(study, tmp_path_factory):
+    """Return a folder with the datasets of all scenes, the sweep joined from shards."""
+    folder = tmp_path_factory.mktemp("results")
+    for name in ("motion", "free"):
+        solve_to_file(study, name, folder / f"{name}.nc", None, 1)
+    shards = [folder / "shards" / f"{n}.nc" for n in range(1, SHARDS + 1)]
+    for n, shard in enumerate(shards, 1):
+        solve_to_file(study, "sweep", shard, (n, SHARDS), 1)
+    join_to_file(study, "sweep", shards[::-1], folder / "sweep.nc")
+    return folder
+
+
+def test_the_data_are_those_without_units_in_si(study, results, tmp_path) -> None:
+    numbers = study.scenes["motion"].resolved_exciter()
+    exciter = vp.Exciter(**numbers)
+    sweep = vp.sweep(
+        exciter, over=study.scenes["sweep"].over_arrays(), follow=("nu", "up")
+    )  # fmt: skip
+    stored = vp.load(results / "sweep.nc")
+    expected = vp.to_physical(sweep, M, C)
+    assert stored.identical(expected.assign_attrs(stored.attrs))
+    assert stored["delta"].attrs["units"] == "m"
+    motion = vp.load(results / "motion.nc")
+    steady = vp.steady_state(exciter, x0=0.005, v0=0.1 / P)
+    assert float(motion["orbit_energy_input"]) == float(steady["energy_input"]) * C
+    assert motion["time"].values[-1] == pytest.approx(0.5, rel=1e-15)
+    assert motion.attrs["start"] == "x0 = 0.005 m, v0 = 0.1 m/s"
+
+
+def test_one_file_and_joined_shards_are_the_same_bytes(study, results, tmp_path) -> None:
+    solve_to_file(study, "sweep", tmp_path / "sweep.nc", None, 1)
+    whole, joined = (vp.load(folder / "sweep.nc") for folder in (tmp_path, results))
+    xr.testing.assert_identical(whole, joined)
+    in_memory = solve_scene(study, "sweep")
+    for name, variable in whole.variables.items():
+        np.testing.assert_array_equal(in_memory[name].values, variable.values)
+        assert in_memory[name].attrs.get("units") == variable.attrs.get("units")
+
+
+def test_frequencies_are_found_as_they_were_given(results) -> None:
+    tree = vp.open_study(results)
+    rows = tree["sweep"].to_dataset()
+    assert rows["displacement_amplitude"].chunks is not None
+    row = rows.sel(omega=50, delta=0.001)
+    assert int(row["regime"]) in range(8)
+    assert rows["omega"].values.tolist() == [20.0 + 10 * n for n in range(19)]
+
+
+def test_every_dataset_is_verified(results) -> None:
+    verdicts = list(verify(results, rows=10, seed=1))
+    assert [verdict.name for verdict in verdicts] == ["free", "motion", "sweep"]
+    assert all(verdict.good for verdict in verdicts), "\n".join(map(str, verdicts))
+
+
+def test_a_wrong_value_is_named_by_the_frequency_with_unit(results, tmp_path) -> None:
+    broken = vp.load(results / "sweep.nc")
+    broken["residual"][3, 1] += 1.0
+    from vibropipe.store import write
+
+    write(broken, tmp_path / "sweep.nc")
+    (verdict,) = verify(tmp_path / "sweep.nc", rows=1000, seed=1)
+    assert any("omega = 50.0, delta = 0.001" in fault for fault in verdict.faults)
+
+
+def test_a_summary_shows_symbols_and_units_of_the_data(results) -> None:
+    text = summary(vp.load(results / "motion.nc"))
+    assert "time (s)" in text
+    assert "angular frequency of excitation (rad s-1)" in text
+    assert "ω " in text
+    assert "τ" not in text
+
+
+def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:
+    plain = study_at(
+        tmp_path / "plain.yaml",
+        "title: T\nexciter: {l: 0.5, f: 1}\nscenes: {s: {kind: sweep, over: {nu: [0.5, 1]}}}\n",
+    )
+    monkeypatch.setattr("vibropipe.solve.physical.to_physical", None)
+    solve_to_file(plain, "s", tmp_path / "s.nc", None, 1)
+    assert vp.load(tmp_path / "s.nc")["nu"].attrs["units"] == "1"

@@ -1,0 +1,176 @@
+"""Studies with units: what they mean, and what is wrong with them."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import vibropipe as vp
+from vibropipe.study import Study, StudyError, fingerprint, json_schema, study_of_text
+from vibropipe.words import vocabulary
+
+TEXT = """
+title: With units
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}
+exciter: {R1: 0.7, R2: 0.6}
+scenes:
+  sweep: {kind: sweep, over: {omega: {start: 20 rad/s, stop: 200 rad/s, points: 9}, delta: [0, 1 mm]}}
+  motion: {kind: motion, tau_end: 0.5 s, start: {x0: 5 mm, v0: 0.1 m/s}, physical: {omega: 9 Hz}}
+  free: {kind: backbone, amplitude: [1 mm, 20 mm]}
+  curves: {kind: backbone, delta_over_l: [0], tau_bar: [40 ms, 50 ms]}
+  races: {kind: accuracy, motions: {one: {physical: {omega: 60 rpm}}, two: {}}}
+"""
+P = math.sqrt(4000)
+
+
+def study_with(*changes: tuple[str, str], text: str = TEXT) -> Study:
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return study_of_text(text, "units")
+
+
+def faults(*changes: tuple[str, str]) -> list[str]:
+    with pytest.raises(StudyError) as caught:
+        study_with(*changes)
+    return str(caught.value).replace("the study units: ", "").splitlines()
+
+
+def test_a_study_with_units_is_that_without_by_equations_2_to_4() -> None:
+    scenes = study_with().scenes
+    expected = vp.Exciter.from_physical(
+        m=2, C=8000, H=40, l=0.008, F=120, omega="9 Hz", R1=0.7, R2=0.6
+    )
+    motion = scenes["motion"]
+    assert motion.resolved_exciter() == vars(expected)
+    assert (motion.tau_end, motion.start.x0) == (0.5 * P, 0.005)
+    assert motion.start.v0 == pytest.approx(0.1 / P, rel=1e-15)
+    sweep = scenes["sweep"].over_arrays()
+    assert sweep["nu"] * P == pytest.approx([20.0 + 22.5 * n for n in range(9)], rel=1e-15)
+    assert sweep["delta"].tolist() == [0.0, 0.001]
+    assert scenes["free"].over_arrays()["amplitude"].tolist() == [0.001, 0.02]
+    assert scenes["curves"].over_arrays()["tau_bar"] == pytest.approx([0.04 * P, 0.05 * P])
+    races = scenes["races"]
+    assert races.exciter_of("one")["nu"] * P == pytest.approx(2 * math.pi)
+    assert races.exciter_of("two")["nu"] * P == pytest.approx(55)
+    assert {scene.mass_and_stiffness for scene in scenes.values()} == {(2.0, 8000.0)}
+
+
+def test_units_are_free_and_mean_the_same() -> None:
+    other = study_with(
+        ("2 kg", "2000 g"), ("8 N/mm", "8000 N/m"), ("l: 8 mm", "l: 8e-3 m"), ("120 N", "0.12 kN"),
+        ("omega: 55 rad/s}", "ω: 55 rad/s}"), ("0.5 s", "500 ms"), ("5 mm", "0.5 cm"), ("[1 mm, ", "[1000 um, "),
+    )  # fmt: skip
+    study = study_with()
+    for name in study.scenes:
+        assert fingerprint(other, name) == fingerprint(study, name)
+
+
+def test_mass_and_dimensions_are_part_of_the_fingerprint(monkeypatch) -> None:
+    # The same numbers without units, from another mass and stiffness: stored in other units.
+    study = study_with()
+    heavier = study_with(
+        ("2 kg", "8 kg"), ("8 N/mm", "32 N/mm"), ("40 N", "160 N"), ("120 N", "480 N")
+    )
+    assert heavier.scenes["sweep"].resolved_exciter() == study.scenes["sweep"].resolved_exciter()
+    assert fingerprint(heavier, "sweep") != fingerprint(study, "sweep")
+    before = fingerprint(study, "sweep")
+    monkeypatch.setitem(vocabulary._DIMENSIONS, "residual", "length")
+    assert fingerprint(study, "sweep") != before
+
+
+def test_bare_numbers_of_tau_end_are_seconds_and_its_default_is_without_unit() -> None:
+    assert study_with(("0.5 s", "0.5")).scenes["motion"].tau_end == 0.5 * P
+    assert study_with((" tau_end: 0.5 s,", "")).scenes["motion"].tau_end == 60.0
+
+
+LENGTH = "a length > 0 with its unit, such as 8 mm"
+FREQUENCY = "a frequency > 0 with its unit, such as 55 rad/s"
+SWEPT = "scenes.sweep.over.omega"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("l: 8 mm", "l: 8", f"physical.l: must be {LENGTH}, got 8 (it has no unit)"),
+        ("l: 8 mm", "l: 8 mmm", f"physical.l: must be {LENGTH}, got '8 mmm' ('mmm' is no unit that is known)"),
+        ("l: 8 mm", "l: 8 N", f"physical.l: must be {LENGTH}, got '8 N' (N is no unit of length)"),
+        ("l: 8 mm", "l: -8 mm", f"physical.l: must be {LENGTH}, got '-8 mm'"),
+        ("m: 2 kg, ", "", "physical.m: is required (a mass > 0 with its unit, such as 2 kg)"),
+        ("{R1: 0.7", "{l: 0.5, R1: 0.7", "exciter.l: must be left out: give l with its unit in physical, got 0.5"),
+        ("{R1: 0.7", "{nu: 1, R1: 0.7", "exciter.nu: must be left out: give omega with its unit in physical, got 1"),
+        ("start: 20 rad/s", "start: 20", f"{SWEPT}.start: must be {FREQUENCY}, got 20 (it has no unit)"),
+        ("start: 20 rad/s", "start: 20 1/s",
+         f"{SWEPT}.start: must be {FREQUENCY}, got '20 1/s' (1/s may count radians or cycles: write rad/s, Hz or rpm)"),
+        ("start: 20 rad/s", "start: 300 rad/s", f"{SWEPT}: must have start below stop, got start 300.0, stop 200.0"),
+        ("start: 20 rad/s", "start: -20 rad/s", f"{SWEPT}.start: must be {FREQUENCY}, got '-20 rad/s'"),
+        ("{start: 20 rad/s, stop: 200 rad/s, points: 9}", "20 rad/s",
+         f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
+        ("over: {omega", "over: {nu",
+         "scenes.sweep.over.nu: is an unknown key; must be one of H, F, omega, l, delta, R1, R2 (with its unit, nu is "
+         "omega)"),
+        ("delta: [0, 1 mm]", "m: [1 kg]",
+         "scenes.sweep.over.m: is an unknown key; must be one of H, F, omega, l, delta, R1, R2"),
+        ("[0, 1 mm]", "[1 mm, 0]",
+         "scenes.sweep.over.delta: must be increasing numbers, each once, got 0.0 after 0.001"),
+        ("{kind: sweep,", "{kind: sweep, physical: {omega: 9 Hz},",
+         "scenes.sweep.physical.omega: must be left out, since omega is swept, got '9 Hz'"),
+        ("{kind: sweep,", "{kind: sweep, follow: {along: F, direction: up},",
+         "scenes.sweep.follow.along: must be a swept parameter (omega, delta), got 'F'"),
+        ("x0: 5 mm", "x0: 5",
+         "scenes.motion.start.x0: must be a length with its unit, such as 8 mm, got 5 (it has no unit)"),
+        ("x0: 5 mm", "x0: 9 mm",
+         "scenes.motion.start.x0: must be a number from -0.008 to 0.008 m (between the supports), got 0.009 m"),
+        ("0.5 s", "5 mm",
+         "scenes.motion.tau_end: must be a number in s or a time > 0 with its unit, such as 0.5 s, got '5 mm' (mm is "
+         "no unit of time)"),
+        ("physical: {omega: 9 Hz}", "physical: {m: 2 kg}",
+         "scenes.motion.physical.m: is an unknown key; must be one of omega, F, H, l, delta"),
+        ("omega: 55 rad/s}", "omega: 55 rad/s, R1: 1}",
+         "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, m, C"),
+        ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
+         f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
+    ],
+)  # fmt: skip
+def test_each_misuse_is_told_alone_and_in_the_words_of_the_file(
+    old: str, new: str, fault: str
+) -> None:
+    assert faults((old, new)) == [fault]
+
+
+def test_a_missing_length_is_asked_for_in_physical() -> None:
+    lines = faults(("l: 8 mm, ", ""))
+    assert (
+        lines[0] == f"scenes.sweep.physical.l: is required ({LENGTH}), in the scene or in the study"
+    )
+
+
+def test_units_without_physical_are_told() -> None:
+    plain = TEXT.replace("physical: {m", "# {m").replace(
+        "physical: {omega: 9 Hz}", "exciter: {l: 8 mm}"
+    )
+    with pytest.raises(StudyError) as caught:
+        study_of_text(plain.replace("physical: {omega: 60 rpm}", ""), "units")
+    text = str(caught.value)
+    hint = "(units are for a study with `physical`)"
+    assert f"scenes.motion.exciter.l: must be a finite number > 0, got '8 mm' {hint}" in text
+    assert f"scenes.motion.start.x0: must be a finite number, got '5 mm' {hint}" in text
+    with pytest.raises(StudyError) as caught:
+        study_of_text(TEXT.replace("physical: {m", "# {m"), "units")
+    must = "must be left out, since the study has no physical with m and C"
+    assert f"scenes.motion.physical: {must}" in str(caught.value)
+
+
+def test_the_schema_takes_units() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    yaml = pytest.importorskip("yaml")
+    schema, tree = json_schema(), yaml.safe_load(TEXT)
+    jsonschema.validate(tree, schema)
+    shipped = Path(__file__).parents[2] / "config" / "study.schema.json"
+    assert json.loads(shipped.read_text(encoding="utf-8")) == schema
+    for old, new in (("l: 8 mm", "l: 8"), ("over: {omega", "over: {mass"), ("x0: 5 mm", "x0: mm")):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(yaml.safe_load(TEXT.replace(old, new)), schema)

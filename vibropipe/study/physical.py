@@ -1,0 +1,238 @@
+"""Studies with units: `physical` and every quantity with a unit, replaced by the numbers without units of eqs. (2)-(4).
+
+What follows reads, checks and solves non-dimensional studies only. Paths of later faults are those of the file again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from vibropipe.physics.exciter import eigenfrequency, non_dimensional
+from vibropipe.scenes.keys.grids import A_GRID, Grid
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
+from vibropipe.scenes.keys.values import REFUSED, UnitRule
+from vibropipe.study.pydantic_errors import plain_path
+from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, Range
+from vibropipe.words.units import UnitError, to_si
+
+# Parameters by their names with units -> without, and back.
+NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entry.non_dimensional}
+WRITTEN = {name: written for written, name in NAMES.items()}
+# Keys of scenes that take a quantity: dimension and range.
+KEYS: dict[str, tuple[str, Range]] = {
+    **{name: PHYSICAL[name][:2] for name in NAMES},
+    "x0": ("length", FINITE),
+    "v0": ("velocity", FINITE),
+    "tau_end": ("time", POSITIVE),
+    "tau_bar": ("time", POSITIVE),
+    "amplitude": ("length", POSITIVE),
+}
+# Keys whose bare numbers are in SI, and parts of a grid that are no quantities.
+BARE, COUNTS = ("tau_end",), ("points", "spacing")
+# Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
+OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
+SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
+STARTS = ("x0", "v0")
+STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
+
+_GRID: TypeAdapter[Any] = TypeAdapter(Grid)
+
+
+def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return a study's tree without units, and the faults of its quantities; one without `physical` is unchanged.
+
+    `physical` itself stays as it is: the models check it.
+    """
+    scenes = tree.get("scenes")
+    named = scenes if isinstance(scenes, dict) else {}
+    if not is_physical(tree):
+        must = "must be left out, since the study has no physical with m and C"
+        return tree, [
+            Problem(("scenes", name, "physical"), "", must=must)
+            for name, scene in named.items()
+            if isinstance(scene, dict) and "physical" in scene and "physical" not in tree
+        ]
+    reader = _Reader(tree["physical"])
+    plain = {**tree, "exciter": reader.exciter(tree, ())}
+    if named:
+        plain["scenes"] = {
+            name: reader.scene(scene, ("scenes", name)) if isinstance(scene, dict) else scene
+            for name, scene in named.items()
+        }
+    return plain, reader.problems
+
+
+def is_physical(tree: dict[str, Any]) -> bool:
+    """Return whether a study's tree has a mapping `physical`."""
+    return isinstance(tree.get("physical"), dict)
+
+
+def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
+    """Return paths as in the file and as in the tree without units."""
+    written = list(paths)
+    return frozenset(
+        [*written, *(_renamed(path, "physical", "exciter", NAMES) for path in written)]
+    )
+
+
+def as_written(problem: Problem) -> Problem:
+    """Return a fault of the tree without units with its path in the file."""
+    path = _renamed(problem.path, "exciter", "physical", WRITTEN)
+    if path == problem.path or path[-2:-1] != ("physical",):
+        return replace(problem, path=path)
+    name = str(path[-1])
+    number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
+    allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
+    return replace(problem, path=path, allowed=allowed, must=must)
+
+
+def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:
+    """Return a path with the names of parameters changed beneath `owner`, which is renamed, and `over`."""
+    first = 2 if path[:1] == ("scenes",) else 0
+    steps = list(path)
+    for index in range(first, len(steps) - 1):
+        step, key = steps[index], steps[index + 1]
+        if step in (owner, "over") and key in names:
+            steps[index] = new_owner if step == owner else step
+            steps[index + 1] = names[str(key)]
+            break
+    return tuple(steps)
+
+
+class _Reader:
+    """Reads the quantities of one study and lists their faults."""
+
+    def __init__(self, physical: dict[str, Any]) -> None:
+        self.problems: list[Problem] = []
+        self.units = {name: _si(name, physical.get(name)) or STAND_IN for name in ("m", "C")}
+
+    def exciter(self, owner: dict[str, Any], path: KeyPath) -> Any:
+        """Return the exciter of a study, a scene or a motion: its pure numbers, and what `physical` gives."""
+        numbers, physical = owner.get("exciter", {}), owner.get("physical", {})
+        if not isinstance(numbers, dict) or not isinstance(physical, dict):
+            return numbers
+        for name in WRITTEN.keys() & numbers.keys():
+            must = f"must be left out: give {WRITTEN[name]} with its unit in physical"
+            self.problems.append(
+                Problem((*path, "exciter", name), describe(numbers[name]), must=must)
+            )
+        given = {
+            NAMES[name]: self.scaled(name, si)
+            for name, value in physical.items()
+            if name in NAMES
+            for si in [_si(name, value)]
+        }
+        return {name: value for name, value in numbers.items() if name not in WRITTEN} | given
+
+    def scene(self, scene: dict[str, Any], path: KeyPath) -> dict[str, Any]:
+        """Return a scene without units."""
+        over, physical, follow = (scene.get(key) for key in ("over", "physical", "follow"))
+        if isinstance(over, dict) and isinstance(physical, dict):
+            for name in over.keys() & physical.keys():
+                must = f"must be left out, since {name} is swept"
+                problem = Problem((*path, "physical", name), describe(physical[name]), must=must)
+                self.problems.append(problem)
+        if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:
+            along = follow["along"]
+            if along not in over:
+                allowed = f"a swept parameter ({', '.join(over)})"
+                self.problems.append(Problem((*path, "follow", "along"), describe(along), allowed))
+        return self.mapping(scene, path)
+
+    def mapping(self, node: dict[str, Any], path: KeyPath) -> dict[str, Any]:
+        """Return a mapping without units; quantities are known by their keys."""
+        plain: dict[str, Any] = {}
+        for key, value in node.items():
+            if path[-1:] == ("over",) and key not in (*SWEPT, *STARTS):
+                hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
+                problem = unknown((*path, key), SWEPT)
+                self.problems.append(replace(problem, hint=hint or problem.hint))
+                plain.setdefault("nu", [STAND_IN])
+            elif key in KEYS and key not in OTHERS:
+                plain[NAMES.get(key, key)] = self.quantity(key, value, (*path, key))
+            elif key == "along" and isinstance(value, str):
+                plain[key] = NAMES.get(value, value)
+            elif isinstance(value, dict) and key not in OTHERS:
+                is_named = key == "motions"
+                plain[key] = {
+                    name: self.mapping(entry, (*path, key, name))
+                    if isinstance(entry, dict)
+                    else entry
+                    for name, entry in value.items()
+                } if is_named else self.mapping(value, (*path, key))  # fmt: skip
+            else:
+                plain[key] = value
+        if "exciter" in node or "physical" in node:
+            plain["exciter"] = self.exciter(node, path)
+        return plain
+
+    def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
+        """Return the number or the grid of a key without units."""
+        found = len(self.problems)
+        if path[-2:-1] == ("over",) and not isinstance(value, (dict, list)):
+            self.problems.append(Problem(path, describe(value), A_GRID))
+            return [STAND_IN]
+        si = self.in_si(key, value, path)
+        if isinstance(value, (dict, list)) and len(self.problems) == found:
+            self.check_grid(si, path)
+        if len(self.problems) > found:
+            return [STAND_IN] if isinstance(value, (dict, list)) else STAND_IN
+        return self.scaled(key, si)
+
+    def in_si(self, key: str, value: Any, path: KeyPath) -> Any:
+        """Return the numbers of a key in SI, in their lists and mappings."""
+        if isinstance(value, dict):
+            return {
+                part: inner if part in COUNTS else self.in_si(key, inner, (*path, part))
+                for part, inner in value.items()
+            }
+        if isinstance(value, list):
+            return [self.in_si(key, inner, (*path, n)) for n, inner in enumerate(value)]
+        dimension, within = KEYS[key]
+        rule = UnitRule(key, dimension, within, numbers=key in BARE)
+        try:
+            number = to_si(value, dimension, numbers=key in BARE)
+        except UnitError as error:
+            self.problems.append(Problem(path, describe(value), rule.allowed, error.hint))
+            return STAND_IN
+        if not within.contains(number):
+            self.problems.append(Problem(path, describe(value), rule.allowed))
+        return number
+
+    def check_grid(self, si: Any, path: KeyPath) -> None:
+        """Check a grid in SI, so that messages show its numbers as they were written."""
+        try:
+            _GRID.validate_python(si)
+        except ValidationError as error:
+            for entry in error.errors(include_url=False):
+                if entry["type"] == REFUSED:
+                    words = {**entry["ctx"]}
+                    words["found"] = words["found"] or describe(entry["input"])
+                    self.problems.append(Problem((*path, *plain_path(entry["loc"])), **words))
+
+    def scaled(self, key: str, si: Any) -> Any:
+        """Return numbers in SI without units, in their lists and mappings."""
+        if isinstance(si, dict):
+            return {n: v if n in COUNTS else self.scaled(key, v) for n, v in si.items()}
+        if isinstance(si, list):
+            return [self.scaled(key, value) for value in si]
+        if not isinstance(si, float):
+            return STAND_IN
+        if key in NAMES:
+            return non_dimensional({**self.units, key: si})[NAMES[key]]
+        p = eigenfrequency(**self.units)
+        return {"velocity": si / p, "time": si * p}.get(KEYS[key][0], si)
+
+
+def _si(name: str, value: Any) -> float | None:
+    """Return an entry of `physical` in SI, None if it is none; the models report it."""
+    try:
+        number = to_si(value, PHYSICAL[name].dimension)
+    except UnitError:
+        return None
+    return number if PHYSICAL[name].range.contains(number) and math.isfinite(number) else None

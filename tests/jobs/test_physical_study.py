@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import vibropipe as vp
+from vibropipe.cli.commands import app
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.store import summary
@@ -116,6 +118,21 @@ def test_a_summary_shows_symbols_and_units_of_the_data(results) -> None:
     assert "angular frequency of excitation (rad s-1)" in text
     assert "ω " in text
     assert "τ" not in text
+
+
+def test_a_table_has_units_in_its_head(results) -> None:
+    run = CliRunner().invoke(app, ["table", str(results / "sweep.nc")])
+    head = run.output.splitlines()[0].split(",")
+    assert head[:2] == ["omega (rad/s)", "delta (m)"]
+    assert {"F (N)", "H (N s/m)", "R1", "regime", "displacement_amplitude_2 (m)"} <= {*head}
+    assert {"impact_velocity_max_1 (m/s)", "displacement_phase_1 (rad)", "m (kg)"} <= {*head}
+    frame = vp.table(results / "sweep.nc")
+    assert frame.attrs["units"]["omega"] == "rad/s"
+    assert "omega" in frame
+    impacts = CliRunner().invoke(app, ["table", "--impacts", str(results / "sweep.nc")])
+    assert "impact_velocity (m/s)" in impacts.output.splitlines()[0]
+    motion = CliRunner().invoke(app, ["table", str(results / "motion.nc")])
+    assert motion.output.startswith("time (s),")
 
 
 def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:

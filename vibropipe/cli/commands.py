@@ -236,10 +236,11 @@ def table(
         bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
     ] = False,
 ) -> None:
-    """Print a dataset as CSV that spreadsheets open: a row for each point, names for codes."""
+    """Print a dataset as CSV that spreadsheets open: a row for each point, names for codes, units in the head."""
     from vibropipe.store import atomic_file, table
+    from vibropipe.store.table import with_units
 
-    text = table(dataset, impacts).to_csv(index=False)
+    text = with_units(table(dataset, impacts)).to_csv(index=False)
     if output is None:
         typer.echo(text, nl=False)
         return

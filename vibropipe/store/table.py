@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.solve.physical import is_physical
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
+from vibropipe.words.units import plain_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +42,7 @@ def table(
         are the same in every row, then the quantities. Codes such as regimes stand by their names. A quantity over
         support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a complex one has
         two, `_re` and `_im`. Samples of the orbits of a sweep are left out. With `impacts`, a row for each impact, at
-        its point of the grid.
+        its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
 
     Raises
     ------
@@ -57,9 +59,27 @@ def table(
     grid = _grid_dims(dataset)
     columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
     length = max((values.size for values in columns.values()), default=1)
-    return pd.DataFrame(
+    frame = pd.DataFrame(
         {name: np.broadcast_to(values, (length,)) for name, values in columns.items()}
     )
+    if is_physical(dataset):
+        frame.attrs["units"] = {name: _units(dataset, name) for name in columns}
+    return frame
+
+
+def with_units(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of `table` with the units of a dataset in SI in the names of its columns: `omega (rad/s)`."""
+    units = frame.attrs.get("units", {})
+    return frame.rename(columns={name: f"{name} ({text})" for name, text in units.items() if text})
+
+
+def _units(dataset: xr.Dataset, column: str) -> str:
+    """Return the units of a column as they are written by hand, empty for a pure number."""
+    name = column
+    while name not in dataset.variables and "_" in name:
+        name = name.rpartition("_")[0]  # a column of one support, harmonic or multiplier
+    units = str(dataset[name].attrs.get("units", "1")) if name in dataset.variables else "1"
+    return "" if units == "1" else plain_units(units)
 
 
 def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vibropipe.compiler.cache import cache_root
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
+from vibropipe.words.vocabulary import physical_name
 
 # Least seconds in which a job loads libraries and compiled kernels.
 MIN_LOAD_SECONDS = 0.7
@@ -161,7 +162,11 @@ def compiled_kernels() -> int:
 
 def grid_size(scene: BaseScene) -> str:
     """Write the sizes of the grids as a product: 200 nu x 3 f."""
-    return " x ".join(f"{grid.size} {name}" for name, grid in scene.grids().items())
+    is_physical = scene.mass_and_stiffness is not None
+    return " x ".join(
+        f"{grid.size} {physical_name(name) if is_physical else name}"
+        for name, grid in scene.grids().items()
+    )
 
 
 def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS) -> float:

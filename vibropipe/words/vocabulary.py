@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
@@ -18,7 +18,7 @@ from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
-from vibropipe.words.units import DIMENSIONS
+from vibropipe.words.units import DIMENSIONS, plain_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,8 +153,13 @@ def physical_quantity(name: str) -> Quantity:
 def label(name: str) -> str:
     """Return the label of an axis: long name, symbol, and units unless dimensionless."""
     entry = quantity(name)
-    units = "" if entry.units == "1" else f" ({entry.units})"
+    units = "" if entry.units == "1" else f" ({plain_units(entry.units)})"
     return f"{entry.long_name} {entry.symbol}{units}"
+
+
+def held_name(names: Container[Any], name: str) -> str:
+    """Return the name of a quantity among those of a dataset, which may be in SI."""
+    return physical_name(name) if physical_name(name) in names else name
 
 
 def attributes(name: str) -> dict[str, Any]:

@@ -8,25 +8,26 @@ import xarray as xr
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import format_number, regime_name, sentences
 from vibropipe.scenes.backbone.amplitude_frequency import parts
-from vibropipe.words.vocabulary import PLAIN_SYMBOLS
+from vibropipe.scenes.backbone.units import shown_value
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
 from vibropipe.words.wording import series
 
 
 def describe_backbone(dataset: xr.Dataset) -> str:
     """Return the caption of the curves of eq. (10), with the periods where they end."""
     ends = []
+    period = held_name(dataset, "tau_bar")
     for position, value in enumerate(dataset["delta_over_l"].values):
         drawn = np.isfinite(dataset["velocity_over_l"].isel(delta_over_l=position).values)
         if drawn.any() and not drawn.all():
-            longest = float(dataset["tau_bar"].values[drawn].max())
-            ends.append(
-                f"{format_number(longest)} at {PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
-            )
+            longest = float(dataset[period].values[drawn].max())
+            offset = f"{PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
+            ends.append(f"{shown_value(dataset[period], longest)} at {offset}")
     return sentences(
         "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
         "and the frequency (right) of free vibration with impacts on both supports",
         f"The largest period with impacts on both supports is {series(ends)}" if ends else "",
-        "Markers: simulated motions" if "simulated_tau_bar" in dataset else "",
+        "Markers: simulated motions" if f"simulated_{period}" in dataset else "",
     )
 
 
@@ -35,13 +36,12 @@ def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
     amplitude, frequency = dataset["amplitude"].values, dataset["eigenfrequency"].values
     texts: list[str] = []
     for code, piece in parts(dataset["regime"].values):
-        until = (
-            f"{'then ' if texts else ''}up to A = {format_number(float(amplitude[piece][-1]), 3)}"
-        )
-        reaches = format_number(float(frequency[piece][-1]), 3)
+        end = shown_value(dataset["amplitude"], amplitude[piece][-1], 3)
+        until = f"{'then ' if texts else ''}up to A = {end}"
+        reaches = shown_value(dataset["eigenfrequency"], frequency[piece][-1], 3)
         name = regime_name(code)
         if name == "no_impact":
-            texts.append(f"{until} no support is reached and the frequency is 1")
+            texts.append(f"{until} no support is reached and the frequency is {reaches}")
         elif name == "two_sided":
             texts.append(f"{until} both supports are struck and the frequency rises to {reaches}")
         else:
@@ -64,7 +64,6 @@ def symmetry_text(dataset: xr.Dataset) -> str:
     top = int(np.nanargmax(mean))
     if mean[top] <= ROUNDING * largest:
         return "By symmetry the constant part and the even harmonics vanish"
-    at = format_number(float(dataset["eigenfrequency"].values[top]), 3)
-    return (
-        f"The constant part is largest, {format_number(float(mean[top]), 3)}, at the frequency {at}"
-    )
+    at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
+    largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
+    return f"The constant part is largest, {largest_text}, at the frequency {at}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from vibropipe.physics.exciter import eigenfrequency
 from vibropipe.scenes.costs import (
     IMPACT_BYTES,
     USUAL_IMPACTS,
@@ -34,13 +35,20 @@ def plan(scene: MotionScene) -> Work:
     if OF_ORBIT & set(scene.outputs):
         stored += steady_bytes(scene.outputs, scene.harmonics)
     return Work(
-        size=f"tau {scene.tau_end:g}",
+        size=_length_text(scene),
         rows=1,
         method=_method(scene),
         outputs=tuple(scene.outputs),
         seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP),
         bytes=stored,
     )
+
+
+def _length_text(scene: MotionScene) -> str:
+    units = scene.mass_and_stiffness
+    if units is None:
+        return f"tau {scene.tau_end:g}"
+    return f"time {scene.tau_end / eigenfrequency(*units):g} s"
 
 
 def _method(scene: MotionScene) -> str:

@@ -90,3 +90,9 @@ def test_a_new_study_is_valid_and_never_overwrites(tmp_path):
 
 def test_the_version_is_that_of_the_package(tmp_path):
     assert vibropipe(tmp_path, "--version") == f"vibropipe {__version__}\n"
+
+
+def test_a_new_study_with_units_is_valid(tmp_path):
+    vibropipe(tmp_path, "new", "--units", "robot")
+    study = load_study(tmp_path / "robot.yaml")
+    assert study.scenes["response"].mass_and_stiffness == (2.0, 8000.0)

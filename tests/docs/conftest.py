@@ -22,7 +22,7 @@ def solve_study(file: Path) -> None:
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which the studies `regimes` and `mine` are solved."""
+    """A folder in which the studies `regimes`, `mine` and `robot` are solved."""
     folder = tmp_path_factory.mktemp("documents")
     coarse = (ROOT / "config/regimes.yaml").read_text(encoding="utf-8")
     assert "points: 200" in coarse
@@ -32,6 +32,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     mine = folder / "mine.yaml"
     (tutorial,) = Page("docs/tutorial.md").blocks("yaml")
     mine.write_text(tutorial.text, encoding="utf-8")
-    for file in (regimes, mine):
+    new(folder / "robot", units=True)
+    (units,) = Page("docs/units.md").blocks("yaml")
+    robot = folder / "robot.yaml"
+    assert robot.read_text(encoding="utf-8") == units.text
+    for file in (regimes, mine, robot):
         solve_study(file)
     return folder

@@ -63,6 +63,9 @@ def new(
     name: Annotated[
         Path, typer.Argument(metavar="NAME", help="Name of the study, or its file: NAME.yaml.")
     ],
+    units: Annotated[
+        bool, typer.Option("--units", help="Write a study whose parameters have units.")
+    ] = False,
 ) -> None:
     """Write a template study, and beside it the schema by which editors check it."""
     from importlib.resources import files
@@ -83,7 +86,8 @@ def new(
         with atomic_file(schema) as temporary:
             temporary.write_text(schema_text(), encoding="utf-8")
     with atomic_file(file) as temporary:
-        text = files("vibropipe.study").joinpath("new_study.yaml").read_text(encoding="utf-8")
+        template = "new_study_units.yaml" if units else "new_study.yaml"
+        text = files("vibropipe.study").joinpath(template).read_text(encoding="utf-8")
         temporary.write_text(text, encoding="utf-8")
     typer.echo(
         f"{file} is written. Edit it, then:\n"

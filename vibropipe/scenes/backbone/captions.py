@@ -8,7 +8,7 @@ import xarray as xr
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import format_number, regime_name, sentences
 from vibropipe.scenes.backbone.amplitude_frequency import parts
-from vibropipe.scenes.backbone.units import shown_value
+from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
 from vibropipe.words.wording import series
 
@@ -67,3 +67,10 @@ def symmetry_text(dataset: xr.Dataset) -> str:
     at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
     largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
     return f"The constant part is largest, {largest_text}, at the frequency {at}"
+
+
+def shown_value(array: xr.DataArray, value: float, digits: int = 4) -> str:
+    """Write a value of an array with the units that it states."""
+    units = str(array.attrs.get("units", "1"))
+    tail = "" if units == "1" else f" {plain_units(units)}"
+    return format_number(float(value), digits) + tail

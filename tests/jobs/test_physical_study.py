@@ -120,6 +120,18 @@ def test_a_summary_shows_symbols_and_units_of_the_data(results) -> None:
     assert "τ" not in text
 
 
+def test_simulated_points_of_a_backbone_have_units(tmp_path) -> None:
+    scenes = (
+        "scenes:\n  curves: {kind: backbone, delta_over_l: [0], tau_bar: [40 ms, 50 ms, 60 ms]}\n"
+    )
+    study = study_at(tmp_path / "curves.yaml", UNITS.partition("scenes:")[0] + scenes)
+    curves = solve_scene(study, "curves")
+    assert curves["simulated_free_period"].attrs["units"] == "s"
+    assert curves["simulated_velocity_over_l"].attrs["units"] == "s-1"
+    inside = curves["simulated_free_period"].values
+    assert ((inside >= 0.0399) & (inside <= 0.0601)).all()
+
+
 def test_a_table_has_units_in_its_head(results) -> None:
     run = CliRunner().invoke(app, ["table", str(results / "sweep.nc")])
     head = run.output.splitlines()[0].split(",")

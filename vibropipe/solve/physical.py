@@ -160,7 +160,7 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
         words = physical_attributes(name)
     except KeyError:
         words = {}
-    attrs |= {key: words[key] for key in WORDS if key in words and key in attrs}
+    attrs |= {key: words[key] for key in WORDS if key in words}
     return xr.Variable(dims, convert(name, data, numbers), attrs)
 
 

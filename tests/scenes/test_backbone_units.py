@@ -1,4 +1,4 @@
-"""Captions of a backbone in the units of its dataset."""
+"""Pictures and captions of a backbone in the units of its dataset."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.figures.style import house_style
+from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
 from vibropipe.scenes.backbone.captions import describe_amplitude_frequency, describe_backbone
+from vibropipe.scenes.backbone.curves import draw_backbone
 
 M, C = 2.0, 8000.0
 P = np.sqrt(C / M)
@@ -24,6 +27,18 @@ def curves():
     return vp.backbone([0.0, 0.2], np.linspace(2.0, 7.0, 40))
 
 
+def labels(figure):
+    return [ax.get_xlabel() for ax in figure.axes], [ax.get_ylabel() for ax in figure.axes]
+
+
+def test_amplitudes_have_units(over_amplitude) -> None:
+    with house_style():
+        x, y = labels(draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)))
+    assert {text for text in x if text} == {r"eigenfrequency $\bar{\omega}$ (rad/s)"}
+    assert y[2] == "first harmonic\n$A_1$ (m)"
+    assert y[3] == "first harmonic\n$B_1$ (m/s)"
+
+
 def test_captions_have_units(over_amplitude, curves) -> None:
     plain = describe_amplitude_frequency(over_amplitude)
     assert "Up to A = 0.007 no support is reached and the frequency is 1," in plain
@@ -34,3 +49,25 @@ def test_captions_have_units(over_amplitude, curves) -> None:
     assert ends
     for end in ends:
         assert f"{end / P:.4g} s at δ" in text
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_markers_lie_on_the_curves_in_any_unit_of_time(curves, scale: float) -> None:
+    physical = vp.to_physical(curves, M, C)
+    marked = physical.assign(
+        simulated_free_period=(("delta_over_l", "point"), physical["free_period"].values[None, 9:12].repeat(2, 0)),
+        simulated_velocity_over_l=(("delta_over_l", "point"), physical["velocity_over_l"].values[:, 9:12]),
+    )  # fmt: skip
+    for name in ("free_period", "simulated_free_period"):
+        marked[name] = marked[name] * scale
+        words = physical["free_period"].attrs
+        marked[name].attrs = {**words, "units": "s" if scale == 1.0 else "ms"}
+    with house_style():
+        by_period, by_frequency = draw_backbone(marked).axes
+    assert (
+        by_period.get_xlabel()
+        == f"period of free vibration $\\bar{{T}}$ ({'s' if scale == 1 else 'ms'})"
+    )
+    assert by_period.get_ylabel().endswith("(1/s)")
+    curve, markers = by_frequency.lines[:2]
+    assert markers.get_xdata() == pytest.approx(curve.get_xdata()[9:12], rel=1e-12)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.style import LINE_MARKERS, legend, line_style, new_figure
 from vibropipe.figures.text import axis_label, mathtext
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.vocabulary import PHYSICAL_NAMES, quantity
 
 
 def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
@@ -25,6 +24,11 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     axes = dict(
         zip(names, figure.subplots(1, len(names), sharey=True, squeeze=False)[0], strict=True)
     )
+    dataset = dataset.rename(
+        {new: name for name, new in PHYSICAL_NAMES.items() if new in dataset.variables}
+    )
+    # 2 pi, or 2000 pi for milliseconds beside rad/s
+    turn = float(dataset["tau_bar"][0] * dataset["omega_bar"][0])
     symbol = quantity("delta_over_l").symbol
     handles = []
     for position, value in enumerate(dataset["delta_over_l"].values):
@@ -43,7 +47,7 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
             tau_bar = points["simulated_tau_bar"].values
             height = points["simulated_velocity_over_l"].values
             for name, ax in axes.items():
-                x = tau_bar if name == "tau_bar" else 2.0 * np.pi / tau_bar
+                x = tau_bar if name == "tau_bar" else turn / tau_bar
                 ax.plot(x, height, linestyle="none", **marker)
             shown = marker
         handles.append(Line2D([], [], **style, **shown, label=f"{symbol} = {mathtext(value)}"))

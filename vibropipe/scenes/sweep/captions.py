@@ -43,7 +43,10 @@ def describe_sweep(
     """Return the caption of the curves: parameters, largest first harmonic, and rows drawn as marks."""
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset)
-    lines = series(f"{plain_symbol(name)} = {grid_text(dataset[name].values)}" for name in others)
+    lines = series(
+        f"{plain_symbol(name)} = {with_units(dataset[name], grid_text(dataset[name].values))}"
+        for name in others
+    )
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
     panels = panels_of(dataset, show)
     quantities = {each.name for panel in panels for each in panel.series}

@@ -12,8 +12,9 @@ from vibropipe.orbits.symmetry import halves_agree
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration
 
-# Largest value of a test function where it is located: larger ones are jumps.
-MAX_TEST_LEFT = 1e-6
+# Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
+# they differ from zero where their argument is known to rounding.
+MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, SPEED: 1e-6, GAP: 1e-6}
 # Distance of two orbits that are one, in weighted unknowns.
 SAME_ORBIT = 1e-7
 
@@ -80,7 +81,7 @@ def _locate_test(
 ) -> tuple[float, Point] | None:
     """Return where in a step a test function is zero; None if it cannot be located."""
     found = curve.locate(point, (0.0, length), lambda each: float(each.tests[test]))
-    if found is None or abs(found[1].tests[test]) > MAX_TEST_LEFT:
+    if found is None or abs(found[1].tests[test]) > MAX_TEST_LEFT[test]:
         return None
     return found
 

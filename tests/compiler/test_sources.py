@@ -94,8 +94,8 @@ def test_a_solving_process_imports_hashed_modules_only():
     )
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
-    # the vocabulary imports the codes of measurements, which no solver writes
-    named = {"vibropipe.words.measurements"}
+    # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
+    named = {"vibropipe.words.measurements", "vibropipe.words.bifurcations"}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 
 

@@ -88,7 +88,7 @@ def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
         "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
-        "orbits.continuation.advance", "orbits.continuation.settle_at", "orbits.branch_rows.write_points",
+        "orbits.branches.steps.advance", "orbits.branches.steps.settle_at", "orbits.branches.rows.write_points",
     ):  # fmt: skip
         assert f"vibropipe.{needed}" in functions
     exceptions = {

@@ -18,7 +18,6 @@ PACKAGE = Path(__file__).parents[1]
 COMPILER = "vibropipe.compiler.server"
 # Modules that turn parameters into numbers: the public functions.
 SOLVERS = (
-    "vibropipe.solve.branch",
     "vibropipe.solve.conservative",
     "vibropipe.solve.motion",
     "vibropipe.solve.steady",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.branches import follow_branches, seed_of_orbit
-from vibropipe.orbits.curve import Problem
-from vibropipe.orbits.switching import Branch
+from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.switching import Branch
+from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.log import new_log
-from vibropipe.orbits.branch_rows import write_points
-from vibropipe.orbits.curve import Problem
+from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.rows import write_points
+from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
+from vibropipe.orbits.branches.switching import Branch
+from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.orbits.sequence import Sequence as ImpactSequence
-from vibropipe.orbits.switching import Branch
-from vibropipe.orbits.symmetry import whole_orbit
 from vibropipe.physics.effects import ALL_EFFECTS, effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE

@@ -7,14 +7,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from vibropipe.orbits.curve import Curve
-from vibropipe.orbits.curve import Problem as Problem
-from vibropipe.orbits.events import Event
-from vibropipe.orbits.following import Path, follow
-from vibropipe.orbits.linear_branch import follow_linear
-from vibropipe.orbits.sequence import Sequence
-from vibropipe.orbits.switching import Branch, Seed, seeds_at
-from vibropipe.orbits.symmetry import halved, halves_agree
+from vibropipe.orbits.branches.curve import Curve
+from vibropipe.orbits.branches.curve import Problem as Problem
+from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.following import Path, follow
+from vibropipe.orbits.branches.linear import follow_linear
+from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.switching import Branch, Seed, seeds_at
+from vibropipe.orbits.branches.symmetry import halved, halves_agree
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.

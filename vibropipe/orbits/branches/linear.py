@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from vibropipe.orbits.curve import Curve, Point, Problem
-from vibropipe.orbits.sequence import Sequence, parameters_at
+from vibropipe.orbits.branches.curve import Curve, Point, Problem
+from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude
 from vibropipe.physics.load import TWO_PI

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
-from vibropipe.orbits.continuation import DOUBLING, FOLD, GAP, GAP_SIDE, SLOWEST, SPEED
-from vibropipe.orbits.curve import Curve, Point
-from vibropipe.orbits.sequence import parameters_at
-from vibropipe.orbits.symmetry import halves_agree
+from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.orbits.branches.sequence import parameters_at
+from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, GAP_SIDE, SLOWEST, SPEED
+from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.continuation import FOLD, TESTS, Work, advance, doubling_vector, settle_at
-from vibropipe.orbits.sequence import Sequence
+from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.steps import FOLD, TESTS, Work, advance, doubling_vector, settle_at
 from vibropipe.physics.flow import DEGREE
 
 # Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.sequence import Sequence
+from vibropipe.orbits.branches.sequence import Sequence
 
 # Weighted difference of the halves of an orbit at which they count as equal. Where a branch of doubled orbits turns at
 # its parent the difference goes with the root of the error of the parameter.

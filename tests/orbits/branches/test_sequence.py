@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.orbits.bordered import factorise, solve_factorised
-from vibropipe.orbits.clearance import clearance
-from vibropipe.orbits.sequence import Sequence, eigenvalues, fill_equations, return_derivative
-from vibropipe.orbits.symmetry import doubled, halved, halves_agree
+from vibropipe.orbits.branches.bordered import factorise, solve_factorised
+from vibropipe.orbits.branches.clearance import clearance
+from vibropipe.orbits.branches.sequence import (
+    Sequence,
+    eigenvalues,
+    fill_equations,
+    return_derivative,
+)
+from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
 from vibropipe.physics.flow import DEGREE
 
 NONE = np.zeros((0, 0))

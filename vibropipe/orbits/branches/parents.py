@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.continuation import DETERMINANT, DOUBLING, FOLD, TRACE
-from vibropipe.orbits.curve import Curve, Point
-from vibropipe.orbits.symmetry import doubled, halved, halves_difference
+from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.orbits.branches.steps import DETERMINANT, DOUBLING, FOLD, TRACE
+from vibropipe.orbits.branches.symmetry import doubled, halved, halves_difference
 
 # Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
 PROBES = (1e-5, 1e-3, 0.05)

@@ -7,7 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.continuation import (
+from vibropipe.orbits.branches.curve import Curve, Point, Problem
+from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.following import FIRST_LENGTH
+from vibropipe.orbits.branches.linear import (
+    begin_struck,
+    linear_gap,
+    struck_from_linear,
+)
+from vibropipe.orbits.branches.parents import child_point, parent_point
+from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.steps import (
     DOUBLING,
     FOLD,
     GAP,
@@ -17,17 +27,7 @@ from vibropipe.orbits.continuation import (
     SLOWEST,
     SPEED,
 )
-from vibropipe.orbits.curve import Curve, Point, Problem
-from vibropipe.orbits.events import Event
-from vibropipe.orbits.following import FIRST_LENGTH
-from vibropipe.orbits.linear_branch import (
-    begin_struck,
-    linear_gap,
-    struck_from_linear,
-)
-from vibropipe.orbits.parents import child_point, parent_point
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
-from vibropipe.orbits.sequence import Sequence
 
 # Largest number of impacts of a sequence.
 MAX_SEQUENCE = 128

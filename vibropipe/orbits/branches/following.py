@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from vibropipe.orbits.continuation import DOUBLING, FOLD, GAP, SPEED
-from vibropipe.orbits.curve import Curve, Point
-from vibropipe.orbits.events import Event, Mark, is_no_motion, marks_within
-from vibropipe.orbits.parents import reached_parent
+from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.orbits.branches.events import Event, Mark, is_no_motion, marks_within
+from vibropipe.orbits.branches.parents import reached_parent
+from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
 
 # First and least length of a step, and factors of its growth.
 FIRST_LENGTH, MIN_LENGTH, GROWTH = 1e-3, 1e-10, 1.5

@@ -10,6 +10,12 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import FLIGHT, State
+from vibropipe.orbits.branches.sequence import (
+    eigenvalues,
+    fill_equations,
+    restitution_at,
+    return_derivative,
+)
 from vibropipe.orbits.closed_form import solve_linear
 from vibropipe.orbits.outputs import (
     count_contacts,
@@ -21,12 +27,6 @@ from vibropipe.orbits.outputs import (
     write_multipliers,
 )
 from vibropipe.orbits.row import row_parameters
-from vibropipe.orbits.sequence import (
-    eigenvalues,
-    fill_equations,
-    restitution_at,
-    return_derivative,
-)
 from vibropipe.orbits.settling import PERIODIC, SteadyState
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import fly_freely

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.orbits.sequence import next_impact, restitution_at
+from vibropipe.orbits.branches.sequence import next_impact, restitution_at
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, motion, taylor
 from vibropipe.physics.load import force_at, forcing_period

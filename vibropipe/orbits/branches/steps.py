@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.orbits.bordered import factorise, solve_factorised
-from vibropipe.orbits.clearance import clearance
-from vibropipe.orbits.sequence import fill_equations, parameters_at, return_derivative
+from vibropipe.orbits.branches.bordered import factorise, solve_factorised
+from vibropipe.orbits.branches.clearance import clearance
+from vibropipe.orbits.branches.sequence import fill_equations, parameters_at, return_derivative
 
 # Newton iterations of a corrector; the step is too long if they do not suffice.
 MAX_CORRECTIONS = 10

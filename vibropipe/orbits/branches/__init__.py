@@ -1,0 +1,1 @@
+"""Branches of orbits: impact sequences, continuation, bifurcations, and switching between branches."""

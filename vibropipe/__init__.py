@@ -14,6 +14,8 @@ _FACE = {
     "steady_state": "vibropipe.solve.steady",
     "sweep": "vibropipe.solve.sweep",
     "branch": "vibropipe.solve.branch",
+    "attractors": "vibropipe.solve.attractors",
+    "basins": "vibropipe.solve.basins",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
     "symmetric_orbit": "vibropipe.solve.closed_orbits",
@@ -30,7 +32,9 @@ __all__ = [
     "ParameterError",
     "UnsolvedWarning",
     "amplitude_frequency",
+    "attractors",
     "backbone",
+    "basins",
     "branch",
     "load",
     "one_sided_orbit",
@@ -50,6 +54,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from vibropipe.physics.exciter import Exciter, ParameterError
+    from vibropipe.solve.attractors import attractors
+    from vibropipe.solve.basins import basins
     from vibropipe.solve.branch import branch
     from vibropipe.solve.closed_boundaries import (
         one_sided_orbit_boundaries,

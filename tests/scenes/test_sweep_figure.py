@@ -10,13 +10,12 @@ from drawing import draw
 from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 
+from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES, REGIME_STYLES, house_style, lightness
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.sweep.figure_keys import MAX_LINES, SweepFigure
 from vibropipe.scenes.sweep.lines import isolated
-from vibropipe.scenes.sweep.map_shapes import widest_spot
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.scenes.sweep.strips import cell_edges
 from vibropipe.words.vocabulary import REGIMES
 
 

@@ -11,6 +11,7 @@ from drawing import draw
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
 
+from vibropipe.figures.map_shapes import borders
 from vibropipe.figures.style import (
     CM_PER_INCH,
     PAGE_HEIGHT_CM,
@@ -24,7 +25,6 @@ from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import OTHER, chosen_rows, laws_of
 from vibropipe.scenes.sweep.lines import arrow_indices
-from vibropipe.scenes.sweep.map_shapes import borders
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
 from vibropipe.scenes.sweep.regime_map import draw_regime_map
 from vibropipe.scenes.sweep.strips import BAR_NAME

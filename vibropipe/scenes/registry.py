@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from vibropipe.scenes import accuracy, backbone, branch, effects, hard_cases, motion, sweep
+from vibropipe.scenes import accuracy, backbone, basins, branch, effects, hard_cases, motion, sweep
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 
@@ -15,6 +15,7 @@ _KINDS = {
         motion.KIND,
         sweep.KIND,
         branch.KIND,
+        basins.KIND,
         backbone.KIND,
         hard_cases.KIND,
         accuracy.KIND,

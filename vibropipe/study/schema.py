@@ -109,12 +109,13 @@ def table_of_keys() -> str:
 
 
 def _kind_tables(kind: Kind, common: tuple[str, ...]) -> Iterator[str]:
-    """Yield the tables of one kind: its keys, its figure options, and the keys that only its motions have."""
+    """Yield the tables of one kind: its keys, mappings of its own, and the keys that only its motions have."""
     name = f"`kind: {kind.name}`"
     yield _table(name, kind.keys, without=common)
-    figure = kind.keys.model_fields["figure"].annotation
-    if isinstance(figure, type) and issubclass(figure, BaseModel) and figure.model_fields:
-        yield _table(f"`figure` of {name}", figure)
+    for key in ("over", "figure"):
+        model = kind.keys.model_fields[key].annotation if key in kind.keys.model_fields else None
+        if isinstance(model, type) and issubclass(model, BaseModel) and model.model_fields:
+            yield _table(f"`{key}` of {name}", model)
     motions = kind.keys.model_fields.get("motions")
     entry = get_args(motions.annotation)[1] if motions else MotionKeys
     if entry is not MotionKeys:

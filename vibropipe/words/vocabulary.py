@@ -43,6 +43,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "passed": _members(Passed),
     "bifurcation_kind": _members(Bifurcation),
     "end_reason": _members(BranchEnd),
+    "border": {"inside": 0, "at_border": 1},
 }
 """Names of integer values."""
 

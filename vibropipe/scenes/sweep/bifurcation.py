@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import (
     SUPPORT_COLOURS,
@@ -32,7 +33,7 @@ from vibropipe.scenes.sweep.quantities import (
     axis_and_others,
     with_units_in_brackets,
 )
-from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches, scale_of
+from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
 from vibropipe.words.regimes import Regime
 
 Floats = NDArray[np.float64]

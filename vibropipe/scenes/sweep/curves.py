@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.style import (
     SMALL_FONT_SIZE,
     SUPPORT_COLOURS,
@@ -47,7 +48,7 @@ from vibropipe.scenes.sweep.quantities import (
     panels_of,
     with_impacts_per_period,
 )
-from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches, scale_of
+from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
 
 HIGH_SHARE, HIGH = (
     0.99,

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.transforms import Bbox
 
+from vibropipe.figures.map_shapes import borders, cell_edges, frame, scale_of, widest_spot
 from vibropipe.figures.style import (
     BLACK,
     GREY,
@@ -27,7 +28,6 @@ from vibropipe.figures.style import (
 from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.sweep.laws import Law, laws_of
 from vibropipe.scenes.sweep.map_layout import Map, Placed, figure_of_many, figure_of_one
-from vibropipe.scenes.sweep.map_shapes import borders, widest_spot
 from vibropipe.scenes.sweep.quantities import (
     DIRECTION,
     SIGNED,
@@ -38,7 +38,6 @@ from vibropipe.scenes.sweep.quantities import (
     swept,
     with_impacts_per_period,
 )
-from vibropipe.scenes.sweep.strips import cell_edges, scale_of
 
 VALUE_COLOURS = "cividis"  # as bright in grey as the value is large
 HIGHEST_SHARE = (
@@ -229,12 +228,6 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     low = float(np.quantile(values, 1 - HIGHEST_SHARE)) if name in SIGNED else 0.0
     high = float(np.quantile(values, HIGHEST_SHARE))
     return Normalize(low, high if high > low else low + 1.0)
-
-
-def frame(ax: Axes) -> None:
-    """Draw all four sides of the frame."""
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(True)
 
 
 def legend_handles(dataset: xr.Dataset, laws: list[Law], series: list[Series]) -> list[Patch]:

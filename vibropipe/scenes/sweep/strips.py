@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,10 +14,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from vibropipe.figures.map_shapes import cell_edges
 from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 
-MIN_LOG_POINTS = 4
 MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves
 MANY_RUNS = 400  # a bar of more runs is stored as pixels
 LETTER_CM = 0.145  # usual width of a letter
@@ -113,27 +113,6 @@ def name_boxes(
             bbox=ground if REGIME_STYLES[name].hatch else None,
             color="white" if name == "unbounded" else BLACK,
         )  # fmt: skip
-
-
-def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders half-way between ascending grid values, on the scale of their axis.
-
-    A single value gets a cell of width 1.
-    """
-    if values.size == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
-    if scale_of(values) == "log":
-        return np.exp(cell_edges(np.log(values)))
-    middle = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-
-
-def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
-    """Return the scale of an axis: log if its values grow by a constant factor."""
-    if values.size < MIN_LOG_POINTS or values.min() <= 0.0 or values.max() < 5.0 * values.min():
-        return "linear"
-    steps = np.diff(np.log(np.sort(values)))
-    return "log" if np.ptp(steps) <= 1e-6 * steps.mean() else "linear"
 
 
 def regime_patches(dataset: xr.Dataset) -> list[Patch]:

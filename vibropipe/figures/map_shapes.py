@@ -1,11 +1,15 @@
-"""Shapes in maps: the outlines of regions, and the place of a label in a region."""
+"""Grids and shapes of maps: cells and scales of axes, outlines of regions, the place of a label in a region."""
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+MIN_LOG_POINTS = 4
 LABEL_MARGIN = 0.03  # of the grid that a labelled region must extend around its label
 
 
@@ -64,3 +68,30 @@ def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:
             return int(rows[middle]), int(columns[middle])
         remaining = eroded
     return None
+
+
+def cell_edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders half-way between ascending grid values, on the scale of their axis.
+
+    A single value gets a cell of width 1.
+    """
+    if values.size == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    if scale_of(values) == "log":
+        return np.exp(cell_edges(np.log(values)))
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
+    """Return the scale of an axis: log if its values grow by a constant factor."""
+    if values.size < MIN_LOG_POINTS or values.min() <= 0.0 or values.max() < 5.0 * values.min():
+        return "linear"
+    steps = np.diff(np.log(np.sort(values)))
+    return "log" if np.ptp(steps) <= 1e-6 * steps.mean() else "linear"
+
+
+def frame(ax: Axes) -> None:
+    """Draw all four sides of the frame."""
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(True)

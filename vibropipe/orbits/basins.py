@@ -1,0 +1,303 @@
+"""Which attractor a motion settles on: it is marched until it enters a region from which no motion leaves.
+
+The attractors are known beforehand. Around each section point of a stable orbit there is an ellipse that the return
+map takes into itself (`solve.neighbourhood`): a motion is assigned to the orbit when its section enters one. An
+attractor without an orbit is known by the cells of the section plane that it visits: a motion is assigned to it after
+RUN sections in a row in its cells, since the motion through a single one may still lead elsewhere.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating
+from vibropipe.march.log import IMPACTS, RESTS, TAILS
+from vibropipe.march.loop import OK
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.return_map import (
+    LOG_FULL,
+    at_period_zero,
+    clear_log,
+    march_periods,
+    return_map_jacobian,
+    state_xv,
+)
+from vibropipe.orbits.settling import MAX_CROWDED
+from vibropipe.orbits.shooting import EVENTS_PER_PERIOD
+
+# What a start gets that is assigned to no attractor: the motion was not assigned within the periods allowed, or its
+# march failed.
+UNDECIDED, FAILED = -1, -2
+# Sections in a row in cells of an attractor without an orbit after which a motion is assigned to it.
+RUN = 32
+# Bound of the columns and lines of cells.
+LINES = 2**31
+
+
+class Ellipses(NamedTuple):
+    """Ellipses (x - x0, v - v0) S (x - x0, v - v0)^T <= 1 around section points of stable orbits.
+
+    Attributes
+    ----------
+    center : (n, 2) float
+        Section points (x0, v0).
+    shape : (n, 3) float
+        S, as (s11, s12, s22).
+    owner : (n,) int64
+        Number of the attractor.
+    """
+
+    center: np.ndarray
+    shape: np.ndarray
+    owner: np.ndarray
+
+
+class Cells(NamedTuple):
+    """Cells of the section plane that attractors without an orbit visit.
+
+    Attributes
+    ----------
+    visited : (n_cells,) int64
+        Cells of the attractors one after the other, those of each in increasing order: column * LINES + line, counted
+        by x and by v.
+    first : (n + 1,) int64
+        Index of the first cell of each attractor in `visited`.
+    corner, scale : (n, 2) float
+        Least x and v of the cells, and cells per unit of x and of v.
+    owner : (n,) int64
+        Number of the attractor.
+    """
+
+    visited: np.ndarray
+    first: np.ndarray
+    corner: np.ndarray
+    scale: np.ndarray
+    owner: np.ndarray
+
+
+@jit
+def ellipse_owner(ellipses, x, v) -> int:
+    """Return the number of the attractor whose ellipse contains a state, or UNDECIDED."""
+    for i in range(ellipses.owner.size):
+        dx, dv = x - ellipses.center[i, 0], v - ellipses.center[i, 1]
+        size = (ellipses.shape[i, 0] * dx + 2.0 * ellipses.shape[i, 1] * dv) * dx
+        if size + ellipses.shape[i, 2] * dv * dv <= 1.0:
+            return ellipses.owner[i]
+    return UNDECIDED
+
+
+@jit
+def cell_owner(cells, runs, x, v) -> int:
+    """Count the sections in a row in the cells of each attractor.
+
+    Parameters
+    ----------
+    cells : Cells
+    runs : (n,) int64
+        Sections in a row so far, updated in place.
+    x, v : float
+        The next section.
+
+    Returns
+    -------
+    int
+        Number of the attractor whose count has reached RUN, or UNDECIDED.
+    """
+    for i in range(cells.owner.size):
+        column = (x - cells.corner[i, 0]) * cells.scale[i, 0]
+        line = (v - cells.corner[i, 1]) * cells.scale[i, 1]
+        low, high = cells.first[i], cells.first[i + 1]
+        is_inside = column >= 0.0 and column < LINES and line >= 0.0 and line < LINES
+        cell = int(column) * LINES + int(line) if is_inside else -1
+        while low < high:
+            middle = (low + high) // 2
+            if cells.visited[middle] < cell:
+                low = middle + 1
+            else:
+                high = middle
+        if low < cells.first[i + 1] and cells.visited[low] == cell:
+            runs[i] += 1
+            if runs[i] >= RUN:
+                return cells.owner[i]
+        else:
+            runs[i] = 0
+    return UNDECIDED
+
+
+@jit
+def next_section(e, p, grid, state, log, c):
+    """March to the next section, the end of the forcing period of a state.
+
+    Parameters
+    ----------
+    e, p, grid, state, log, c
+        As for `march`. The log is emptied first.
+
+    Returns
+    -------
+    state : State
+    status : int
+        `Status`; LOG_FULL if the log holds only the last contacts.
+    """
+    clear_log(log)
+    return march_periods(e, p, grid, at_period_zero(state), ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
+
+
+@jit
+def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log, c):
+    """March from a state until the motion is assigned to an attractor.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `march`.
+    state : State
+        Start, at any phase of the force.
+    ellipses : Ellipses
+    cells : Cells
+    runs : (n,) int64
+        Work space, for each attractor of `cells`.
+    max_periods : int
+        Largest number of forcing periods marched.
+
+    Returns
+    -------
+    attractor : int
+        Its number, UNDECIDED or FAILED.
+    periods : int
+        Forcing periods marched.
+    """
+    crowded = 0
+    runs[:] = 0
+    if state.step == 0 and state.theta == 0.0:
+        x, v = state_xv(p, state)
+        attractor = ellipse_owner(ellipses, x, v)
+        if attractor >= 0:
+            return attractor, 0
+    for k in range(1, max_periods + 1):
+        state, status = next_section(e, p, grid, state, log, c)
+        crowded += status == LOG_FULL
+        if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
+            return FAILED, k
+        x, v = state_xv(p, state)
+        attractor = ellipse_owner(ellipses, x, v)
+        if attractor < 0 and cells.owner.size > 0:
+            attractor = cell_owner(cells, runs, x, v)
+        if attractor >= 0:
+            return attractor, k
+    return UNDECIDED, max_periods
+
+
+@jit_allocating
+def assign_starts(
+    e, p, grid, starts, phase, ellipses, cells, max_periods, log, c, owner, periods
+) -> None:
+    """Assign starts to attractors (`settled_attractor`).
+
+    Parameters
+    ----------
+    e, p, grid, ellipses, cells, max_periods, log, c
+        As for `settled_attractor`.
+    starts : (n, 2) float
+        Starts (x, v).
+    phase : float
+        Phase of the force at the start, in turns.
+    owner : (n,) int64
+        Output: attractor of each start.
+    periods : (n,) int64
+        Output: forcing periods marched.
+    """
+    runs = np.zeros(cells.owner.size, np.int64)
+    for i in range(starts.shape[0]):
+        state = initial_state(e, p, grid, phase, starts[i, 0], starts[i, 1])
+        owner[i], periods[i] = settled_attractor(
+            e, p, grid, state, ellipses, cells, runs, max_periods, log, c
+        )
+
+
+@jit_allocating
+def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
+    """March a motion and write its sections.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `march`.
+    x, v : float
+        Start.
+    phase : float
+        Phase of the force at the start, in turns.
+    sections : (n, 2) float
+        Output: the next n sections (x, x').
+
+    Returns
+    -------
+    int
+        Sections written; fewer than n if the march failed.
+    """
+    state = initial_state(e, p, grid, phase, x, v)
+    for k in range(sections.shape[0]):
+        state, status = next_section(e, p, grid, state, log, c)
+        if status != OK and status != LOG_FULL:
+            return k
+        sections[k, 0], sections[k, 1] = state_xv(p, state)
+    return sections.shape[0]
+
+
+@jit
+def _contact_sequence(log, key):
+    """Return a number that tells sequences of contacts apart; `key` is that of the contacts before.
+
+    Of a forcing period with a rest only the rests count: the mass leaves its support in the same state however it
+    came to rest.
+    """
+    rests = min(log.counts[RESTS], log.rest_support.size)
+    if rests > 0 or log.counts[TAILS] > 0:
+        for i in range(rests):
+            key = key * 1_000_003 + 4 + log.rest_support[i]
+        return key * 1_000_003 + 3
+    for i in range(min(log.counts[IMPACTS], log.support.size)):
+        key = key * 1_000_003 + log.support[i]
+    return key * 1_000_003
+
+
+@jit_allocating
+def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
+    """Apply the m-period return map to states at the section.
+
+    Parameters
+    ----------
+    e, p, grid, log, c
+        As for `march`.
+    states : (n, 2) float
+    m : int
+        Number of forcing periods.
+    images : (n, 2) float
+        Output: the states m periods later; NaN where the march failed.
+    sequence : (n,) int64
+        Output: equal for states whose motions have the same contacts in the same forcing periods.
+    """
+    for i in range(states.shape[0]):
+        state = initial_state(e, p, grid, 0.0, states[i, 0], states[i, 1])
+        key, status = 1, OK
+        for _ in range(m):
+            state, status = next_section(e, p, grid, state, log, c)
+            if status != OK:
+                break
+            key = _contact_sequence(log, key)
+        images[i, 0], images[i, 1] = state_xv(p, state)
+        sequence[i] = key
+        if status != OK:
+            images[i, 0] = images[i, 1] = np.nan
+
+
+@jit
+def section_jacobian(e, p, grid, x, v, m, log, c):
+    """Return the Jacobian (j11, j12, j21, j22) of the m-period return map at a state (x, v) of the section."""
+    start = initial_state(e, p, grid, 0.0, x, v)
+    clear_log(log)
+    end, _status = march_periods(e, p, grid, start, m, log, c, EVENTS_PER_PERIOD * m)
+    return return_map_jacobian(e, p, log, start, end, m)

@@ -1,0 +1,151 @@
+"""Map of the basins over the starts, and of the forcing periods until a start has settled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
+from vibropipe.figures.style import (
+    BLACK,
+    GREEN,
+    LINE_MARKERS,
+    PURPLE,
+    SKY,
+    SMALL_FONT_SIZE,
+    VERMILLION,
+    YELLOW,
+    legend,
+    new_figure,
+)
+from vibropipe.figures.text import axis_label, parameter_line
+from vibropipe.scenes.basins.text import attractor_text
+
+# Colours of the basins in turn: the first lie far apart in grey as well.
+COLOURS = (YELLOW, SKY, "#003B5C", VERMILLION, "#EFEFEF", GREEN, PURPLE, "#7F7F7F")
+NONE_COLOUR, PERIOD_COLOURS = "#FFFFFF", "cividis"
+# Share of border starts above which lines between the basins would cover them.
+MAX_BORDER = 0.25
+BASINS_CM, PERIODS_CM, LEGEND_CM = 8.6, 6.4, 1.8
+
+
+def draw_basins(dataset: xr.Dataset) -> Figure:
+    """Draw the attractor of each start, with the states of the attractors, and the periods until it has settled."""
+    figure = new_figure(BASINS_CM + PERIODS_CM + LEGEND_CM)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[BASINS_CM, PERIODS_CM])
+    edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
+    attractor = dataset["attractor"].transpose("v0", "x0").values
+    n = dataset.sizes["attractor_id"]
+    colours = ListedColormap([NONE_COLOUR, *(COLOURS[i % len(COLOURS)] for i in range(n))])
+    norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
+    upper.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
+    if float(dataset["border"].mean()) <= MAX_BORDER:
+        draw_borders(upper, edges, attractor)
+    write_numbers(upper, dataset, attractor)
+    if float(dataset["start_phase"]) == 0.0:
+        draw_attractors(upper, dataset)
+    upper.set_title(parameter_line(dataset))
+    draw_periods(figure, lower, dataset, edges)
+    for ax in (upper, lower):
+        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+        ax.set_ylabel(axis_label(dataset["v0"]))
+        frame(ax)
+    lower.set_xlabel(axis_label(dataset["x0"]))
+    legend(figure, legend_handles(dataset), "lower")
+    return figure
+
+
+def draw_borders(
+    ax: Axes, edges: tuple[NDArray[np.float64], NDArray[np.float64]], attractor: NDArray[np.int32]
+) -> None:
+    """Draw a line along the sides that cells of different basins share."""
+    style: dict[str, Any] = {"color": BLACK, "linewidth": 0.4, "rasterized": True}
+    xs, ys = edges
+    row, column = np.nonzero(attractor[:, 1:] != attractor[:, :-1])
+    gap = np.full(row.size, np.nan)
+    at = xs[column + 1]
+    ax.plot(np.ravel([at, at, gap], "F"), np.ravel([ys[row], ys[row + 1], gap], "F"), **style)
+    row, column = np.nonzero(attractor[1:] != attractor[:-1])
+    gap = np.full(row.size, np.nan)
+    at = ys[row + 1]
+    ends = xs[column], xs[column + 1]
+    ax.plot(np.ravel([*ends, gap], "F"), np.ravel([at, at, gap], "F"), **style)
+
+
+def write_numbers(ax: Axes, dataset: xr.Dataset, attractor: NDArray[np.int32]) -> None:
+    """Write the number of the attractor into the widest place of its basin, if there is one."""
+    for index in range(dataset.sizes["attractor_id"]):
+        spot = widest_spot(attractor == index)
+        if spot is not None:
+            ax.text(
+                dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]], str(index),
+                ha="center", va="center", fontsize=SMALL_FONT_SIZE,
+                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
+                      "alpha": 0.85},
+            )  # fmt: skip
+
+
+def draw_attractors(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw the states of each attractor at the section: markers, or dots for one without an orbit."""
+    for index in range(dataset.sizes["attractor_id"]):
+        row = dataset.isel(attractor_id=index)
+        n_states = int(row["period_multiple"]) or row.sizes["visit"]
+        states = [
+            row[f"poincare_{name}"].values[-n_states:] for name in ("displacement", "velocity")
+        ]
+        ax.plot(*states, clip_on=True, **marker(dataset, index))
+
+
+def marker(dataset: xr.Dataset, index: int) -> dict[str, Any]:
+    """Return the marker of an attractor."""
+    if int(dataset["period_multiple"][index]) == 0:
+        size = {"marker": ".", "markersize": 2.4, "markeredgewidth": 0.0}
+        return {"linestyle": "none", "color": BLACK, "rasterized": True, **size}
+    shape = LINE_MARKERS[index % len(LINE_MARKERS)]
+    face = {"markerfacecolor": "white", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
+    return {"linestyle": "none", "marker": shape, "markersize": 5.0, **face}
+
+
+def draw_periods(
+    figure: Figure,
+    ax: Axes,
+    dataset: xr.Dataset,
+    edges: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> None:
+    """Draw the forcing periods until each start has settled, on a logarithmic scale."""
+    periods = dataset["periods_to_attractor"].transpose("v0", "x0")
+    shown = np.maximum(periods.values, 1)
+    norm = LogNorm(int(shown.min()), max(2, int(shown.max())) + int(shown.min() == shown.max()))
+    ax.pcolormesh(*edges, shown, cmap=PERIOD_COLOURS, norm=norm, rasterized=True)
+    text = "forcing periods until settled"
+    symbol = dataset["periods_to_attractor"].attrs["symbol"]
+    figure.colorbar(
+        ScalarMappable(norm, PERIOD_COLOURS), ax=ax, aspect=30, pad=0.02, label=f"{text} {symbol}"
+    )
+
+
+def legend_handles(dataset: xr.Dataset) -> list[Artist]:
+    """Return legend entries: the colour of each basin, with the marker of its attractor."""
+    handles: list[Artist] = []
+    drawn = float(dataset["start_phase"]) == 0.0
+    for index in range(dataset.sizes["attractor_id"]):
+        colour, text = COLOURS[index % len(COLOURS)], attractor_text(dataset, index)
+        if drawn and int(dataset["period_multiple"][index]):
+            style = {**marker(dataset, index), "markerfacecolor": colour, "markersize": 7.0}
+            handles.append(Line2D([], [], label=text, **style))
+        else:
+            handles.append(Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.4, label=text))
+    if bool((dataset["attractor"] < 0).any()):
+        text = "no attractor found"
+        handles.append(Patch(facecolor=NONE_COLOUR, edgecolor=BLACK, linewidth=0.4, label=text))
+    return handles

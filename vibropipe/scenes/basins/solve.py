@@ -1,0 +1,33 @@
+"""Solution of basins scenes: the attractors, and that of each start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.basins import basins
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.basins.keys import BasinsScene
+    from vibropipe.words.progress import Progress
+
+
+def solve(scene: BasinsScene, progress: Progress | None = None) -> xr.Dataset:
+    """Find the attractors of a scene and the one that each start settles on."""
+    on_starts: Callable[[int], None] | None = None
+    if progress is not None:
+
+        def on_starts(done: int) -> None:
+            progress(done, scene.row_count)
+
+    return basins(
+        Exciter(**scene.resolved_exciter()),
+        **scene.over_arrays(),
+        phase=scene.phase,
+        harmonics=scene.harmonics,
+        starts=scene.starts,
+        progress=on_starts,
+    )

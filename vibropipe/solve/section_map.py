@@ -1,0 +1,189 @@
+"""The return map of one exciter as the search for attractors calls it, on one thread or on all."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numba
+import numpy as np
+
+from vibropipe.compiler import jit_nogil
+from vibropipe.march.grid import exact_grid
+from vibropipe.march.log import new_log
+from vibropipe.orbits.basins import (
+    Cells,
+    Ellipses,
+    assign_starts,
+    map_states,
+    record_sections,
+    section_jacobian,
+)
+from vibropipe.orbits.outputs import RowResults
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.rows import (
+    NO_IMPACT_BUFFER,
+    ORBIT_LOG_CAPACITY,
+    ORBIT_REST_CAPACITY,
+    concatenate_solutions,
+    new_rows,
+    solve_piece,
+)
+from vibropipe.solve.unsolved import mask_unsolved
+
+# Starts that a thread assigns at a time.
+PIECE = 256
+# Rows that a thread solves at a time, which may take a thousand periods each.
+ROWS_PIECE = 16
+
+T = TypeVar("T")
+
+
+@jit_nogil
+def _assign_piece(
+    e: Effects,
+    p: Parameters,
+    starts: np.ndarray,
+    phase: float,
+    ellipses: Ellipses,
+    cells: Cells,
+    max_periods: int,
+    owner: np.ndarray,
+    periods: np.ndarray,
+) -> None:
+    """Assign starts with a log of their own; arguments as for `orbits.basins.assign_starts`."""
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    grid = exact_grid(e, p)
+    assign_starts(
+        e, p, grid, starts, phase, ellipses, cells, max_periods, log, c, owner, periods
+    )  # fmt: skip
+
+
+@jit_nogil
+def _map_piece(
+    e: Effects,
+    p: Parameters,
+    states: np.ndarray,
+    m: int,
+    images: np.ndarray,
+    sequence: np.ndarray,
+) -> None:
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
+
+
+@jit_nogil
+def _record_piece(
+    e: Effects, p: Parameters, x: float, v: float, phase: float, sections: np.ndarray
+) -> int:
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    return record_sections(e, p, exact_grid(e, p), x, v, phase, log, c, sections)
+
+
+@jit_nogil
+def _jacobian(
+    e: Effects, p: Parameters, x: float, v: float, m: int
+) -> tuple[float, float, float, float]:
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    return section_jacobian(e, p, exact_grid(e, p), x, v, m, log, c)
+
+
+class SectionMap:
+    """The return map of one exciter.
+
+    Parameters
+    ----------
+    exciter : Exciter
+
+    Attributes
+    ----------
+    scale : (2,) array
+        Units of x and x' at the section: l, and l times the larger of 1 and nu.
+    """
+
+    def __init__(self, exciter: Exciter) -> None:
+        self.exciter = exciter
+        self._parameters = ALL_EFFECTS, exciter.parameters()
+        self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
+
+    def jacobian(self, point: np.ndarray, m: int) -> np.ndarray:
+        """Return the Jacobian (2, 2) of the m-period return map at a state (2,)."""
+        return np.reshape(_jacobian(*self._parameters, point[0], point[1], m), (2, 2))
+
+    def images(self, states: np.ndarray, m: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the images (n, 2) of states under the m-period return map, and their contacts (`map_states`)."""
+        images, sequence = np.empty_like(states), np.empty(len(states), np.int64)
+        _map_piece(*self._parameters, np.ascontiguousarray(states), m, images, sequence)
+        return images, sequence
+
+    def sections(self, start: np.ndarray, n: int, phase: float = 0.0) -> np.ndarray:
+        """Return the next n sections of the motion from a start (2,); fewer if its march fails."""
+        sections = np.empty((n, 2))
+        written = _record_piece(*self._parameters, start[0], start[1], phase, sections)
+        return sections[:written]
+
+    def steady_states(self, starts: np.ndarray, max_periods: int) -> RowResults:
+        """Return the steady states, without outputs, that motions from starts (n, 2) at the phase 0 settle on."""
+        e, p = self._parameters
+        parameters = np.tile(np.array(p), (len(starts), 1))
+
+        def solve(first: int) -> list[RowResults]:
+            part = slice(first, first + ROWS_PIECE)
+            rows = new_rows(len(starts[part]), 1, ("stability",), NO_IMPACT_BUFFER)
+            solve_piece(e, parameters[part], starts[part].copy(), 1, max_periods, max_periods, rows)
+            return [mask_unsolved(rows)]
+
+        pieces = [solve(len(starts)), *self._on_threads(solve, len(starts), ROWS_PIECE)]
+        return concatenate_solutions(pieces)[0]
+
+    def assign(
+        self,
+        starts: np.ndarray,
+        phase: float,
+        ellipses: Ellipses,
+        cells: Cells,
+        max_periods: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Assign starts to attractors.
+
+        Parameters
+        ----------
+        starts : (n, 2) array
+        phase, ellipses, cells, max_periods
+            As for `orbits.basins.assign_starts`.
+
+        Returns
+        -------
+        owner, periods : (n,) int array
+            Attractor of each start, and forcing periods marched. Each start is marched by itself, so they do not
+            depend on the number of threads.
+        """
+        n = len(starts)
+        owner, periods = np.empty(n, np.int64), np.empty(n, np.int64)
+
+        def solve(first: int) -> None:
+            part = slice(first, first + PIECE)
+            _assign_piece(
+                *self._parameters, starts[part], phase, ellipses, cells, max_periods,
+                owner[part], periods[part],
+            )  # fmt: skip
+
+        solve(n)
+        deque(self._on_threads(solve, n, PIECE), maxlen=0)
+        return owner, periods
+
+    @staticmethod
+    def _on_threads(solve: Callable[[int], T], n: int, piece: int) -> Iterator[T]:
+        """Yield solve(first) for the pieces of n rows, solved on all threads, in order.
+
+        The caller has called `solve` without rows: the kernel is compiled or loaded before several threads request it.
+        """
+        pool = ThreadPoolExecutor(numba.get_num_threads())
+        try:
+            yield from pool.map(solve, range(0, n, piece))
+        finally:  # also on Ctrl-C: pieces not yet started are cancelled
+            pool.shutdown(cancel_futures=True)

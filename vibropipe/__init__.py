@@ -16,6 +16,7 @@ _FACE = {
     "branch": "vibropipe.solve.branch",
     "attractors": "vibropipe.solve.attractors",
     "basins": "vibropipe.solve.basins",
+    "boundary": "vibropipe.solve.boundary",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
     "symmetric_orbit": "vibropipe.solve.closed_orbits",
@@ -35,6 +36,7 @@ __all__ = [
     "attractors",
     "backbone",
     "basins",
+    "boundary",
     "branch",
     "load",
     "one_sided_orbit",
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter, ParameterError
     from vibropipe.solve.attractors import attractors
     from vibropipe.solve.basins import basins
+    from vibropipe.solve.boundary import boundary
     from vibropipe.solve.branch import branch
     from vibropipe.solve.closed_boundaries import (
         one_sided_orbit_boundaries,

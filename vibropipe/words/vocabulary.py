@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+from vibropipe.words.boundaries import Meeting
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -44,6 +45,8 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "bifurcation_kind": _members(Bifurcation),
     "end_reason": _members(BranchEnd),
     "border": {"inside": 0, "at_border": 1},
+    "meeting_kind": _members(Meeting),
+    "meeting_ends": {"goes_on": 0, "ends": 1},
 }
 """Names of integer values."""
 

@@ -1,0 +1,195 @@
+"""Points of a boundary of one impact sequence, and which orbits lie on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.system import GRAZINGS, advance, settle_at
+from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.steps import TESTS, Work
+from vibropipe.physics.flow import DEGREE
+
+# Weighted distance of two points that are one.
+SAME_POINT = 1e-6
+
+
+class Box(NamedTuple):
+    """Where boundaries are sought.
+
+    Attributes
+    ----------
+    values : (7,) float
+        Parameters of the exciter.
+    along : (2,) int
+        Indices of the parameters that vary.
+    low, high : (2,) float
+        Their ranges.
+    symmetric : bool
+        Whether the exciter is its own mirror image in the whole box.
+    max_length : float
+        Largest weighted length of a step.
+    """
+
+    values: np.ndarray
+    along: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    symmetric: bool
+    max_length: float
+
+
+class Touch(NamedTuple):
+    """A flight that touches a support: its index and the support; (0, 0) where none does."""
+
+    flight: int
+    side: int
+
+
+NO_TOUCH = Touch(0, 0)
+
+
+class BoundaryCurve(Curve):
+    """The boundary of one kind of one impact sequence, on which points are found by continuation.
+
+    Parameters
+    ----------
+    box : Box
+    kind : int
+        A `Bifurcation`.
+    sequence : Sequence
+        Without impacts, the linear motion.
+    touch : Touch
+        Of a grazing.
+    speed : float
+        Scale of impact velocities, > 0.
+    """
+
+    def __init__(self, box: Box, kind: int, sequence: Sequence, touch: Touch, speed: float) -> None:
+        n = len(sequence.supports)
+        size = 2 * n + 2 + (kind == GRAZINGS)
+        self.box, self.kind, self.sequence, self.touch, self.speed = (
+            box,
+            kind,
+            sequence,
+            touch,
+            speed,
+        )
+        self.weights = np.ones(size)
+        self.weights[n : 2 * n] = 1.0 / speed
+        self.weights[-2:] = 1.0 / (box.high - box.low)
+        self.squares = self.weights**2
+        rhs, above, below, border = np.zeros((4, size))
+        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
+        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
+        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
+        self._of_curve = (
+            box.values.reshape(1, -1).copy(),
+            box.along,
+            kind,
+            sequence.span,
+            sequence.mirrored,
+            sequence.supports,
+            *touch,
+        )
+
+    def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
+        """Return the point near u with the unknown `fixed` held; None if there is none."""
+        u = np.array(u, float)
+        tangent, tests, held = np.empty(u.size), np.empty(TESTS), u[fixed]
+        arguments = (fixed % u.size, self.weights, self.work, u, tangent, tests)
+        if settle_at(*self._of_curve, *arguments) < 0:
+            return None
+        u[fixed] = held
+        return Point(u, tangent, tests)
+
+    def advance(self, point: Point, length: float) -> Point | None:
+        """Return the point a weighted length along the boundary; None if the corrector does not converge."""
+        size = point.u.size
+        u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
+        arguments = (point.u, point.tangent, length, self.weights, self.work, u, tangent, tests)
+        if advance(*self._of_curve, *arguments) < 0:
+            return None
+        return Point(u, tangent, tests)
+
+    def weighted(self, change: np.ndarray) -> float:
+        """Return the largest weighted change of the unknowns."""
+        return float(np.abs(change * self.weights).max())
+
+    def along_tangent(self, start: Point, u: np.ndarray) -> float:
+        """Return the weighted length along the tangent of a point at which the plane across it meets u."""
+        return float(np.dot(self.squares * start.tangent, u - start.u))
+
+    def shifted(self, u: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Return unknowns moved by whole forcing periods to those near them."""
+        return shifted(u, len(self.sequence.supports), self.kind == GRAZINGS, near)
+
+    def passes(self, points: list[Point], u: np.ndarray) -> bool:
+        """Return whether the boundary through some points in order passes through u."""
+        n = len(self.sequence.supports)
+        every = np.array([each.u for each in points])
+        timed = [*range(n), *([2 * n] if self.kind == GRAZINGS else [])]
+        change = every - u
+        if timed:
+            change[:, timed] -= np.round(change[:, timed[:1]])
+        nearest = int(np.abs(change * self.weights).max(axis=1).argmin())
+        for k in range(max(0, nearest - 1), min(len(points), nearest + 2)):
+            there = self.shifted(u, points[k].u)
+            if self.weighted(there - points[k].u) > 4.0 * self.box.max_length:
+                continue
+            found = self.advance(points[k], self.along_tangent(points[k], there))
+            if found is not None and self.weighted(found.u - there) < SAME_POINT:
+                return True
+        return False
+
+
+def shifted(u: np.ndarray, n: int, touches: bool, near: np.ndarray) -> np.ndarray:
+    """Return unknowns of n impacts moved by whole forcing periods to those near them."""
+    moved = u.copy()
+    times = [*range(n), *([2 * n] if touches else [])]
+    if times:
+        moved[times] += round(float(near[times[0]] - u[times[0]]))
+    return moved
+
+
+class Form(NamedTuple):
+    """One way to write an orbit: another first impact, or its mirror image."""
+
+    supports: np.ndarray
+    touch: Touch
+    u: np.ndarray
+
+
+def forms(curve: BoundaryCurve, u: np.ndarray) -> Iterator[Form]:
+    """Yield all ways to write the orbit u of a boundary; of a symmetric exciter also its mirror image."""
+    sequence, touch, n = curve.sequence, curve.touch, len(curve.sequence.supports)
+    touches = curve.kind == GRAZINGS
+    sign = -1.0 if sequence.mirrored else 1.0
+    for first in range(max(n, 1)):
+        moved, supports, flight, side = u.copy(), sequence.supports.copy(), touch.flight, touch.side
+        if first:
+            moved[:n] = np.concatenate([u[first:n], u[:first] + sequence.span])
+            moved[n : 2 * n] = np.concatenate([u[n + first : 2 * n], sign * u[n : n + first]])
+            later = sequence.supports[:first]
+            supports = np.concatenate(
+                [sequence.supports[first:], 3 - later if sequence.mirrored else later]
+            ).astype(np.int8)
+            if touches:
+                flight -= first
+                if flight < 0:
+                    flight += n
+                    moved[2 * n] += sequence.span
+                    side = 3 - side if sequence.mirrored else side
+        yield Form(supports, Touch(flight, side), moved)
+        if curve.box.symmetric:
+            image = moved.copy()
+            image[:n] += 0.5
+            image[n : 2 * n] *= -1.0
+            if touches:
+                image[2 * n] += 0.5
+            yield Form(
+                (3 - supports).astype(np.int8), Touch(flight, 3 - side if touches else 0), image
+            )

@@ -1,0 +1,170 @@
+"""All boundaries in a box that are reached from orbits that settle on a grid of points."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
+from vibropipe.orbits.boundaries.following import Meeting, Path, follow
+from vibropipe.orbits.boundaries.seeds import begin
+from vibropipe.orbits.branches.curve import Point, Problem
+from vibropipe.orbits.branches.events import is_no_motion
+from vibropipe.orbits.branches.switching import Branch, Seed, seeds_at
+from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
+
+# Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
+SAME_SPEEDS = 1e-6
+
+# Kinds of bifurcation at which branches begin.
+SWITCHED = ("flip", "pitchfork", "grazing")
+
+
+class Settled(NamedTuple):
+    """An orbit that settled: its parameters (7,), period multiple, impact sequence, times and velocities (2n,)."""
+
+    values: np.ndarray
+    m: int
+    supports: np.ndarray
+    u: np.ndarray
+
+
+class Boundary(NamedTuple):
+    """A boundary: its points in order, and what it meets."""
+
+    curve: BoundaryCurve
+    points: list[Point]
+    meetings: list[Meeting]
+
+
+def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) -> list[Boundary]:
+    """Follow all boundaries that pass through bifurcations of the branches of some orbits.
+
+    Parameters
+    ----------
+    box : Box
+    orbits : iterable of Settled
+        Within the box.
+    of : collection of str
+        Kinds: fold, flip, pitchfork, grazing.
+
+    Returns
+    -------
+    list of Boundary
+        Each once; of mirror images one.
+    """
+    boundaries: list[Boundary] = []
+    for branch in _branches(box, orbits):
+        for event in branch.events:
+            if event.kind not in of:
+                continue
+            begun = begin(box, branch, event)
+            if begun is None or _is_known(boundaries, *begun) or is_no_motion(begun[1]):
+                continue
+            boundaries.append(_follow_both_ways(*begun))
+    return boundaries
+
+
+def _branches(box: Box, orbits: Iterable[Settled]) -> Iterator[Branch]:
+    """Yield the branches of orbits along both parameters, none twice."""
+    grouped: dict[tuple[int, float], list[Settled]] = {}
+    for orbit in orbits:
+        for index in (0, 1):
+            held = float(orbit.values[box.along[1 - index]])
+            grouped.setdefault((index, held), []).append(orbit)
+    for (index, _held), group in grouped.items():
+        along = int(box.along[index])
+        at = tuple(sorted({float(orbit.values[along]) for orbit in group}))
+        passed: list[tuple[float, int, int, float]] = []
+        for orbit in group:
+            key = (float(orbit.values[along]), orbit.m, *_size(orbit.u))
+            if _contains(passed, key):
+                continue
+            problem = Problem(
+                orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
+                box.max_length,
+            )  # fmt: skip
+            u = np.append(orbit.u, orbit.values[along])
+            seed = seed_of_orbit(problem, orbit.m, orbit.supports, u, (1.0, -1.0))
+            passed.append(key)
+            if seed is None:
+                continue
+            for branch in _with_children(problem, seed):
+                passed += _passed(branch, set(at))
+                yield branch
+
+
+def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
+    """Yield the branch of a seed, and those that begin at its bifurcations."""
+    (parent,) = follow_branches(problem, seed, ())
+    yield parent
+    for event in parent.events:
+        if event.kind in SWITCHED:
+            for child in seeds_at(parent, event):
+                yield from follow_branches(problem, child, ())
+
+
+def _size(u: np.ndarray) -> tuple[int, float]:
+    """Return the number of impacts of an orbit and the sum of their speeds, from (2n,) or (2n + 1,) unknowns."""
+    n = len(u) // 2
+    return n, float(np.abs(u[n : 2 * n]).sum())
+
+
+def _passed(branch: Branch, at: set[float]) -> list[tuple[float, int, int, float]]:
+    """Return value, period multiple, number of impacts and sum of speeds of a branch at some values."""
+    if branch.curve is None:
+        return [(value, 1, 0, 0.0) for value in branch.values if value in at]
+    keys = []
+    for point in branch.points:
+        if point.value in at:
+            sequence, u = whole_orbit(branch.curve.sequence, point.u)
+            keys.append((point.value, sequence.m, *_size(u)))
+    return keys
+
+
+def _contains(
+    keys: Iterable[tuple[float, int, int, float]], key: tuple[float, int, int, float]
+) -> bool:
+    """Return whether an orbit is among some."""
+    return any(
+        key[:3] == each[:3] and abs(key[3] - each[3]) <= SAME_SPEEDS * max(key[3], 1e-300)
+        for each in keys
+    )
+
+
+def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point) -> bool:
+    """Return whether a point lies on a boundary that is known."""
+    alike = [
+        each
+        for each in boundaries
+        if each.curve.kind == curve.kind
+        and each.curve.sequence[:2] == curve.sequence[:2]
+        and len(each.curve.sequence.supports) == len(curve.sequence.supports)
+    ]
+    if not alike:
+        return False
+    return any(
+        np.array_equal(form.supports, each.curve.sequence.supports)
+        and form.touch == each.curve.touch
+        and each.curve.passes(each.points, form.u)
+        for form in forms(curve, point.u)
+        for each in alike
+    )
+
+
+def _follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
+    """Follow a boundary from a point to both ends."""
+    ahead = follow(curve, point)
+    reverse = Point(point.u, -point.tangent, point.tests)
+    back = Path([reverse]) if ahead.closed else follow(curve, reverse)
+    shift = len(back.points) - 1
+    points = [
+        *(Point(each.u, -each.tangent, each.tests) for each in back.points[:0:-1]),
+        *ahead.points,
+    ]
+    meetings = [each._replace(point=shift - each.point) for each in reversed(back.meetings)]
+    meetings += [each._replace(point=shift + each.point) for each in ahead.meetings]
+    return Boundary(curve, points, meetings)

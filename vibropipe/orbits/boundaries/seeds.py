@@ -1,0 +1,147 @@
+"""Where boundaries begin: the bifurcations of branches, written as points of a boundary."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
+from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.branches.curve import Point
+from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
+from vibropipe.orbits.branches.switching import Branch
+from vibropipe.orbits.branches.symmetry import halved, halves_agree
+from vibropipe.orbits.row import row_parameters
+from vibropipe.physics.linear import linear_amplitude
+from vibropipe.physics.load import TWO_PI
+
+KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
+# Weighted speed below which an impact has none, and difference of the parts of an orbit that are the same.
+NO_SPEED, SAME_PARTS = 1e-6, 1e-5
+# Distance of a seed from the bifurcation that it begins at, weighted.
+SEED_REACH = 1e-3
+
+
+def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point] | None:
+    """Return the boundary that passes through a bifurcation of a branch, and its point there; None if there is none.
+
+    Parameters
+    ----------
+    box : Box
+    branch : Branch
+        Along one of the parameters of the box; its problem holds the other.
+    event : Event
+    """
+    values = branch.problem.values.copy()
+    if branch.curve is None:
+        values[branch.problem.along] = branch.values[event.point]
+        return _begin_linear(box, values[box.along], values)
+    point, kind = branch.points[event.point], KINDS[event.kind]
+    values[branch.problem.along] = point.value
+    ends = values[box.along]
+    sequence, u, speed = branch.curve.sequence, point.u, branch.curve.speed
+    touch, time = NO_TOUCH, math.nan
+    if event.reason == "gap":
+        touch, time = (
+            Touch(int(point.tests[GAP_FLIGHT]), int(point.tests[GAP_SIDE])),
+            point.tests[GAP_TIME],
+        )
+    elif event.reason == "speed":
+        sequence, u, touch, time = _without_slow(sequence, u, speed)
+        if len(sequence.supports) == 0:
+            return _begin_linear(box, ends, values)
+    elif event.reason == "doubled":
+        sequence, u = halved(sequence, u, event.kind)
+    if kind == GRAZINGS:
+        sequence, u, touch, time = _primitive(box, sequence, u, touch, time, speed)
+    n = len(sequence.supports)
+    timed = [time] if kind == GRAZINGS else []
+    # Velocities of the orbit itself: a branch may have begun with others.
+    speed = float(np.abs(u[n : 2 * n]).max())
+    curve = BoundaryCurve(box, kind, sequence, touch, speed)
+    return _settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
+
+
+def _settled(curve: BoundaryCurve, u: np.ndarray) -> tuple[BoundaryCurve, Point] | None:
+    """Return a boundary and its point near u, with one of both parameters held; None if there is none."""
+    for fixed in (-1, -2):
+        point = curve.settle(u, fixed)
+        if point is not None and curve.weighted(point.u - u) < SEED_REACH:
+            return curve, point
+    return None
+
+
+def _begin_linear(
+    box: Box, ends: np.ndarray, values: np.ndarray
+) -> tuple[BoundaryCurve, Point] | None:
+    """Return the boundary of the motion without impacts near some parameters."""
+    p = row_parameters(values.reshape(1, -1), 0)
+    amplitude = linear_amplitude(p)
+    # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
+    top = (-cmath.phase(amplitude) / TWO_PI) % 1.0
+    side = 2 if p.delta > 0.0 else 1
+    time = top if side == 1 else top + 0.5
+    sequence = Sequence(1, 0, np.zeros(0, np.int8))
+    curve = BoundaryCurve(box, GRAZINGS, sequence, Touch(0, side), 1.0)
+    return _settled(curve, np.array([time, *ends]))
+
+
+def _without_slow(
+    sequence: Sequence, u: np.ndarray, speed: float
+) -> tuple[Sequence, np.ndarray, Touch, float]:
+    """Return a sequence without the impacts that have no speed, the flight that touches instead, and when."""
+    n = len(sequence.supports)
+    slow = np.abs(u[n : 2 * n]) < NO_SPEED * speed
+    at = int(np.abs(u[n : 2 * n]).argmin())
+    slow[at] = True
+    kept = np.flatnonzero(~slow)
+    shorter = Sequence(sequence.m, sequence.mirrored, sequence.supports[kept].copy())
+    without = np.concatenate([u[:n][kept], u[n : 2 * n][kept], u[-1:]])
+    side, time = int(sequence.supports[at]), float(u[at])
+    if kept.size == 0:
+        return shorter, without, Touch(0, side), time
+    flight = int(np.count_nonzero(kept < at)) - 1
+    if flight < 0:
+        # Before the first impact: in the last flight, which leads to that impact or to its mirror image.
+        flight, time = kept.size - 1, time + sequence.span
+        side = 3 - side if sequence.mirrored else side
+    return shorter, without, Touch(flight, side), time
+
+
+def _primitive(
+    box: Box, sequence: Sequence, u: np.ndarray, touch: Touch, time: float, speed: float
+) -> tuple[Sequence, np.ndarray, Touch, float]:
+    """Return the orbit that repeats or mirrors itself in a sequence, if it does, and where its flight touches."""
+    n = len(sequence.supports)
+    weights = np.concatenate([np.ones(n), np.full(n, 1.0 / speed), [0.0]])
+    parts = next((q for q in range(n, 1, -1) if _repeats(sequence, u, weights, q)), 1)
+    size, m = n // parts, sequence.m // parts
+    if parts > 1:
+        laps, flight = divmod(touch.flight, size)
+        u = np.concatenate([u[:size], u[n : n + size], u[-1:]])
+        sequence = Sequence(m, sequence.mirrored, sequence.supports[:size].copy())
+        touch, time = Touch(flight, touch.side), time - laps * m
+    if box.symmetric and halves_agree(sequence, u, np.ones(u.size), SAME_PARTS) == "pitchfork":
+        half, laps = size // 2, touch.flight // (size // 2)
+        sequence, u = halved(sequence, u, "pitchfork")
+        if laps:
+            touch, time = Touch(touch.flight - half, 3 - touch.side), time - 0.5 * sequence.m
+    return sequence, u, touch, time
+
+
+def _repeats(sequence: Sequence, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
+    """Return whether an orbit consists of a number of equal parts."""
+    n, m = len(sequence.supports), sequence.m
+    if n % parts or m % parts or sequence.mirrored:
+        return False
+    size = n // parts
+    if not np.array_equal(np.roll(sequence.supports, -size), sequence.supports):
+        return False
+    times = np.concatenate([u[size:n], u[:size] + m]) - m / parts
+    velocities = np.roll(u[n : 2 * n], -size)
+    change = np.concatenate([times, velocities, u[-1:]]) - u
+    return bool(np.abs(change * weights).max() < SAME_PARTS)

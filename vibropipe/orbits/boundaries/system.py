@@ -1,0 +1,298 @@
+"""The equations of a boundary: an orbit by its impacts, and the condition that makes it a bifurcation.
+
+Unknowns are the times and velocities of the impacts of a sequence, at a grazing the time at which a flight touches a
+support, and two parameters. A boundary is a curve of zeros of one equation less; a step along it predicts along the
+tangent and corrects by Newton's method in the plane across it.
+
+Conditions: fold det(D - 1) = 0, flip and pitchfork det(D + 1) = 0 with the derivative D of the return map (of a
+symmetric orbit, of the map to its mirror image), each multiplied by all impact velocities, which makes them smooth
+where an impact loses its speed; grazing: gap and velocity of the flight are zero at the time of touch.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit
+from vibropipe.orbits.branches.bordered import factorise, solve_factorised
+from vibropipe.orbits.branches.clearance import clearance, flight_clearance
+from vibropipe.orbits.branches.sequence import fill_equations, next_impact, restitution_at
+from vibropipe.orbits.branches.steps import (
+    CONVERGED,
+    DETERMINANT,
+    DIFFERENCE,
+    DOUBLING,
+    FOLD,
+    GAP,
+    GAP_FLIGHT,
+    GAP_SIDE,
+    GAP_TIME,
+    MAX_CHANGE,
+    MAX_CORRECTIONS,
+    SLOWEST,
+    SPEED,
+    STALLED,
+    TRACE,
+    fill_tangent,
+)
+from vibropipe.orbits.row import row_parameters
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.forced_flow import acceleration, fly_freely
+from vibropipe.physics.linear import steady_at
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.saltation import product
+
+# Kinds of boundaries, as `Bifurcation` numbers them.
+FOLDS, FLIPS, PITCHFORKS, GRAZINGS = range(4)
+# Step of the central differences of a condition, weighted. It affects the speed of convergence alone.
+CONDITION_DIFFERENCE = 1e-6
+# A touching flight is looked at up to this time before its touch, in forcing periods.
+BEFORE_TOUCH = 1e-7
+
+
+@jit
+def parameters_of_point(values, along, u):
+    """Return the `Parameters` of values (1, 7) with both that vary set to the last unknowns, which are stored."""
+    values[0, along[0]] = u[u.size - 2]
+    values[0, along[1]] = u[u.size - 1]
+    return row_parameters(values, 0)
+
+
+@jit
+def scaled_derivative(p, span, mirrored, supports, u, speed):
+    """Return trace, determinant and scale of the return map's derivative over `span`.
+
+    Returns
+    -------
+    trace : float
+        Times `scale`: finite where an impact has no speed.
+    determinant : float
+    scale : float
+        Product of the impact speeds over `speed`.
+    """
+    n, j11, j12, j21, j22 = supports.size, 1.0, 0.0, 0.0, 1.0
+    determinant, scale = math.exp(-p.h * span * forcing_period(p)), 1.0
+    for i in range(n):
+        _j, end, _velocity, _support, _sign = next_impact(span, mirrored, supports, u, i)
+        x, restitution, before = (
+            support_position(p, supports[i]), restitution_at(p, supports[i]), u[n + i],
+        )  # fmt: skip
+        towards = 1.0 if supports[i] == 1 else -1.0
+        size = towards * before / speed
+        after = -restitution * before
+        # The saltation matrix times the speed.
+        shear = acceleration(p, x, after, u[i]) + restitution * acceleration(p, x, before, u[i])
+        diagonal = -restitution * size
+        j11, j12, j21, j22 = product(
+            diagonal, 0.0, towards * shear / speed, diagonal, j11, j12, j21, j22
+        )
+        _x, _v, e11, e12, e21, e22 = fly_freely(p, u[i], end, x, after)
+        j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
+        determinant *= restitution * restitution
+        scale *= size
+    trace = j11 + j22
+    return (-trace if mirrored == 1 else trace), determinant, scale
+
+
+@jit
+def condition(p, kind, span, mirrored, supports, flight, side, u, speed):
+    """Return the condition of a boundary: two numbers, of which only a grazing has the second.
+
+    Parameters
+    ----------
+    p : Parameters
+    kind : int
+        Of the boundary.
+    span, mirrored, supports
+        As in `Sequence`; without impacts, the linear motion.
+    flight, side : int
+        The flight that touches, and the support.
+    u : (size,) float
+        Unknowns.
+    speed : float
+        Scale of velocities.
+    """
+    n = supports.size
+    if kind == GRAZINGS:
+        time = u[2 * n]
+        if n == 0:
+            x, v = steady_at(p, time)
+        else:
+            x = support_position(p, supports[flight])
+            v = -restitution_at(p, supports[flight]) * u[n + flight]
+            x, v, _e11, _e12, _e21, _e22 = fly_freely(p, u[flight], time, x, v)
+        return (x - support_position(p, side)) / p.l, v / speed
+    trace, determinant, scale = scaled_derivative(p, span, mirrored, supports, u, speed)
+    return scale * (1.0 + determinant) + (-trace if kind == FOLDS else trace), 0.0
+
+
+@jit
+def _fill_system(values, along, kind, span, mirrored, supports, flight, side, u, weights, work):
+    """Fill the rows of the equations of work.matrix, and work.rhs with their values, at u."""
+    size, n = u.size, supports.size
+    speed = 1.0 if n == 0 else 1.0 / weights[n]
+    p = parameters_of_point(values, along, u)
+    fill_equations(p, span, mirrored, supports, u, 1.0, work.rhs, work.matrix)
+    first, second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+    work.rhs[2 * n] = first
+    if kind == GRAZINGS:
+        work.rhs[2 * n + 1] = second
+    for k in range(size):
+        held, reach = u[k], 1.0 / weights[k]
+        is_parameter = k >= size - 2
+        share = DIFFERENCE if is_parameter else CONDITION_DIFFERENCE
+        step = share * (max(min(reach, abs(held)), 0.01 * reach) if is_parameter else reach)
+        u[k] = held + step
+        p = parameters_of_point(values, along, u)
+        above, above_second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+        if is_parameter:
+            fill_equations(p, span, mirrored, supports, u, 1.0, work.above, work.none)
+        u[k] = held - step
+        p = parameters_of_point(values, along, u)
+        below, below_second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+        if is_parameter:
+            fill_equations(p, span, mirrored, supports, u, 1.0, work.below, work.none)
+        u[k] = held
+        work.matrix[2 * n, k] = (above - below) / (2.0 * step)
+        if kind == GRAZINGS:
+            work.matrix[2 * n + 1, k] = (above_second - below_second) / (2.0 * step)
+        if k >= 2 * n:
+            for row in range(2 * n):
+                change = work.above[row] - work.below[row] if is_parameter else 0.0
+                work.matrix[row, k] = change / (2.0 * step)
+
+
+@jit
+def correct(
+    values, along, kind, span, mirrored, supports, flight, side, u, target, weights, work
+):  # fmt: skip
+    """Correct u, in place, to the boundary in the plane work.border . u = target.
+
+    Arguments are those of `condition` and of `vibropipe.orbits.branches.steps.correct`; `along` (2,) are the indices of
+    the parameters that vary. Returns the Newton iterations; -1 if they do not converge.
+    """
+    size, previous = u.size, math.inf
+    for iteration in range(1, MAX_CORRECTIONS + 1):
+        _fill_system(
+            values, along, kind, span, mirrored, supports, flight, side, u, weights, work
+        )  # fmt: skip
+        across = -target
+        for column in range(size):
+            work.matrix[size - 1, column] = work.border[column]
+            across += work.border[column] * u[column]
+        work.rhs[size - 1] = across
+        factorise(work.matrix, work.pivots)
+        solve_factorised(work.matrix, work.pivots, work.rhs)
+        change = 0.0
+        for k in range(size):
+            change = max(change, abs(work.rhs[k] * weights[k]))
+        if not change < MAX_CHANGE:
+            return -1
+        for k in range(size):
+            u[k] -= work.rhs[k]
+        if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
+            return iteration
+        previous = change
+    return -1
+
+
+@jit
+def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
+    """Return the clearance of an orbit that touches a support, but for that touch; as `clearance`."""
+    n, touch = supports.size, u[2 * supports.size]
+    if n == 0:
+        sign = 1.0 if side == 1 else -1.0
+        # Without an offset the linear motion touches both supports at once.
+        other = 2.0 * p.l if p.delta == 0.0 else -2.0 * sign * p.delta
+        return min(other, sign * support_position(p, side)), 0.0, 3 - side, -1
+    gap, time, support, at = 2.0 * p.l, 0.0, 0, -1
+    for i in range(n):
+        _j, end, _velocity, _support, _sign = next_impact(span, mirrored, supports, u, i)
+        v, leaves = -restitution_at(p, supports[i]) * u[n + i], int(supports[i])
+        if i == flight:
+            start, until = u[i], touch - BEFORE_TOUCH
+            if until > start:
+                here, when, which = flight_clearance(p, start, until, leaves, v, c)
+                if here < gap:
+                    gap, time, support, at = here, when, which, i
+            here, when, which = flight_clearance(p, touch, end, side, 0.0, c)
+        else:
+            here, when, which = flight_clearance(p, u[i], end, leaves, v, c)
+        if here < gap:
+            gap, time, support, at = here, when, which, i
+    return gap, time, support, at
+
+
+@jit
+def fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, c, tests) -> None:
+    """Fill the test functions (TESTS,) of a point, named as those of a branch.
+
+    FOLD and DOUBLING, det(D - 1) and det(D + 1), are those of the orbit that grazes; on other boundaries they are 1.
+    GAP leaves out the touch of a grazing.
+    """
+    n = supports.size
+    if kind == GRAZINGS:
+        gap, time, support, at = _touching_clearance(
+            p, span, mirrored, supports, flight, side, u, c
+        )  # fmt: skip
+    else:
+        gap, time, support, at = clearance(p, span, mirrored, supports, u, c)
+    tests[GAP], tests[GAP_TIME], tests[GAP_SIDE], tests[GAP_FLIGHT] = gap / p.l, time, support, at
+    tests[FOLD], tests[DOUBLING], tests[TRACE], tests[DETERMINANT] = 1.0, 1.0, 0.0, 0.0
+    tests[SPEED], tests[SLOWEST] = 1.0, -1.0
+    if n > 0:
+        trace, determinant, scale = scaled_derivative(
+            p, span, mirrored, supports, u, 1.0 / weights[n]
+        )  # fmt: skip
+        if kind == GRAZINGS:
+            size = abs(scale) * (1.0 + determinant) + abs(trace)
+            tests[FOLD] = (scale * (1.0 + determinant) - trace) / size
+            tests[DOUBLING] = (scale * (1.0 + determinant) + trace) / size
+        tests[TRACE] = trace / scale if scale != 0.0 else math.inf
+        tests[DETERMINANT] = determinant
+    for i in range(n):
+        speed = (u[n + i] if supports[i] == 1 else -u[n + i]) * weights[n + i]
+        if i == 0 or speed < tests[SPEED]:
+            tests[SPEED], tests[SLOWEST] = speed, i
+
+
+@jit
+def advance(
+    values, along, kind, span, mirrored, supports, flight, side, start, tangent, length, weights,
+    work, u, new, tests,
+):  # fmt: skip
+    """Take one step along a boundary; arguments and result as of `vibropipe.orbits.branches.steps.advance`."""
+    target = length
+    for k in range(u.size):
+        work.border[k] = tangent[k] * weights[k] * weights[k]
+        target += work.border[k] * start[k]
+        u[k] = start[k] + length * tangent[k]
+    iterations = correct(
+        values, along, kind, span, mirrored, supports, flight, side, u, target, weights, work
+    )  # fmt: skip
+    if iterations > 0:
+        fill_tangent(weights, work, new)
+        p = parameters_of_point(values, along, u)
+        fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, work.c, tests)
+    return iterations
+
+
+@jit
+def settle_at(
+    values, along, kind, span, mirrored, supports, flight, side, fixed, weights, work, u, new, tests
+):  # fmt: skip
+    """Correct u with the unknown `fixed` (an index) held, and fill its tangent, which increases it.
+
+    Returns the Newton iterations; -1 if they do not converge.
+    """
+    for k in range(u.size):
+        work.border[k] = 0.0
+    work.border[fixed] = 1.0
+    iterations = correct(
+        values, along, kind, span, mirrored, supports, flight, side, u, u[fixed], weights, work
+    )  # fmt: skip
+    if iterations > 0:
+        fill_tangent(weights, work, new)
+        p = parameters_of_point(values, along, u)
+        fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, work.c, tests)
+    return iterations

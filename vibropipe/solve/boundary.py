@@ -1,0 +1,192 @@
+"""The function `boundary`: curves of bifurcations in two parameters, as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.search import Settled, find_boundaries
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.solve.boundary_dataset import boundary_dataset
+from vibropipe.solve.branch import KEEP_SYMMETRY
+from vibropipe.solve.checks import check_whole
+from vibropipe.solve.sweep import solve_shard
+from vibropipe.words.parameters import PARAMETERS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Kinds of bifurcations that have boundaries.
+BOUNDARIES = ("fold", "flip", "pitchfork", "grazing")
+# Allowed numbers of lines of the search along each parameter.
+LINES = (1, 200)
+# Orbits with more impacts are left out: towards chatter there are any number of them.
+MAX_IMPACTS = 24
+
+
+def boundary(
+    exciter: Exciter,
+    of: str | Collection[str],
+    along: tuple[str, str] = ("nu", "f"),
+    within: Sequence[Sequence[float]] = ((0.3, 3.0), (0.05, 2.0)),
+    lines: int = 12,
+    max_step: float = 0.02,
+) -> xr.Dataset:
+    """Follow the curves of bifurcations in two parameters through a box.
+
+    An orbit by its impacts, as in `branch`, and one condition more are solved for both parameters: det(D - 1) = 0 of
+    the derivative D of the return map (fold), det(D + 1) = 0 (flip; of the map to the mirror image of a symmetric
+    orbit pitchfork), or a turning point on a support (grazing [2]_), which is the same curve as that on which the
+    impact begins without velocity. Pseudo-arclength continuation [1]_ follows each curve to both ends. Points are
+    admissible orbits, stable or not: no flight leaves the supports.
+
+    Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
+    `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
+    sides. Each orbit is followed along both of its lines, round folds; so are the branches that begin at the
+    bifurcations met. What is smaller than a cell and touched by none of these branches may be missed.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        Its own values of the two parameters are not used.
+    of : str or collection of str
+        Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
+        pitchforks.
+    along : (str, str)
+        Two of nu, f, h, l, delta, R1, R2.
+    within : ((float, float), (float, float))
+        Range of each.
+    lines : int
+        Number of lines along each parameter from which curves are sought.
+    max_step : float
+        Largest distance of neighbouring points, where 1 is the range of a parameter, a forcing period, or the largest
+        impact velocity of the first orbit of the curve.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `point`, in order along each curve, both parameters under their own names and
+
+        curve_id
+            Number of the curve.
+        boundary_kind
+            fold, flip, pitchfork or grazing.
+        period_multiple, impacts_per_orbit (support)
+            The law of motion (m; p1, p2); at a grazing without the impact that begins.
+        impact_velocity_max (support), displacement_strobe, velocity_strobe, floquet_multiplier (multiplier)
+            As for `steady_state`.
+        stable
+            Whether the orbit is stable: but for the multiplier 1 or -1 of the bifurcation.
+
+        Over `meeting`, what a curve meets:
+
+        meeting_kind
+            box (a side of it), cusp, grazing_fold, grazing_flip, grazing_pitchfork, double_grazing, degenerate_flip,
+            degenerate_pitchfork, chatter, rest, lost or points.
+        meeting_<parameter>, meeting_point, meeting_ends
+            Both parameters, the index of the point, and whether the curve ends there.
+
+        A curve without an end is closed. Mirror images of one another are given once.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+
+    References
+    ----------
+    .. [1] H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: Applications of
+       Bifurcation Theory, Academic Press 1977, 359-384.
+    .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
+       and Vibration 145 (1991) 279-297.
+    """
+    kinds = _check_kinds(of)
+    names = _check_along(along)
+    low, high = _check_box(exciter, names, within)
+    check_whole("lines", lines, LINES)
+    length = as_float("max_step", max_step, "a number above 0 up to 0.1")
+    if not 0.0 < length <= 0.1:
+        raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
+    symmetric = (
+        exciter.delta == 0.0 and exciter.R1 == exciter.R2 and set(names) <= set(KEEP_SYMMETRY)
+    )
+    indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
+    box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
+    orbits = _settled(exciter, names, box, lines)
+    return boundary_dataset(box, find_boundaries(box, orbits, kinds))
+
+
+def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of bifurcations, or raise a ParameterError."""
+    kinds = (of,) if isinstance(of, str) else tuple(of)
+    if not kinds or not set(kinds) <= set(BOUNDARIES):
+        raise ParameterError("of", of, f"one or some of {', '.join(BOUNDARIES)}")
+    return kinds
+
+
+def _check_along(along: tuple[str, str]) -> tuple[str, str]:
+    """Return the names of both parameters, or raise a ParameterError."""
+    names = () if isinstance(along, str) else tuple(along)
+    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= set(PARAMETERS):
+        raise ParameterError("along", along, f"two of {', '.join(PARAMETERS)}")
+    return names[0], names[1]
+
+
+def _check_box(
+    exciter: Exciter, names: tuple[str, str], within: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower and upper ends of both parameters, or raise a ParameterError."""
+    allowed = "two pairs of increasing numbers"
+    pairs = [list(ends) for ends in within] if np.ndim(within) == 2 else []
+    if [len(pair) for pair in pairs] != [2, 2]:
+        raise ParameterError("within", within, allowed)
+    for name, pair in zip(names, pairs, strict=True):
+        rule = PARAMETERS[name].range
+        for value in pair:
+            if not rule.contains(as_float("within", value, rule.text)):
+                raise ParameterError("within", value, f"{rule.text} for {name}")
+        if not pair[0] < pair[1]:
+            raise ParameterError("within", within, allowed)
+    for first in pairs[0]:
+        for second in pairs[1]:
+            Exciter(**{**vars(exciter), names[0]: first, names[1]: second})
+    ends = np.array(pairs, float)
+    return ends[:, 0], ends[:, 1]
+
+
+def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> list[Settled]:
+    """Return the orbits that settle at the crossings of a grid of lines."""
+    middles = (np.arange(lines) + 0.5) / lines
+    over = {
+        name: low + middles * (high - low)
+        for name, low, high in zip(names, box.low, box.high, strict=True)
+    }
+    first = Exciter(**{**vars(exciter), **{name: float(grid[0]) for name, grid in over.items()}})
+    orbits: list[Settled] = []
+    follows = [None, *((name, way) for name in names for way in ("up", "down"))]
+    for follow in follows:
+        rows = solve_shard(first, over, 0, lines * lines, follow=follow, outputs=("impacts",))
+        orbits += _orbits_of(rows)
+    return orbits
+
+
+def _orbits_of(rows: xr.Dataset) -> list[Settled]:
+    """Return the orbits of solved rows that can be followed by their impacts."""
+    multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
+    rests = rows["rests_per_orbit"].sum("support").values
+    parameters = np.array(
+        [np.broadcast_to(rows[name].values, multiples.shape) for name in Parameters._fields]
+    )
+    times = rows["impact_phase"].values + rows["impact_period"].values
+    velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values
+    ends = np.cumsum(sizes)
+    orbits = []
+    for row in np.flatnonzero((multiples > 0) & (rests == 0) & (sizes <= MAX_IMPACTS)):
+        part = slice(ends[row] - sizes[row], ends[row])
+        u = np.concatenate([times[part], velocities[part]])
+        struck = supports[part].astype(np.int8)
+        orbits.append(Settled(parameters[:, row].copy(), int(multiples[row]), struck, u))
+    return orbits

@@ -95,7 +95,7 @@ def test_a_solving_process_imports_hashed_modules_only():
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
-    named = {"vibropipe.words.measurements", "vibropipe.words.bifurcations"}
+    named = {f"vibropipe.words.{name}" for name in ("measurements", "bifurcations", "boundaries")}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 
 

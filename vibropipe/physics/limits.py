@@ -19,6 +19,8 @@ HARMONICS = (1, 1000)
 # Forcing periods before a row may be labelled aperiodic: from the window that it is then measured over to the longest
 # march.
 PATIENCE = (256, 1000)
+# Lines along each parameter from which boundaries are sought.
+BOUNDARY_LINES = (1, 200)
 
 
 def within_text(limits: tuple[float, float], whole: bool = True) -> str:

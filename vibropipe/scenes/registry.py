@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from vibropipe.scenes import accuracy, backbone, basins, branch, effects, hard_cases, motion, sweep
+from vibropipe.scenes import (
+    accuracy,
+    backbone,
+    basins,
+    boundary,
+    branch,
+    effects,
+    hard_cases,
+    motion,
+    sweep,
+)
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 
@@ -15,6 +25,7 @@ _KINDS = {
         motion.KIND,
         sweep.KIND,
         branch.KIND,
+        boundary.KIND,
         basins.KIND,
         backbone.KIND,
         hard_cases.KIND,

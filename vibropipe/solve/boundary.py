@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
+from vibropipe.physics import limits
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
 from vibropipe.solve.branch import KEEP_SYMMETRY
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 # Kinds of bifurcations that have boundaries.
 BOUNDARIES = ("fold", "flip", "pitchfork", "grazing")
-# Allowed numbers of lines of the search along each parameter.
-LINES = (1, 200)
 # Orbits with more impacts are left out: towards chatter there are any number of them.
 MAX_IMPACTS = 24
 
@@ -106,7 +105,7 @@ def boundary(
     kinds = _check_kinds(of)
     names = _check_along(along)
     low, high = _check_box(exciter, names, within)
-    check_whole("lines", lines, LINES)
+    check_whole("lines", lines, limits.BOUNDARY_LINES)
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")

@@ -7,20 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.march.log import new_log
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
-from vibropipe.orbits.branches.rows import write_points
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.physics.effects import ALL_EFFECTS, effect_names
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.branch_dataset import solve_points
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
-from vibropipe.solve.rows import ImpactBuffer, compact_impacts, new_rows
 from vibropipe.words.boundaries import Meeting
-from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -106,16 +102,7 @@ def _label(box: Box, boundary: Boundary) -> Variables:
 
 def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray) -> Variables:
     """Return the kept quantities of the orbits of one impact sequence."""
-    n, rows = len(sequence.supports), len(parameters)
-    shape = (max(n, 1), rows)
-    buffer = ImpactBuffer(np.empty(shape), np.empty(shape), np.empty(shape, np.int8))
-    out = new_rows(rows, 1, OF_STEADY_STATE, buffer)
-    log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
-    write_points(
-        ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
-        np.empty(2 * n + 2), out, 0,
-    )  # fmt: skip
-    labelled = label_rows(compact_impacts(out), parameters)
+    labelled = label_rows(solve_points(sequence, parameters, unknowns, 1), parameters)
     return {name: labelled[name] for name in KEPT}
 
 

@@ -146,6 +146,24 @@ def _solve(branch: Branch, parameters: np.ndarray, harmonics: int) -> RowResults
     if branch.curve is not None:
         wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
         sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
+    return solve_points(sequence, parameters, unknowns, harmonics)
+
+
+def solve_points(
+    sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray, harmonics: int
+) -> RowResults:
+    """Return the compacted results of orbits of one impact sequence.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        The whole orbit, not mirrored.
+    parameters : (points, 7) array
+    unknowns : (points, 2n + 1) array
+        Times and velocities of the impacts, and one more number.
+    harmonics : int
+        Number of harmonics.
+    """
     n, rows = len(sequence.supports), len(parameters)
     buffer = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
     out = new_rows(rows, harmonics, OF_STEADY_STATE, buffer)

@@ -25,6 +25,11 @@ from vibropipe.physics.forced_flow import acceleration
 
 # A boundary with more points is left.
 MAX_POINTS = 5_000
+# Two impacts may begin at once: the equations are singular there. A boundary whose steps are as short as this, and gap
+# or impact speed as small, has reached such a point.
+SHORT_LENGTH, NEAR_END = 1e-6, 1e-4
+# Meetings with a support, by the kind of boundary.
+TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing")
 # Share of a step along the parameters, weighted, below which they do not change: a cusp.
 NO_CHANGE = 1e-5
 # Evaluations in the search for a zero between three points.
@@ -76,7 +81,7 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
             or (len(path.points) == 1 and is_no_motion(new))
         ):
             length *= 0.5
-            end = "lost" if length < MIN_LENGTH else ""
+            end = _singular_end(curve, point, length)
             continue
         if lengths[-1] > 0.0 and searches < 2:
             missed = _missed(curve, path.points[-2], point, new, lengths[-1], length)
@@ -92,7 +97,7 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
         marks = marks_within(curve, point, new, length)
         if marks is None:
             length *= 0.5
-            end = "lost" if length < MIN_LENGTH else ""
+            end = _singular_end(curve, point, length)
             continue
         if len(path.points) > 3 and _returns(curve, start, point, new, length):
             path.closed, end = True, "closed"
@@ -112,9 +117,17 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
             end = "points"
         if curve.cosine(point, new) > GROWTH_COSINE:
             length = min(GROWTH * length, curve.box.max_length)
-    if end in ("lost", "points"):
+    if not path.closed and not (path.meetings and path.meetings[-1].ends):
         path.meetings.append(Meeting(end, len(path.points) - 1, True))
     return path
+
+
+def _singular_end(curve: BoundaryCurve, point: Point, length: float) -> str:
+    """Return what a boundary meets where its equations become singular, if its steps have become that short; or ""."""
+    is_near = min(point.tests[GAP], point.tests[SPEED]) < NEAR_END
+    if is_near and length < SHORT_LENGTH:
+        return TOUCHES[curve.kind]
+    return "lost" if length < MIN_LENGTH else ""
 
 
 def marks_within(
@@ -178,8 +191,7 @@ def _end_of(curve: BoundaryCurve, test: int, point: Point, beyond: Point) -> str
         pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
         if (pull > 0.0) == (support == 1):
             return "chatter"
-    kinds = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing")
-    return kinds[curve.kind]
+    return TOUCHES[curve.kind]
 
 
 def _direction(curve: BoundaryCurve, point: Point) -> np.ndarray:
@@ -249,7 +261,7 @@ def _missed(
         slope = (slope_back * ahead + slope_ahead * back) / (back + ahead)
         if curvature <= 0.0 or b - 0.5 * slope**2 / curvature > 0.5 * b:
             continue
-        for share in np.linspace(-1.0, 1.0, MAX_SEARCH):
+        for share in np.linspace(-0.96, 0.96, MAX_SEARCH):
             length = float(share * (ahead if share > 0.0 else back))
             found = curve.advance(point, length)
             if found is not None and found.tests[test] < 0.0:

@@ -1,0 +1,135 @@
+"""Scenes of boundaries: keys, data, picture, table of curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.figures.style import house_style
+from vibropipe.jobs.solving import solve_to_file
+from vibropipe.jobs.verify import verify
+from vibropipe.scenes.registry import kind_of
+from vibropipe.study import StudyError, load_study
+
+STUDY = """
+title: Borders
+exciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  regimes: {kind: sweep, over: {nu: {start: 0.8, stop: 2, points: 12}, f: {start: 0.05, stop: 1, points: 10}}}
+  borders:
+    kind: boundary
+    of: [grazing, pitchfork, fold]
+    over: {nu: [0.8, 2], f: [0.05, 1]}
+    lines: 4
+    figure: {map: regimes}
+"""
+
+
+def loaded(tmp_path: Path, text: str = STUDY):
+    path = tmp_path / "laws.yaml"
+    path.write_text(text)
+    return load_study(path)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return loaded(tmp_path_factory.mktemp("laws"))
+
+
+@pytest.fixture(scope="module")
+def datasets(study):
+    return {name: kind_of(scene).solve(scene) for name, scene in study.scenes.items()}
+
+
+def test_a_scene_is_the_call(study, datasets):
+    exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
+    called = vp.boundary(
+        exciter, ("fold", "grazing", "pitchfork"), within=((0.8, 2), (0.05, 1)), lines=4
+    )
+    for name in ("nu", "f", "curve_id", "boundary_kind", "meeting_kind", "stable"):
+        assert np.array_equal(datasets["borders"][name], called[name])
+
+
+def test_the_order_of_kinds_is_no_part_of_the_data(tmp_path, study):
+    other = loaded(
+        tmp_path, STUDY.replace("[grazing, pitchfork, fold]", "[fold, grazing, pitchfork]")
+    )
+    swapped = loaded(
+        tmp_path, STUDY.replace("{nu: [0.8, 2], f: [0.05, 1]}", "{f: [0.05, 1], nu: [0.8, 2]}")
+    )
+    own = study.scenes["borders"].fingerprint()
+    assert other.scenes["borders"].fingerprint() == own
+    assert swapped.scenes["borders"].fingerprint() != own
+
+
+def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
+    scene, dataset = study.scenes["borders"], datasets["borders"]
+    (picture,) = kind_of(scene).pictures
+    with house_style():
+        figure = picture.draw(dataset, scene.figure, datasets)
+    entries = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert {"grazing", "fold", "pitchfork"} <= set(entries)
+    assert "flip" not in entries
+    (ax,) = figure.axes
+    drawn = np.concatenate([line.get_xdata() for line in ax.lines])
+    assert set(dataset["nu"].values) <= set(drawn)
+    assert len(ax.collections) == 1
+    caption = picture.describe(dataset, scene.figure, datasets)
+    curves = np.unique(dataset["curve_id"]).size
+    assert f"{curves} curves" in caption
+    with house_style():
+        assert not picture.draw(dataset, None, {}).axes[0].collections
+
+
+def test_the_table_lists_each_curve(study, datasets):
+    (section,) = kind_of(study.scenes["borders"]).report.sections({"borders": datasets["borders"]})
+    (table,) = section.tables
+    assert len(table.rows) == np.unique(datasets["borders"]["curve_id"]).size
+
+
+def test_a_box_without_curves_is_drawn(tmp_path):
+    text = STUDY.replace("f: [0.05, 1]}", "f: [0.05, 0.06]}").replace(
+        "    figure: {map: regimes}\n", ""
+    )
+    scene = loaded(tmp_path, text.replace("nu: [0.8, 2]", "nu: [1.8, 2]")).scenes["borders"]
+    dataset = kind_of(scene).solve(scene)
+    assert dataset.sizes["point"] == 0
+    (picture,) = kind_of(scene).pictures
+    with house_style():
+        picture.draw(dataset, scene.figure, {})
+    assert "No curve is found" in picture.describe(dataset, scene.figure, {})
+
+
+def test_a_file_of_boundaries_is_verified(tmp_path, study):
+    folder = tmp_path / "results" / "laws"
+    solve_to_file(study, "borders", folder / "borders.nc", None, 1)
+    (verdict,) = verify(folder)
+    assert verdict.good
+    assert verdict.checked
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("of: [grazing, pitchfork, fold]", "of: [turn]", "of[0]: must be"),
+        ("of: [grazing, pitchfork, fold]", "of: []", "of: must be"),
+        ("of: [grazing, pitchfork, fold]", "of: [fold, fold]", "of"),
+        ("f: [0.05, 1]}\n    lines", "f: [1, 0.05]}\n    lines", "over.f: must be two increasing numbers"),
+        ("f: [0.05, 1]}\n    lines", "f: [1]}\n    lines", "over.f: must be two increasing numbers"),
+        (", f: [0.05, 1]}\n    lines", "}\n    lines", "over: must"),
+        ("nu: [0.8, 2]", "nu: [0, 2]", "over.nu: must be a finite number > 0"),
+        ("lines: 4", "lines: 0", "lines: must be a whole number from 1 to 200"),
+        ("lines: 4", "line: 4", "line: is an unknown key"),
+        ("lines: 4", "exciter: {f: 1}", "exciter.f: must be left out, since f stands in over"),
+        ("map: regimes", "map: regime", "figure.map: must be a sweep over nu and f (regimes)"),
+        ("{l: 0.5, h: 0.2,", "{h: 0.2,", "exciter.l: is required"),
+    ],
+)  # fmt: skip
+def test_a_wrong_key_is_named(tmp_path, old, new, message):
+    assert old in STUDY
+    with pytest.raises(StudyError) as error:
+        loaded(tmp_path, STUDY.replace(old, new))
+    assert f"scenes.borders.{message}" in str(error.value)

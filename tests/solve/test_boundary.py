@@ -1,0 +1,222 @@
+"""Boundaries in two parameters: against closed forms, branches, regimes of a sweep, and themselves."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vibropipe as vp
+from vibropipe.physics import closed_orbits as closed
+from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.boundaries import Meeting
+
+EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)
+BOX = ((0.6, 3.0), (0.05, 1.5))
+ALL = ("fold", "flip", "pitchfork", "grazing")
+
+
+@pytest.fixture(scope="module")
+def borders():
+    return vp.boundary(EXCITER, ALL, within=BOX, lines=8)
+
+
+def of_law(dataset, kind, m, p1, p2):
+    """Return nu and f of the points of one kind and law of motion."""
+    impacts = dataset["impacts_per_orbit"].transpose("point", "support").values
+    mask = (
+        (dataset["boundary_kind"].values == Bifurcation[kind.upper()])
+        & (dataset["period_multiple"].values == m)
+        & (impacts == (p1, p2)).all(axis=1)
+    )
+    return dataset["nu"].values[mask], dataset["f"].values[mask]
+
+
+def linear_grazing(exciter, nu):
+    """Return the amplitude at which the motion without impacts touches a support."""
+    return (exciter.l - abs(exciter.delta)) * np.hypot(1.0 - nu**2, exciter.h * nu)
+
+
+def closed_force(exciter, nu, n, kind):
+    """Return the amplitude of a fold, or of a flip or pitchfork, of the orbits in closed form."""
+    terms = closed.flight_terms(nu, exciter.h, n)
+    response = closed.response(nu, exciter.h, exciter.R1, terms)
+    b = exciter.l + exciter.delta
+    if kind == "fold":
+        v = closed.fold_velocity(b, response)
+    else:
+        v = closed.flip_velocity(nu, b, exciter.R1, terms, response)
+    return np.abs(closed.forcing_at_impact(b, v, response))
+
+
+def assert_close(f, expected):
+    """Check forces to 1e-10; the closed form has none where, at an end of a curve, the impact velocity is 0."""
+    assert np.isnan(expected).sum() <= 4
+    assert np.nanmax(np.abs(f - expected)) < 1e-10
+
+
+def test_first_grazing_is_that_of_the_linear_motion(borders):
+    nu, f = of_law(borders, "grazing", 1, 0, 0)
+    assert nu.size > 50
+    assert np.abs(f - linear_grazing(EXCITER, nu)).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["fold", "pitchfork"])
+def test_symmetric_orbit_has_its_closed_forms(borders, kind):
+    # Asymmetric orbits have the same law of motion, and folds without a closed form.
+    speeds = borders["impact_velocity_max"].transpose("point", "support").values
+    symmetric = borders.isel(point=np.abs(speeds[:, 0] - speeds[:, 1]) < 1e-9)
+    nu, f = of_law(symmetric, kind, 1, 1, 1)
+    assert nu.size > 50
+    assert_close(f, closed_force(EXCITER, nu, 1, kind))
+
+
+@pytest.mark.parametrize("delta", [0.2, -0.2])
+def test_one_sided_orbit_has_its_closed_forms(delta):
+    exciter = dataclasses.replace(EXCITER, delta=delta)
+    found = vp.boundary(exciter, ("fold", "flip", "grazing"), within=BOX, lines=8)
+    near = exciter if delta < 0 else exciter.mirrored()
+    law = (1, 0) if delta < 0 else (0, 1)
+    nu, f = of_law(found, "grazing", 1, 0, 0)
+    assert np.abs(f - linear_grazing(exciter, nu)).max() < 1e-12
+    for kind in ("fold", "flip"):
+        nu, f = of_law(found, kind, 1, *law)
+        assert nu.size > 10
+        assert_close(f, closed_force(near, nu, 2, kind))
+
+
+def test_mirrored_exciter_has_the_same_curves():
+    exciter = vp.Exciter(l=0.5, h=0.2, delta=0.1, R1=0.7, R2=0.8)
+    first = vp.boundary(exciter, ALL, within=((0.7, 2.0), (0.1, 0.8)), lines=5)
+    second = vp.boundary(exciter.mirrored(), ALL, within=((0.7, 2.0), (0.1, 0.8)), lines=5)
+    ends = [
+        sorted(
+            (int(k), round(float(x), 6), round(float(y), 6))
+            for k, x, y in zip(d["meeting_kind"], d["meeting_nu"], d["meeting_f"], strict=True)
+            if k == Meeting.BOX
+        )
+        for d in (first, second)
+    ]
+    assert ends[0] == ends[1]
+    assert np.unique(first["curve_id"]).size == np.unique(second["curve_id"]).size
+
+
+def test_halved_steps_find_the_same_curves(borders):
+    halved = vp.boundary(EXCITER, ALL, within=BOX, lines=8, max_step=0.01)
+    assert ends_of(halved) == ends_of(borders)
+
+
+def ends_of(dataset):
+    """Return kind, law and both ends of each curve, sorted."""
+    found = []
+    for number in np.unique(dataset["curve_id"]):
+        points = np.flatnonzero(dataset["curve_id"] == number)
+        ends = sorted(
+            (round(float(dataset["nu"][n]), 4), round(float(dataset["f"][n]), 4))
+            for n in (points[0], points[-1])
+        )
+        found.append((int(dataset["boundary_kind"][points[0]]), *ends))
+    return sorted(found)
+
+
+def test_a_branch_across_a_curve_meets_its_bifurcation_there(borders):
+    rng = np.random.default_rng(1)
+    checked = 0
+    stable = (borders["stable"].values == 1) & (borders["nu"].values < 2.9)
+    inside = (
+        (borders["f"].values > 0.15) & (borders["f"].values < 1.4) & (borders["nu"].values > 0.7)
+    )
+    for kind in ALL:
+        code = Bifurcation[kind.upper()]
+        candidates = np.flatnonzero((borders["boundary_kind"].values == code) & stable & inside)
+        for n in rng.choice(candidates, 4, replace=False) if candidates.size else []:
+            checked += crosses(borders, int(n), kind)
+    assert checked >= 10
+
+
+def crosses(dataset, n, kind):
+    """Return whether the branch next to a point meets its bifurcation at that force; either side has the orbit."""
+    nu, f = float(dataset["nu"][n]), float(dataset["f"][n])
+    x0, v0 = float(dataset["displacement_strobe"][n]), float(dataset["velocity_strobe"][n])
+    for side in (1.0, -1.0):
+        exciter = dataclasses.replace(EXCITER, nu=nu, f=f + side * 2e-3)
+        if int(vp.steady_state(exciter, x0, v0).period_multiple) == 0:
+            continue
+        branch = vp.branch(exciter, "f", (f - 1e-2, f + 1e-2), x0, v0)
+        at = branch["bifurcation_f"].values[
+            branch["bifurcation_kind"].values == Bifurcation[kind.upper()]
+        ]
+        if np.abs(at - f).min(initial=math.inf) < 1e-9:
+            return True
+    return False
+
+
+def test_borders_of_regimes_lie_on_curves(borders):
+    """From no impact upwards, what settles on the linear motion leaves it on the curve of its grazing."""
+    nu = np.linspace(0.7, 1.9, 13)
+    force = np.linspace(0.05, 1.5, 291)
+    rows = vp.sweep(EXCITER, over={"nu": nu, "f": force}, follow=("f", "up"))
+    curve_nu, curve_f = of_law(borders, "grazing", 1, 0, 0)
+    order = np.argsort(curve_nu)
+    step = force[1] - force[0]
+    for k, value in enumerate(nu):
+        change = np.flatnonzero(np.diff((rows["regime"].values[k] != 0).astype(int)))[0]
+        at = np.interp(value, curve_nu[order], curve_f[order])
+        # Each step of the force starts a transient, at most twice as large as the change that it decays to.
+        assert force[change] - 1e-3 <= at <= force[change + 1] + step + 1e-3
+
+
+def test_points_are_motions(borders):
+    """No orbit on a curve leaves the supports: a motion from it stays on it for a period."""
+    rng = np.random.default_rng(2)
+    for n in rng.choice(borders.sizes["point"], 40, replace=False):
+        exciter = dataclasses.replace(EXCITER, nu=float(borders["nu"][n]), f=float(borders["f"][n]))
+        m = int(borders["period_multiple"][n])
+        # At a grazing rounding decides whether the touch is an impact without speed.
+        motion = vp.simulate(
+            exciter, m * exciter.period, float(borders["displacement_strobe"][n]),
+            float(borders["velocity_strobe"][n]), samples_per_period=8,
+        )  # fmt: skip
+        grazes = int(borders["boundary_kind"][n]) == Bifurcation.GRAZING
+        moved = abs(float(motion["displacement"][-1]) - float(borders["displacement_strobe"][n]))
+        assert moved < (1e-4 if grazes else 1e-8)
+
+
+@settings(max_examples=6, deadline=None)
+@given(
+    h=st.floats(0.05, 0.6),
+    R=st.floats(0.4, 0.9),
+    delta=st.one_of(st.just(0.0), st.floats(-0.3, 0.3)),
+)
+def test_grazing_of_the_linear_motion_for_random_exciters(h, R, delta):
+    exciter = vp.Exciter(l=0.5, h=h, delta=delta, R1=R, R2=R)
+    found = vp.boundary(exciter, ALL, within=((0.8, 2.0), (0.05, 1.0)), lines=3)
+    nu, f = of_law(found, "grazing", 1, 0, 0)
+    assert nu.size > 5
+    assert np.abs(f - linear_grazing(exciter, nu)).max() < 1e-10
+    low = (found["nu"].values >= 0.8) & (found["nu"].values <= 2.0)
+    assert low.all()
+    assert np.all((found["f"].values >= 0.05) & (found["f"].values <= 1.0))
+    lost = found["meeting_kind"].values == Meeting.LOST
+    assert not lost.any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"of": "turn"}, "of: must be"),
+        ({"of": ()}, "of: must be"),
+        ({"of": "fold", "along": ("nu", "nu")}, "along: must be"),
+        ({"of": "fold", "within": ((1, 2), (3, 1))}, "within: must be"),
+        ({"of": "fold", "within": ((0, 2), (1, 3))}, "within: must be"),
+        ({"of": "fold", "lines": 0}, "lines: must be"),
+        ({"of": "fold", "max_step": 1}, "max_step: must be"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.boundary(EXCITER, **arguments)

@@ -1,0 +1,54 @@
+"""Caption of the picture of boundaries, written from its data."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import sentences
+from vibropipe.scenes.boundary.curves import kinds_present, marks, plane
+from vibropipe.words.vocabulary import FLAGS, quantity
+from vibropipe.words.wording import count, series
+
+
+def describe_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> str:
+    """Return the caption: what is drawn, and which curves there are."""
+    x, y = (quantity(name).plain for name in plane(dataset))
+    unstable = bool((dataset["stable"] == 0).any())
+    return sentences(
+        f"Curves of bifurcations of orbits over {x} and {y}"
+        + ("; thin: of an unstable orbit" if unstable else ""),
+        curves_text(dataset),
+        meetings_text(dataset),
+        "Colours: regimes that settle; where they change without a curve, another orbit attracts the start"
+        if regimes is not None
+        else "",
+    )
+
+
+def curves_text(dataset: xr.Dataset) -> str:
+    """Write how many curves of each kind there are."""
+    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
+    numbers = {
+        name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
+    }
+    listed = series(f"{number} of {name}" for name, number in numbers.items())
+    return (
+        f"{count(int(np.unique(ids).size), 'curve')}: {listed}" if numbers else "No curve is found"
+    )
+
+
+def meetings_text(dataset: xr.Dataset) -> str:
+    """Write which bifurcations meet."""
+    codes = dataset["meeting_kind"].values[marks(dataset)]
+    names = {code: name.replace("_", " and ") for name, code in FLAGS["meeting_kind"].items()}
+    names |= {
+        code: name.replace("_", " ")
+        for name, code in FLAGS["meeting_kind"].items()
+        if name.startswith(("double", "degenerate"))
+    }
+    listed = series(
+        f"{names[int(code)]} ({int(n)})"
+        for code, n in zip(*np.unique(codes, return_counts=True), strict=True)
+    )
+    return f"Marks show where curves meet: {listed}" if listed else ""

@@ -1,0 +1,142 @@
+"""Keys of boundary scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from vibropipe.physics.effects import effect_names, effects_of
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.limits import BOUNDARY_LINES
+from vibropipe.scenes.keys.base import BaseScene, each_once
+from vibropipe.scenes.keys.checks import Check
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName
+from vibropipe.scenes.keys.problems import Problem, did_you_mean, refused, required
+from vibropipe.scenes.keys.values import NameRule, Number, NumberRange, is_allowed, refuse
+from vibropipe.words.parameters import PARAMETERS
+
+
+def _interval(ends: list[float]) -> list[float]:
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        refuse("two increasing numbers", f"{ends!r}")
+    return ends
+
+
+Interval = Annotated[list[Number], AfterValidator(_interval)]
+
+
+class BoundaryFigure(FigureOptions):
+    """Options of the picture of boundaries."""
+
+    map: Annotated[str | None, NameRule()] = Field(
+        default=None,
+        description="Sweep over the same two parameters, whose regimes are drawn under the curves.",
+    )
+
+
+class BoundaryScene(BaseScene):
+    """Curves of bifurcations in two parameters."""
+
+    kind: Literal["boundary"] = Field(description="Curves of bifurcations in two parameters.")
+    figure: BoundaryFigure = Field(
+        default_factory=BoundaryFigure,
+        description="Options of the picture; data do not depend on them.",
+    )
+    of: Annotated[
+        list[Literal["grazing", "fold", "flip", "pitchfork"]],
+        Field(min_length=1),
+        AfterValidator(each_once),
+    ] = Field(description="Kinds of bifurcations.")
+    over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
+        description="Ends of both parameters, in the order of the axes."
+    )
+
+    lines: Annotated[int, NumberRange(*BOUNDARY_LINES, whole=True)] = Field(
+        default=12, description="Lines along each parameter from which curves are sought."
+    )
+
+    @property
+    def along(self) -> tuple[str, str]:
+        """The two parameters."""
+        first, second = map(str, self.over)
+        return first, second
+
+    @property
+    def within(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Their ends."""
+        (a, b), (c, d) = self.over.values()
+        return (a, b), (c, d)
+
+    @property
+    def row_count(self) -> int:  # noqa: D102 - as BaseScene
+        return len(self.of)
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {
+            **super().resolved_exciter(),
+            **{str(name): ends[0] for name, ends in self.over.items()},
+        }
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {n: v for n, v in self.resolved_exciter().items() if n not in self.over}
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        keys = super().data_keys()
+        # As a list, since the order is that of the axes.
+        return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"])}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return the effects that orbits within the box may need."""
+        values = {
+            **self.resolved_exciter(),
+            **{str(name): np.array(ends) for name, ends in self.over.items()},
+        }
+        return effect_names(effects_of(values, 0.0, 0.0, math.inf, followed=True))
+
+
+def _parameters(scene: BoundaryScene) -> Iterator[Problem]:
+    """Check that the box is in range and that no parameter is given twice."""
+    for name, ends in scene.over.items():
+        for value in ends:
+            if not is_allowed(name, value):
+                yield Problem(("over", name), repr(value), PARAMETERS[name].range.text)
+                break
+        stated = scene.exciter.explicit()
+        if name in stated:
+            must = f"must be left out, since {name} stands in over"
+            yield Problem(("exciter", name), repr(stated[name]), must=must)
+
+
+def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
+    """Check that l is given and that the supports are distinct."""
+    if not (scene.has_l() or "l" in scene.over):
+        where = ", in the scene or in the study"
+        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        return
+    try:
+        Exciter(**scene.resolved_exciter())
+    except ParameterError as error:
+        yield refused(("exciter", "l"), error)
+
+
+CHECKS = (
+    Check((("over",),), _parameters),
+    Check((("over",), ("exciter",)), _exciter),
+)
+
+
+def check_map(
+    scene: BoundaryScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that the map drawn under the curves is a scene over the same two parameters."""
+    wanted = scene.figure.map
+    fits = [name for name, other in scenes.items() if set(other.grids()) == set(scene.over)]
+    if wanted is not None and wanted not in (*fits, *broken):
+        allowed = (
+            f"a sweep over {' and '.join(scene.over)} ({', '.join(fits) or 'the study has none'})"
+        )
+        yield Problem(("figure", "map"), repr(wanted), allowed, did_you_mean(wanted, fits))

@@ -1,0 +1,69 @@
+"""Part of the report on boundaries: their curves, in a table."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
+from vibropipe.report.section import Section
+from vibropipe.report.table import Datasets, Table
+from vibropipe.scenes.boundary.curves import plane
+from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.vocabulary import FLAGS, quantity
+
+# Rows of a table; the others are in the dataset.
+MAX_ROWS = 24
+KINDS = {code: name for name, code in FLAGS["boundary_kind"].items()}
+MEETINGS = {code: name.replace("_", " ") for name, code in FLAGS["meeting_kind"].items()}
+
+
+def sections(datasets: Datasets) -> list[Section]:
+    """Return the section on the boundaries of a study."""
+    tables = [curve_table(name, data) for name, data in datasets.items() if data.sizes["point"]]
+    return [Section("Boundaries in two parameters", tables=tables)] if tables else []
+
+
+def curve_table(scene: str, dataset: xr.Dataset) -> Table:
+    """Return a table of the curves of a scene."""
+    x, y = plane(dataset)
+    ids, ends = dataset["curve_id"].values, ends_of(dataset)
+    curves = np.unique(ids)
+    rows = []
+    for number in curves[:MAX_ROWS]:
+        points = np.flatnonzero(ids == number)
+        first = int(points[0])
+        p1, p2 = dataset["impacts_per_orbit"].transpose("point", "support").values[first]
+        law = f"({int(dataset['period_multiple'][first])}; {p1:g}, {p2:g})"
+        places = [
+            f"({format_number(float(dataset[x][n]), 6)}, {format_number(float(dataset[y][n]), 6)})"
+            for n in (first, int(points[-1]))
+        ]
+        names = ends.get(int(number), ["closed", "closed"])
+        rows.append(
+            [
+                KINDS[int(dataset["boundary_kind"][first])],
+                law,
+                places[0],
+                names[0],
+                places[1],
+                names[-1],
+            ]
+        )
+    axes = f"({quantity(x).plain}, {quantity(y).plain})"
+    rest = f"; {curves.size - MAX_ROWS} more are in the dataset" if curves.size > MAX_ROWS else ""
+    caption = f"Curves of {scene}: bifurcation, law of motion (m; p1, p2) at the first point, and both ends{rest}."
+    return Table(["kind", "law", f"from {axes}", "end", f"to {axes}", "end"], rows, caption, left=1)
+
+
+def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:
+    """Return what each curve meets at its ends, first end first."""
+    ends: dict[int, list[str]] = {}
+    for n in np.argsort(dataset["meeting_point"].values, kind="stable"):
+        if int(dataset["meeting_ends"][n]):
+            curve = int(dataset["curve_id"][int(dataset["meeting_point"][n])])
+            ends.setdefault(curve, []).append(MEETINGS[int(dataset["meeting_kind"][n])])
+    return ends
+
+
+REPORT = ReportPart(sections)

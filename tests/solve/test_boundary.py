@@ -17,6 +17,7 @@ from vibropipe.words.boundaries import Meeting
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)
 BOX = ((0.6, 3.0), (0.05, 1.5))
+pytestmark = pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
 ALL = ("fold", "flip", "pitchfork", "grazing")
 
 
@@ -186,6 +187,27 @@ def test_points_are_motions(borders):
         assert moved < (1e-4 if grazes else 1e-8)
 
 
+def check_multipliers(dataset):
+    """Check that the multipliers, from the saltation matrices, are those of the bifurcation."""
+    multipliers = dataset["floquet_multiplier"].transpose("point", "multiplier").values
+    kinds = dataset["boundary_kind"].values
+    # At ends where an impact has no velocity the derivative is infinite, next to them it is large, and so its rounding.
+    away = np.hypot(
+        dataset["nu"].values[:, None] - dataset["meeting_nu"].values,
+        dataset["f"].values[:, None] - dataset["meeting_f"].values,
+    ).min(axis=1, initial=1.0)
+    for kind, value in (("fold", 1.0), ("flip", -1.0), ("pitchfork", 1.0)):
+        mask = (kinds == Bifurcation[kind.upper()]) & (away > 1e-3)
+        product = np.abs(multipliers[mask].prod(axis=1))
+        from_value = np.abs(multipliers[mask] - value).min(axis=1, initial=1.0)
+        # A double multiplier, without losses, has half of the digits.
+        assert np.max(from_value[product < 0.9], initial=0.0) < 1e-7
+
+
+def test_multipliers_are_those_of_the_bifurcations(borders):
+    check_multipliers(borders)
+
+
 @settings(max_examples=6, deadline=None)
 @given(
     h=st.floats(0.05, 0.6),
@@ -201,6 +223,7 @@ def test_grazing_of_the_linear_motion_for_random_exciters(h, R, delta):
     low = (found["nu"].values >= 0.8) & (found["nu"].values <= 2.0)
     assert low.all()
     assert np.all((found["f"].values >= 0.05) & (found["f"].values <= 1.0))
+    check_multipliers(found)
     lost = found["meeting_kind"].values == Meeting.LOST
     assert not lost.any()
 

@@ -16,6 +16,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.branch_dataset import solve_points
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.boundaries import Meeting
 from vibropipe.words.vocabulary import describe
 
@@ -71,11 +72,8 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
         for other, value in zip(Parameters._fields, box.values, strict=True)
         if other not in names
     }
-    attrs = {
-        "method": "exact",
-        "effects": ", ".join(effect_names(ALL_EFFECTS)),
-        "boundary": " ".join(names),
-    }
+    attrs = origin_attrs(effect_names(ALL_EFFECTS), "orbits that settle on a grid of lines")
+    attrs["boundary"] = " ".join(names)
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
     return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))
 

@@ -37,6 +37,7 @@ BARE, COUNTS = ("tau_end",), ("points", "spacing")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
+VARIED = ("over", "along")  # mappings by parameter: grids, and where a branch begins and ends
 STARTS = ("x0", "v0")
 STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
 
@@ -92,12 +93,12 @@ def as_written(problem: Problem) -> Problem:
 
 
 def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:
-    """Return a path with the names of parameters changed beneath `owner`, which is renamed, and `over`."""
+    """Return a path with the names of parameters changed beneath `owner`, which is renamed, `over` and `along`."""
     first = 2 if path[:1] == ("scenes",) else 0
     steps = list(path)
     for index in range(first, len(steps) - 1):
         step, key = steps[index], steps[index + 1]
-        if step in (owner, "over") and key in names:
+        if step in (owner, *VARIED) and key in names:
             steps[index] = new_owner if step == owner else step
             steps[index + 1] = names[str(key)]
             break
@@ -131,28 +132,36 @@ class _Reader:
 
     def scene(self, scene: dict[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return a scene without units."""
-        over, physical, follow = (scene.get(key) for key in ("over", "physical", "follow"))
-        if isinstance(over, dict) and isinstance(physical, dict):
-            for name in over.keys() & physical.keys():
-                must = f"must be left out, since {name} is swept"
-                problem = Problem((*path, "physical", name), describe(physical[name]), must=must)
-                self.problems.append(problem)
+        over, physical, follow, along = (
+            scene.get(key) for key in ("over", "physical", "follow", "along")
+        )
+        for varied, verb in ((over, "swept"), (along, "followed")):
+            if isinstance(varied, dict) and isinstance(physical, dict):
+                for name in varied.keys() & physical.keys():
+                    must = f"must be left out, since {name} is {verb}"
+                    found = describe(physical[name])
+                    self.problems.append(Problem((*path, "physical", name), found, must=must))
         if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:
-            along = follow["along"]
-            if along not in over:
+            swept = follow["along"]
+            if swept not in over:
                 allowed = f"a swept parameter ({', '.join(over)})"
-                self.problems.append(Problem((*path, "follow", "along"), describe(along), allowed))
-        return self.mapping(scene, path)
+                self.problems.append(Problem((*path, "follow", "along"), describe(swept), allowed))
+        plain = self.mapping(scene, path)
+        followed = next(iter(along), None) if isinstance(along, dict) else None
+        if followed in KEYS and "at" in scene:
+            plain["at"] = self.quantity(str(followed), scene["at"], (*path, "at"))
+        return plain
 
     def mapping(self, node: dict[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return a mapping without units; quantities are known by their keys."""
         plain: dict[str, Any] = {}
         for key, value in node.items():
-            if path[-1:] == ("over",) and key not in (*SWEPT, *STARTS):
+            if path[-1:] in (("over",), ("along",)) and key not in (*SWEPT, *STARTS):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
                 self.problems.append(replace(problem, hint=hint or problem.hint))
-                plain.setdefault("nu", [STAND_IN])
+                stand_in = [STAND_IN] if path[-1] == "over" else {"from": STAND_IN, "to": STAND_IN}
+                plain.setdefault("nu", stand_in)
             elif key in KEYS and key not in OTHERS:
                 plain[NAMES.get(key, key)] = self.quantity(key, value, (*path, key))
             elif key == "along" and isinstance(value, str):
@@ -178,6 +187,8 @@ class _Reader:
             self.problems.append(Problem(path, describe(value), A_GRID))
             return [STAND_IN]
         si = self.in_si(key, value, path)
+        if path[-2:-1] == ("along",):
+            return self.scaled(key, si)
         if isinstance(value, (dict, list)) and len(self.problems) == found:
             self.check_grid(si, path)
         if len(self.problems) > found:

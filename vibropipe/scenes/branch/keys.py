@@ -141,7 +141,9 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
             yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
     if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
         must = "must differ from `from` and from each other"
-        yield Problem(("along", name, "to"), repr(scene.ends.to), must=must)
+        yield Problem(("along", name, "to"), "", must=must)
+    elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.begin < max(scene.ends.to):
+        yield Problem(("along", name, "to"), "", must="must have `from` between its two values")
     for swept, grid in scene.over.items():
         if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
             yield Problem(("over", swept), repr(grid.low), PARAMETERS[swept].range.text)
@@ -182,8 +184,11 @@ def _at(scene: BranchScene) -> Iterator[Problem]:
     """Check that points are wanted between the ends."""
     ends = [scene.ends.begin, *scene.ends.to]
     if scene.at is not None and not min(ends) <= scene.at.low <= scene.at.high <= max(ends):
-        allowed = f"values from {min(ends)!r} to {max(ends)!r}"
-        yield Problem(("at",), f"{scene.at.low!r} to {scene.at.high!r}", allowed)
+        if scene.mass_and_stiffness is None:
+            allowed = f"values from {min(ends)!r} to {max(ends)!r}"
+            yield Problem(("at",), f"{scene.at.low!r} to {scene.at.high!r}", allowed)
+        else:  # the numbers here are not those that were written
+            yield Problem(("at",), "", must="must have values between the ends of `along`")
 
 
 CHECKS = (

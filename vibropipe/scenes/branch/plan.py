@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, steady_bytes
+from vibropipe.solve.physical import convert
 from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.units import DIMENSIONS
+from vibropipe.words.vocabulary import physical_name, physical_quantity
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -18,17 +23,28 @@ def plan(scene: BranchScene) -> Work:
     """Return the work of branches of the usual length; how many follow from their bifurcations is not known before."""
     ends, at = len(scene.ends.to), 0 if scene.at is None else scene.at.size
     points = scene.row_count * (ends * USUAL_POINTS + at) * (1 + len(scene.switch))
-    size = f"{scene.followed} from {scene.ends.begin:g} to {', '.join(f'{v:g}' for v in scene.ends.to)}"
-    for name, grid in scene.over.items():
-        size += f", {grid.size} {name}"
     return Work(
-        size=size,
+        size=_size_text(scene),
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
         seconds=points * SECONDS_PER_POINT,
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
     )
+
+
+def _size_text(scene: BranchScene) -> str:
+    """Write how far branches are followed and at how many values of a further parameter, in SI as their data are."""
+    name, values = scene.followed, np.array([scene.ends.begin, *scene.ends.to])
+    swept, unit = [f"{grid.size} {other}" for other, grid in scene.over.items()], ""
+    if scene.mass_and_stiffness is not None:
+        m, C = scene.mass_and_stiffness
+        values = convert(name, values, {"m": m, "C": C})
+        swept = [f"{grid.size} {physical_name(str(other))}" for other, grid in scene.over.items()]
+        dimension = physical_quantity(name).dimension
+        name, unit = physical_name(name), f" {DIMENSIONS[dimension].plain}" if dimension else ""
+    begin, *ends = (f"{value:g}" for value in values)
+    return ", ".join([f"{name} from {begin} to {', '.join(ends)}{unit}", *swept])
 
 
 def estimate(scene: BranchScene, sampler: Sampler) -> Estimate:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.branch import branch
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -39,7 +40,7 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
         )
         if progress is not None:
             progress(len(parts), len(exciters))
-    return joined(parts, name) if name else parts[0]
+    return stored(joined(parts, name) if name else parts[0], scene.mass_and_stiffness)
 
 
 def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:

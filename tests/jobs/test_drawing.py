@@ -24,9 +24,19 @@ def test_pictures_no_longer_chosen_are_removed(tmp_path):
 
 def test_datasets_without_units_are_drawn_as_they_are():
     dataset = sweep()
-    shown, others = shown_datasets(dataset, {"line": dataset})
-    assert shown is dataset
-    assert others["line"] is dataset
+    assert shown_datasets({"line": dataset})["line"] is dataset
+
+
+def test_datasets_of_a_study_have_the_same_prefixes():
+    small, large = motion(), motion()
+    for dataset, scale in ((small, 1e-4), (large, 1e-2)):
+        dataset["displacement"] = dataset["displacement"] * scale
+        dataset["displacement"].attrs |= {"units": "m"}
+    shown = shown_datasets({"small": small, "large": large})
+    assert shown["small"]["displacement"].attrs["units"] == "mm"
+    assert np.array_equal(shown["small"]["displacement"], 1e3 * small["displacement"])
+    again = shown_datasets(shown)
+    assert np.array_equal(again["large"]["displacement"], shown["large"]["displacement"])
 
 
 def test_physical_datasets_are_drawn_in_small_numbers():
@@ -35,7 +45,7 @@ def test_physical_datasets_are_drawn_in_small_numbers():
         dataset[name] = dataset[name] * 0.016
         dataset[name].attrs |= {"units": "m", "long_name": name, "symbol": "$x$"}
     dataset["velocity"].attrs["units"] = "m s-1"
-    shown = display_units(dataset)
+    shown = display_units({"motion": dataset})["motion"]
     assert np.array_equal(shown["displacement"], 1e3 * dataset["displacement"])
     assert [shown[name].attrs["units"] for name in ("displacement", "l", "velocity")] == [
         "mm", "mm", "m s-1",

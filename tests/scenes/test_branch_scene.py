@@ -9,6 +9,8 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.figures.style import house_style
+from vibropipe.jobs.drawing import shown_datasets
+from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.registry import kind_of
@@ -96,6 +98,126 @@ def test_the_table_lists_each_bifurcation(scene, dataset):
     assert len(table.rows) == dataset.sizes["bifurcation"]
 
 
+def test_the_first_page_says_why_the_motion_jumps(tmp_path):
+    scene = loaded(tmp_path, STUDY + "    switch: [grazing]\n").scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    (finding,) = kind_of(scene).report.findings({"response": dataset})
+    jumps, together, kinds, hardest = finding.texts
+    # f = 0.25: the response with impacts ends at its fold, the linear motion where it grazes a support.
+    graze = grazing_frequency(0.25)
+    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())
+    assert (
+        f"upwards at ν = {fold:.4g}, f = 0.25, where (1; 1, 1) meets an unstable motion (fold)"
+        in jumps
+    )
+    assert f"downwards at ν = {graze:.4g}, f = 0.25, where (1; 0, 0) touches a support" in jumps
+    assert f"ν = {graze:.4g} … {fold:.4g} for f = 0.25" in together
+    assert "there the start decides" in together
+    assert "folds" in kinds
+    assert "on support 1 at ν = " in hardest
+
+
+def test_a_jump_to_a_motion_that_is_not_followed_is_told(scene, dataset):
+    (finding,) = kind_of(scene).report.findings({"response": dataset})
+    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
+    assert f"upwards at ν = {fold:.4g}, f = 0.5" in finding.texts[0]
+    assert "to a motion that is not followed here" in finding.texts[0]
+    assert "(grazing)" not in finding.texts[0]
+
+
+def grazing_frequency(f: float, length: float = 0.5, h: float = 0.2) -> float:
+    """Return the larger frequency at which the linear motion reaches the supports."""
+    b = h * h - 2.0
+    return float(np.sqrt((-b + np.sqrt(b * b - 4.0 * (1.0 - (f / length) ** 2))) / 2.0))
+
+
+def folds_of(dataset, f: float) -> np.ndarray:
+    """Return the indices of the folds at a value of f."""
+    at = dataset["f"].values[dataset["bifurcation_point"].values]
+    return np.flatnonzero((dataset["bifurcation_kind"].values == 0) & (at == f))
+
+
+PHYSICAL = """
+title: With units
+physical: {m: 2 kg, C: 8 N/mm, H: 25.298221281347036 N s/m, l: 8 mm}
+exciter: {R1: 0.7, R2: 0.7}
+scenes:
+  free: {kind: backbone, amplitude: [1 mm, 20 mm]}
+  response:
+    kind: branch
+    along: {omega: {from: 70 rad/s, to: [50 rad/s, 150 rad/s]}}
+    over: {F: [32 N, 64 N]}
+    at: [80 rad/s, 100 rad/s]
+    figure: {backbone: free}
+"""
+
+
+def test_branches_with_units_are_those_without_in_si(tmp_path):
+    study = loaded(tmp_path, PHYSICAL)
+    scene = study.scenes["response"]
+    data = kind_of(scene).solve(scene)
+    p = np.sqrt(8000 / 2)
+    part = vp.branch(
+        vp.Exciter(**{**scene.resolved_exciter(), "f": 32 / 8000}),
+        "nu", tuple(scene.ends.to), at=[80 / p, 100 / p], harmonics=3,
+    )  # fmt: skip
+    first = data.isel(point=slice(None, part.sizes["point"]))
+    assert first["omega"].values == pytest.approx(part["nu"].values * p, rel=1e-12)
+    assert {80.0, 100.0} <= {*data["omega"].values.tolist()}
+    assert first["impact_velocity_max"].values == pytest.approx(
+        part["impact_velocity_max"].values * p, rel=1e-12, nan_ok=True
+    )
+    at = data["bifurcation_omega"].values[: part.sizes["bifurcation"]]
+    assert at == pytest.approx(part["bifurcation_nu"].values * p, rel=1e-12)
+    units = {
+        name: data[name].attrs["units"]
+        for name in ("omega", "F", "bifurcation_omega", "displacement_mean")
+    }
+    assert units == {
+        "omega": "rad s-1",
+        "F": "N",
+        "bifurcation_omega": "rad s-1",
+        "displacement_mean": "m",
+    }
+    assert data.attrs["follow"] == "omega both"
+    free = kind_of(study.scenes["free"]).solve(study.scenes["free"])
+    shown = shown_datasets({"free": free, "response": data})
+    (picture,) = kind_of(scene).pictures
+    with house_style():
+        figure = picture.draw(shown["response"], scene.figure, shown)
+    assert figure.axes[0].get_ylabel() == "first harmonic $A_1$ (mm)"
+    assert figure.axes[-1].get_xlabel() == "angular frequency of excitation $\\omega$ (rad/s)"
+    caption = picture.describe(shown["response"], scene.figure, shown)
+    assert "rad/s" in caption
+    report = report_data(study, {"free": free, "response": data}, {})
+    (finding,) = (item for item in report["findings"] if item["name"] == "response")
+    assert "rad/s, F = 32 N" in finding["texts"][0]
+    assert report["sections"][0]["tables"][0]["head"][1:3] == ["omega (rad/s)", "F (N)"]
+    assert "ω upwards and downwards" in report["asked"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("from: 70 rad/s", "from: 70", "along.omega.from: must be a frequency > 0 with its unit, such as 55 rad/s, "
+         "got 70 (it has no unit)"),
+        ("50 rad/s,", "5 mm,", "along.omega.to[0]: must be a frequency > 0 with its unit"),
+        ("50 rad/s,", "80 rad/s,", "along.omega.to: must have `from` between its two values"),
+        ("along: {omega", "along: {nu", "along.nu: is an unknown key; must be one of H, F, omega"),
+        ("from: 70 rad/s, ", "", "along.omega.from: is required"),
+        ("at: [80 rad/s", "at: [80", "at[0]: must be a frequency > 0 with its unit"),
+        ("at: [80 rad/s", "at: [20 rad/s", "at: must have values between the ends of `along`"),
+        ("over: {F:", "physical: {omega: 9 Hz}\n    over: {F:",
+         "physical.omega: must be left out, since omega is followed, got '9 Hz'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_key_with_units_is_named(tmp_path, old, new, message):
+    assert old in PHYSICAL
+    with pytest.raises(StudyError) as error:
+        loaded(tmp_path, PHYSICAL.replace(old, new))
+    assert f"scenes.response.{message}" in str(error.value)
+
+
 def test_a_file_of_branches_is_verified(tmp_path):
     text = STUDY.replace("to: [0.8, 3]", "to: 1.2").replace("    at: [1, 2]\n", "")
     study = loaded(tmp_path, text)
@@ -118,6 +240,7 @@ def test_a_file_of_branches_is_verified(tmp_path):
         ("f: [0.25, 0.5]", "nu: [0.25, 0.5]", "over.nu: must be left out, since nu is followed"),
         ("f: [0.25, 0.5]", "R1: [0.25, 1.5]", "over.R1: must be a number from 0 to 1"),
         ("at: [1, 2]", "at: [1, 4]", "at: must be values from 0.8 to 3.0, got 1.0 to 4.0"),
+        ("to: [0.8, 3]", "to: [2, 3]", "along.nu.to: must have `from` between its two values"),
         ("at: [1, 2]", "switch: [turn]", "switch[0]: must be"),
         ("{l: 0.5, h: 0.2,", "{h: 0.2,", "exciter.l: is required"),
         ("at: [1, 2]", "start: {x0: 0.6}", "start.x0: must be"),

@@ -49,7 +49,7 @@ def draw_spectrum(ax: Axes, row: xr.Dataset, name: str) -> None:
     shown = shown[shown > FLOOR * largest]
     floor = 0.3 * float(shown.min(initial=largest or 1.0))
     for (at, values), style in zip(lines_of(row, name), STEMS, strict=True):
-        kept = values > floor
+        kept = (values > floor) & (at < row.sizes["harmonic"] + 0.5)
         ax.vlines(at[kept], floor, values[kept], color=style["color"], linewidth=1.2)
         ax.plot(at[kept], values[kept], linestyle="none", markersize=3.6, **style)
     ax.set(

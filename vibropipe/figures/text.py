@@ -217,6 +217,12 @@ def grid_text(values: np.ndarray) -> str:
     return f"{format_number(float(values.min()))} … {format_number(float(values.max()))} ({values.size} values)"
 
 
+def grid_with_units(array: xr.DataArray) -> str:
+    """Write the values of a grid with the units of its array."""
+    text, _, number = grid_text(array.values).partition(" (")
+    return with_units(array, text) + (f" ({number}" if number else "")
+
+
 def times(amount: int) -> str:
     """Write a number of occurrences: once, twice, 7 times."""
     return {1: "once", 2: "twice"}.get(amount, f"{amount} times")

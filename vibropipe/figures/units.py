@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,29 +21,43 @@ PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
 LEAST = 0.5
 
 
-def display_units(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset in units for display; a dataset without physical units is returned as it is.
+def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Return the datasets of a study in units for display; those without physical units as they are.
 
-    All quantities of one unit get the same prefix.
+    All quantities of one unit get the same prefix, in all datasets, since pictures and tables show several together.
     """
-    changed: dict[str, tuple[str, float]] = {}
-    for unit, prefixes in PREFIXES.items():
-        names = [str(n) for n, v in dataset.variables.items() if v.attrs.get("units") == unit]
-        largest = max((_largest(dataset[name].values) for name in names), default=0.0)
-        fitting = [entry for entry in prefixes if largest * entry[1] >= LEAST]
-        chosen = fitting[0] if fitting else prefixes[-1]
-        if largest > 0.0 and chosen[1] != 1.0:
-            changed |= dict.fromkeys(names, chosen)
-    if not changed:
-        return dataset
-    scaled = {}
-    for name, (unit, factor) in changed.items():
-        variable = dataset[name].variable
-        attrs = {**variable.attrs, "units": unit}
-        scaled[name] = (variable.dims, variable.values * factor, attrs)
-    coords = {name: value for name, value in scaled.items() if name in dataset.coords}
-    data = {name: value for name, value in scaled.items() if name not in coords}
-    return dataset.assign_coords(coords).assign(data)
+    units = {
+        name: {str(n): v.attrs.get("units") for n, v in dataset.variables.items()}
+        for name, dataset in datasets.items()
+    }
+    prefixes: dict[str, tuple[str, float]] = {}
+    for unit, choices in PREFIXES.items():
+        largest = max(
+            (
+                _largest(datasets[name][variable].values)
+                for name, of_variables in units.items()
+                for variable, own in of_variables.items()
+                if own == unit
+            ),
+            default=0.0,
+        )
+        fitting = [entry for entry in choices if largest * entry[1] >= LEAST]
+        if largest > 0.0:
+            prefixes[unit] = fitting[0] if fitting else choices[-1]
+    return {name: _scaled(dataset, prefixes) for name, dataset in datasets.items()}
+
+
+def _scaled(dataset: xr.Dataset, prefixes: Mapping[str, tuple[str, float]]) -> xr.Dataset:
+    """Return a dataset with the units that are in `prefixes` replaced."""
+    coords: dict[Hashable, Any] = {}
+    data: dict[Hashable, Any] = {}
+    for name, variable in dataset.variables.items():
+        unit, factor = prefixes.get(str(variable.attrs.get("units")), ("", 1.0))
+        if factor != 1.0:
+            attrs = {**variable.attrs, "units": unit}
+            target = coords if name in dataset.coords else data
+            target[name] = (variable.dims, variable.values * factor, attrs)
+    return dataset.assign_coords(coords).assign(data) if coords or data else dataset
 
 
 def _largest(values: np.ndarray) -> float:

@@ -53,7 +53,8 @@ def draw_scene(
     """
     from vibropipe.figures.style import house_style, save
 
-    dataset, others = shown_datasets(dataset, others)
+    shown = shown_datasets({**others, scene.name: dataset})
+    dataset, others = shown[scene.name], shown
     pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
     paths: list[Path] = []
     for name, picture in zip(figure_names(scene), pictures, strict=True):
@@ -62,13 +63,11 @@ def draw_scene(
     return paths
 
 
-def shown_datasets(
-    dataset: xr.Dataset, others: Mapping[str, xr.Dataset]
-) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
-    """Return datasets in units for display, as pictures and their captions show them."""
+def shown_datasets(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Return the datasets of a study in units for display, as pictures, captions and the report show them."""
     from vibropipe.figures.units import display_units
 
-    return display_units(dataset), {name: display_units(other) for name, other in others.items()}
+    return display_units(datasets)
 
 
 def remove_unchosen(scene: BaseScene, folder: Path) -> list[Path]:
@@ -109,7 +108,7 @@ def draw_study(study: Study, results: Path) -> list[Path]:
         If a dataset is missing, damaged or of another study; nothing is drawn then.
     """
     folder = results / study.name
-    datasets = read_scenes(folder, study.scenes, study.fingerprints)
+    datasets = shown_datasets(read_scenes(folder, study.scenes, study.fingerprints))
     for name in datasets:
         remove_unchosen(study.scenes[name], folder / "figures")
     return [

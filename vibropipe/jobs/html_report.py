@@ -10,7 +10,7 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from vibropipe.jobs.drawing import figure_names
+from vibropipe.jobs.drawing import figure_names, shown_datasets
 from vibropipe.jobs.run import Run
 from vibropipe.report.data import paragraphs
 from vibropipe.store import StoreError, read_scenes
@@ -61,7 +61,8 @@ def captions_from_data(study: Study, results: Path) -> dict[str, str]:
         datasets = read_scenes(results / study.name, study.scenes, study.fingerprints)
     except StoreError:
         return {}
-    return {entry["name"]: entry["caption"] for entry in figure_entries(study, datasets)}
+    shown = shown_datasets(datasets)
+    return {entry["name"]: entry["caption"] for entry in figure_entries(study, shown)}
 
 
 def write_opening(run: Run) -> str:

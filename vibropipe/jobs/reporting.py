@@ -80,6 +80,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     datasets, sidecars : mapping
         Dataset and sidecar of each scene by name.
     """
+    datasets = shown_datasets(datasets)
     parts = [
         (
             kind,
@@ -131,15 +132,17 @@ def scene_title(study: Study, name: str) -> str:
 
 
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
-    """Yield each figure: name, path, title, caption, and the alternative text for screen readers."""
+    """Yield each figure: name, path, title, caption, and the alternative text for screen readers.
+
+    The datasets are in units for display (`shown_datasets`).
+    """
     for scene_name, dataset in datasets.items():
         scene = study.scenes[scene_name]
-        shown, others = shown_datasets(dataset, datasets)
-        pictures = kind_of(scene).pictures_of(shown, scene.figure.chosen())
+        pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
         own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):
             further = "" if name == scene_name else f" ({picture.name.replace('_', ' ')})"
-            description = picture.describe(shown, scene.figure, others)
+            description = picture.describe(dataset, scene.figure, datasets)
             yield {
                 "name": name,
                 "path": f"figures/{name}.pdf",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import departure, format_number
+from vibropipe.figures.text import departure, format_number, with_units
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.wording import series
 
@@ -38,7 +38,9 @@ def accuracy_table(datasets: Datasets, sidecars: Sidecars) -> Table:
                 str(dataset.attrs.get("method", DASH)),
                 attribute(dataset, "accuracy_asked"),
                 achieved(dataset),
-                format_number(departure(dataset), 2) if "displacement_exact" in dataset else DASH,
+                with_units(dataset["displacement"], format_number(departure(dataset), 2))
+                if "displacement_exact" in dataset
+                else DASH,
                 format_number(largest_residual(dataset), 2),
                 seconds_text(sidecars.get(name, {})),
             ]

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, grid_text
-from vibropipe.report.findings import is_text, symbol_text
+from vibropipe.figures.text import FEW_VALUES, clock, format_number, grid_text, grid_with_units
+from vibropipe.figures.units import unit_text
+from vibropipe.report.findings import is_text, symbol_text, value_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
@@ -17,7 +18,7 @@ from vibropipe.words.wording import count, series
 
 GRID_OF = ("regime", "velocity_over_l")  # variables whose dimensions are the grids of a scene
 PHYSICAL = {"nu": "omega", "f": "F", "h": "H"}  # names of parameters in SI, where they differ
-OTHER_GRIDS = ("delta_over_l", "tau_bar", "amplitude")
+OTHER_GRIDS = ("delta_over_l", "tau_bar", "free_period", "amplitude")
 
 
 def subtitle(name: str, datasets: Datasets) -> str:
@@ -41,14 +42,20 @@ def asked_text(kinds: Mapping[str, str], datasets: Datasets) -> str:
     for (kind, grids), names in groups.items():
         noun = kind.replace("_", " ")
         amount = f"{len(names)} {noun} scenes" if len(names) > 1 else f"one {noun} scene"
-        follows = [
-            str(datasets[name].attrs["follow"])
-            for name in names
-            if "follow" in datasets[name].attrs
-        ]
-        followed = f", followed along {series(dict.fromkeys(follows))}" if follows else ""
+        follows = [follow_text(datasets[name]) for name in names]
+        texts = series(dict.fromkeys(text for text in follows if text))
+        followed = f", followed along {texts}" if texts else ""
         parts.append(f"{amount}{f' over {grids}' if grids else ''}{followed}")
     return f"Computed: {'; '.join(parts)}." if parts else ""
+
+
+def follow_text(dataset: xr.Dataset) -> str:
+    """Write along which parameter and in which directions a dataset was followed; empty if it was not."""
+    name, _, direction = str(dataset.attrs.get("follow", "")).partition(" ")
+    if name not in dataset.variables:
+        return ""
+    way = {"both": "upwards and downwards"}.get(direction, f"{direction}wards")
+    return f"{symbol_text(dataset[name])} {way}"
 
 
 def grids_text(dataset: xr.Dataset) -> str:
@@ -60,10 +67,7 @@ def grids_text(dataset: xr.Dataset) -> str:
         return ""
     arrays = [dataset[name] for name in dataset[reference].dims if name in dataset.coords]
     return series(
-        series(map(str, array.values))
-        if is_text(array)
-        else f"{symbol_text(array)} = {grid_text(array.values)}"
-        for array in arrays
+        f"{symbol_text(array)} = {grid_with_units(array)}" for array in arrays if not is_text(array)
     )
 
 
@@ -73,8 +77,7 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
     rows = []
     for name, dataset in named_datasets(kinds, datasets):
         cells = [
-            grid_text(np.atleast_1d(dataset[key].values)) if key in dataset.variables else DASH
-            for key in keys.values()
+            values_text(dataset[key]) if key in dataset.variables else DASH for key in keys.values()
         ]
         rows.append([name, *cells])
     caption = (
@@ -84,6 +87,13 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
     return Table(["scene", *head], rows, caption, ("1fr", *["auto"] * len(head)))
 
 
+def values_text(array: xr.DataArray) -> str:
+    """Write the values of a parameter; of a branch the different ones, or the range that it was followed through."""
+    values = np.unique(array.values)
+    is_range = array.dims == ("point",) and values.size > FEW_VALUES
+    return grid_text(values).partition(" (")[0] if is_range else grid_text(values)
+
+
 def parameter_name(key: str, datasets: Datasets) -> str:
     """Return the name of a parameter in the datasets: in SI, nu, f and h are omega, F and H."""
     physical = PHYSICAL.get(key, key)
@@ -91,11 +101,10 @@ def parameter_name(key: str, datasets: Datasets) -> str:
 
 
 def head_text(key: str, name: str, datasets: Datasets) -> str:
-    """Return the head of a parameter's column: its key, or symbol and unit where it has one."""
+    """Return the head of a parameter's column: its name, with the unit where it has one."""
     arrays = (dataset[name] for dataset in datasets.values() if name in dataset.variables)
-    units = {str(array.attrs.get("units", "1")): symbol_text(array) for array in arrays}
-    texts = [f"{symbol} ({unit})" for unit, symbol in units.items() if unit != "1"]
-    return texts[0] if texts else key
+    units = [text for array in arrays if (text := unit_text(array.attrs.get("units", "1")))]
+    return f"{name} ({units[0]})" if units else key
 
 
 def is_physical(datasets: Datasets) -> bool:
@@ -131,11 +140,12 @@ def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:
 
 def kind_text(kind: str, dataset: xr.Dataset) -> str:
     """Write the kind of a scene with its span of tau or its grids that are no parameters."""
-    if dataset.sizes.get("tau"):
-        begin, end = float(dataset["tau"][0]), float(dataset["tau"][-1])
-        return f"{kind}, τ = {format_number(begin)} … {format_number(end)}"
+    if dataset.sizes.get(clock(dataset)):
+        time = dataset[clock(dataset)]
+        begin, end = format_number(float(time[0])), value_text(time, float(time[-1]))
+        return f"{kind}, {symbol_text(time)} = {begin} … {end}"
     grids = [
-        f"{PLAIN_SYMBOLS[key]} = {grid_text(dataset[key].values)}"
+        f"{PLAIN_SYMBOLS[key]} = {grid_with_units(dataset[key])}"
         for key in OTHER_GRIDS
         if key in dataset.coords and dataset[key].ndim
     ]

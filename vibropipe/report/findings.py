@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number
+from vibropipe.figures.text import format_number, with_units
 from vibropipe.words.vocabulary import VOCABULARY
 
 # Symbol in mathtext -> the same in plain text.
@@ -40,9 +40,7 @@ def symbol_text(array: xr.DataArray) -> str:
 
 def value_text(array: xr.DataArray, value: Any, digits: int = 4) -> str:
     """Write a value of a variable with its unit."""
-    units = str(array.attrs.get("units", "1"))
-    text = format_number(float(value), digits)
-    return text if units == "1" else f"{text} {units}"
+    return with_units(array, format_number(float(value), digits))
 
 
 def at_text(coordinates: Iterable[xr.DataArray]) -> str:
@@ -83,13 +81,18 @@ def range_text(array: xr.DataArray, values: np.ndarray) -> str:
     return f"{symbol_text(array)} = {format_number(float(low))} … {value_text(array, high)}"
 
 
-def extent_text(mask: xr.DataArray) -> str:
-    """Write in which ranges of the coordinates a mask is true; empty for a mask without dimensions."""
+def extent_text(mask: xr.DataArray, part: bool = False) -> str:
+    """Write in which ranges of the coordinates a mask is true, with `part` only where it is not the whole range.
+
+    The text of a mask without dimensions is empty.
+    """
     texts = []
     for position, dim in enumerate(mask.dims):
         others = tuple(n for n in range(mask.ndim) if n != position)
         array = mask[dim]
         kept = array.values[mask.values.any(axis=others)]
+        if part and {kept[0], kept[-1]} == {array.values[0], array.values[-1]}:
+            continue
         if is_text(array):
             texts.append(" and ".join(dict.fromkeys(map(str, kept))))
         else:

@@ -41,5 +41,5 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         reason = Status(code)
         where = extent_text(mask) or DASH
         text = breakable(reason.name.lower())
-        rows.append([breakable(name), text, number, where, reason.remedy])
+        rows.append([breakable(name), text, number, where, reason.remedy.replace("`", "")])
     return rows

@@ -95,7 +95,7 @@ def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) ->
     found = {name: rows_of(dataset, name, show) for name in names}
     columns = [name for name in names if found[name]]
     depth = max(len(found[name]) for name in columns)
-    figure = new_figure(2.2 + 3.3 * depth)
+    figure = new_figure(2.2 + 3.0 * depth)
     grid = figure.subplots(depth, len(columns), sharex=True, squeeze=False)
     x, regime = dataset["eigenfrequency"].values, dataset["regime"].values
     for column, name in enumerate(columns):

@@ -13,9 +13,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.style import BLACK, GREY, LINES, legend, new_figure
-from vibropipe.figures.text import ORDINALS, mathtext, parameter_line
-from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.vocabulary import FLAGS, label, quantity
+from vibropipe.figures.text import (
+    ORDINALS,
+    axis_label,
+    parameter_line,
+    parameter_names,
+    symbol_of,
+    value_text,
+    with_units,
+)
+from vibropipe.words.vocabulary import FLAGS, quantity
 
 PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X"}
@@ -50,7 +57,7 @@ def followed(dataset: xr.Dataset) -> str:
 def swept(dataset: xr.Dataset) -> str | None:
     """Return the further parameter with several values, or None."""
     along = followed(dataset)
-    names = (name for name in PARAMETERS if name in dataset and dataset[name].dims == ("point",))
+    names = (name for name in parameter_names(dataset) if dataset[name].dims == ("point",))
     return next((name for name in names if name != along), None)
 
 
@@ -72,24 +79,26 @@ def panels_of(
     """Return the panels of the quantities to show, of harmonics the first, without supports that are not struck."""
     panels: list[Panel] = []
     for name in show:
-        entry = quantity(name)
+        entry, array = quantity(name), dataset[name]
+        units = f" ({text})" if (text := with_units(array, "")) else ""
         if name == "impact_velocity":
-            panels.append(Panel("impact velocity\nof each impact", velocities_of(dataset)))
+            text = f"impact velocity\nof each impact{units}"
+            panels.append(Panel(text, velocities_of(dataset)))
         elif "harmonic" in entry.dims:
             free = backbone[name].sel(harmonic=1).values if backbone is not None else None
-            symbol = entry.symbol.replace("_k", "_1")
-            values = dataset[name].sel(harmonic=1).values[:, None]
-            panels.append(Panel(f"{ORDINALS[0]} harmonic {symbol}", values, free))
+            values = array.sel(harmonic=1).values[:, None]
+            text = f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}{units}"
+            panels.append(Panel(text, values, free))
         elif "support" in entry.dims:
             text = SHORT_TEXT.get(name, entry.long_name)
             for support in dataset["support"].values.tolist():
-                values = dataset[name].sel(support=support).values[:, None]
+                values = array.sel(support=support).values[:, None]
                 if np.isfinite(values).any():
-                    panels.append(Panel(f"{text}\non support {support}", values))
+                    panels.append(Panel(f"{text}\non support {support}{units}", values))
         else:
             free = backbone[name].values if backbone is not None and name in backbone else None
-            values = dataset[name].values[:, None]
-            panels.append(Panel(f"{entry.long_name}\n{entry.symbol}", values, free))
+            text = f"{entry.long_name}\n{symbol_of(array)}{units}"
+            panels.append(Panel(text, array.values[:, None], free))
     return panels
 
 
@@ -146,7 +155,7 @@ def draw_branches(
         ax.margins(x=0.01)
     low, high = float(dataset[along].min()), float(dataset[along].max())
     axes[-1].set_xlim(low, high)
-    axes[-1].set_xlabel(label(along))
+    axes[-1].set_xlabel(axis_label(dataset[along]))
     figure.align_ylabels(axes)
     legend(figure, line_handles(dataset, colours, backbone), "upper", parameter_line(dataset))
     legend(figure, mark_handles(dataset), "lower")
@@ -211,7 +220,7 @@ def line_handles(
     handles = [
         Line2D(
             [], [], color=colour, linewidth=1.5,
-            label=f"{quantity(over).symbol} = {mathtext(name)}" if over else f"$(m; p_1, p_2)$ = {name}",
+            label=value_text(dataset[over], name) if over else f"$(m; p_1, p_2)$ = {name}",
         )
         for name, colour in colours.items()
     ]  # fmt: skip

@@ -14,7 +14,9 @@ from vibropipe.figures.text import (
     format_number,
     regime_name,
     scalar_parameters,
+    with_units,
 )
+from vibropipe.report.findings import value_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -50,7 +52,7 @@ def steady_table(datasets: Datasets) -> Table:
     """Return a table of one row per quantity, after the parameters in which the scenes differ."""
     scenes = list(datasets.values())
     rows = [
-        [name, *(format_number(value, DIGITS) for value in values)]
+        [with_unit(name, scenes[0]), *(format_number(value, DIGITS) for value in values)]
         for name, values in differing(datasets).items()
     ]
     rows.append(["regime", *(REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes)])
@@ -59,15 +61,23 @@ def steady_table(datasets: Datasets) -> Table:
         cells = [
             ", ".join(format_number(v, DIGITS) for v in struck(d, support)) or DASH for d in scenes
         ]
-        rows.append([f"impacts_{support}", *cells])
+        rows.append([with_unit(f"impacts_{support}", scenes[0], "orbit_impact_velocity"), *cells])
     if any(rests(d) for d in scenes):
         rows.append(["rests", *(format_number(rests(d)) for d in scenes)])
-    rows.append(["mean", *(format_number(mean(d), DIGITS) for d in scenes)])
+    label = with_unit("mean", scenes[0], "displacement_mean")
+    rows.append([label, *(format_number(mean(d), DIGITS) for d in scenes)])
     for k in range(HARMONICS):
-        rows.append([f"harmonic {k + 1}", *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
+        label = with_unit(f"harmonic {k + 1}", scenes[0], "displacement_amplitude")
+        rows.append([label, *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
     rows.append(["multipliers", *(multipliers_text(d) for d in scenes)])
     rows.append(["stable", *("yes" if largest_multiplier(d) < 1.0 else "no" for d in scenes)])
     return Table(["", *map(breakable, datasets)], rows, STEADY_CAPTION)
+
+
+def with_unit(text: str, dataset: xr.Dataset, name: str = "") -> str:
+    """Return the name of a row with the unit of a variable in brackets (default: of the variable of that name)."""
+    units = unit_of(dataset, name or text)
+    return f"{text} ({units})" if units else text
 
 
 def differing(datasets: Datasets) -> dict[str, list[float]]:
@@ -169,7 +179,7 @@ def compare(base: xr.Dataset, other: xr.Dataset) -> str:
     """Write in one sentence how the steady state of another scene differs."""
     values, base_values = scalar_parameters(other), scalar_parameters(base)
     changed = series(
-        f"{PLAIN_SYMBOLS[key]} = {format_number(value)} instead of {format_number(base_values[key])}"
+        f"{PLAIN_SYMBOLS[key]} = {value_text(other[key], value)} instead of {value_text(base[key], base_values[key])}"
         for key, value in values.items()
         if value != base_values.get(key)
     )
@@ -177,21 +187,29 @@ def compare(base: xr.Dataset, other: xr.Dataset) -> str:
     if int(base["regime"]) != int(other["regime"]):
         regimes = [REGIME_TEXT[regime_name(int(d["regime"]))] for d in (base, other)]
         changes.append(f"the regime changes from {regimes[0]} to {regimes[1]}")
-    changes.append(f"the constant part of displacement changes {step(mean(base), mean(other))}")
+    moved = step(mean(base), mean(other), unit_of(other, "displacement_mean"))
+    changes.append(f"the constant part of displacement changes {moved}")
     for support in (1, 2):
         before, after = hardest(base, support), hardest(other, support)
         changes.append(
-            f"the impact velocity on support {support} {step(before, after, share=True)}"
+            f"the impact velocity on support {support} "
+            f"{step(before, after, unit_of(other, 'orbit_impact_velocity'), share=True)}"
         )
-    changes.append(f"the second harmonic {step(harmonic(base, 1), harmonic(other, 1))}")
+    second = step(harmonic(base, 1), harmonic(other, 1), unit_of(other, "displacement_amplitude"))
+    changes.append(f"the second harmonic {second}")
     largest = step(largest_multiplier(base), largest_multiplier(other))
     changes.append(f"the larger multiplier {largest}")
     return f"{changed or 'the same parameters'}: {series(changes)}."
 
 
-def step(before: float, after: float, share: bool = False) -> str:
+def unit_of(dataset: xr.Dataset, name: str) -> str:
+    """Return the unit of a variable as text, empty if it has none or is not stored."""
+    return with_units(dataset[name], "") if name in dataset.variables else ""
+
+
+def step(before: float, after: float, unit: str = "", share: bool = False) -> str:
     """Write a change from one value to another, with the relative change if `share`."""
-    text = f"from {format_number(before)} to {format_number(after)}"
+    text = f"from {format_number(before)} to {f'{format_number(after)} {unit}'.strip()}"
     if share and before:
         return f"{text} ({signed_percent(after / before - 1.0)})"
     return text
@@ -215,10 +233,11 @@ def strongest(datasets: Datasets) -> str:
     ratio = ""
     if first > 0.0 and not np.isnan(second):  # a mass at rest has no harmonics to compare
         ratio = f"; there the second harmonic is {format_number(100 * second / first, 2)} % of the first"
+    top = value_text(datasets[displaced]["displacement_mean"], mean(datasets[displaced]))
     return (
-        f"The constant part is largest in {breakable(displaced)}, "
-        f"{format_number(mean(datasets[displaced]))}. The impact velocities on the two supports differ most in "
-        f"{breakable(uneven)}, by {format_number(100 * unequal[uneven], 2)} % of the larger one{ratio}."
+        f"The constant part is largest in {breakable(displaced)}, {top}. The impact velocities on the two "
+        f"supports differ most in {breakable(uneven)}, by "
+        f"{format_number(100 * unequal[uneven], 2)} % of the larger one{ratio}."
     )
 
 
@@ -238,7 +257,7 @@ def accuracy_notes(datasets: Datasets) -> list[str]:
     worst = max(departures, key=lambda name: departures[name])
     return [
         f"Displacements computed in steps differ from the exact motion of the same start by at most "
-        f"{format_number(departures[worst], 2)}, in {breakable(worst)}."
+        f"{value_text(datasets[worst]['displacement'], departures[worst], 2)}, in {breakable(worst)}."
     ]
 
 

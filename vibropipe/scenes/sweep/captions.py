@@ -12,7 +12,7 @@ from vibropipe.figures.text import (
     REGIME_TEXT,
     UNRESOLVED_TEXT,
     format_number,
-    grid_text,
+    grid_with_units,
     plain_symbol,
     plain_value,
     regime_name,
@@ -22,6 +22,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES
 from vibropipe.scenes.sweep.quantities import (
+    DIRECTION,
     axis_and_others,
     combinations,
     directions,
@@ -43,10 +44,7 @@ def describe_sweep(
     """Return the caption of the curves: parameters, largest first harmonic, and rows drawn as marks."""
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset)
-    lines = series(
-        f"{plain_symbol(name)} = {with_units(dataset[name], grid_text(dataset[name].values))}"
-        for name in others
-    )
+    lines = series(f"{plain_symbol(name)} = {grid_with_units(dataset[name])}" for name in others)
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
     panels = panels_of(dataset, show)
     quantities = {each.name for panel in panels for each in panel.series}
@@ -97,9 +95,10 @@ def peak_text(dataset: xr.Dataset) -> str:
 
 
 def location_text(values: xr.DataArray) -> str:
-    """Write the swept parameters at the maximum of an array."""
+    """Write the swept parameters at the maximum of an array, a direction last."""
     at = values.isel({str(k): int(v) for k, v in values.argmax(...).items()})
-    return ", ".join(plain_value(at[str(name)]) for name in values.dims)
+    names = sorted(map(str, values.dims), key=lambda name: name == DIRECTION)
+    return ", ".join(plain_value(at[name]) for name in names)
 
 
 def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

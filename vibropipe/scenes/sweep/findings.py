@@ -181,8 +181,9 @@ def shares_text(dataset: xr.Dataset) -> str:
     for n in np.argsort(-amounts, kind="stable"):
         share = f"{format_number(100.0 * float(amounts[n]) / regime.size, 3)} %"
         name = REGIME_TEXT[regime_name(int(codes[n]))]
-        texts.append(f"{name} at {share} of the points ({extent_text(regime == codes[n])})")
-    return f"The steady state is {series(texts)}"
+        where = extent_text(regime == codes[n], part=True)
+        texts.append(f"{name} at {share}{f' ({where})' if where else ''}")
+    return f"Of {regime.size} points, the steady state is {series(texts)}"
 
 
 def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
-from vibropipe.report.findings import symbol_text
+from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -108,7 +108,7 @@ def energy_text(dataset: xr.Dataset, name: str) -> str:
     values = values[np.isfinite(values)]
     if not values.size:
         return DASH
-    return f"{format_number(float(values.min()))} … {format_number(float(values.max()))}"
+    return f"{format_number(float(values.min()))} … {value_text(energy, values.max())}"
 
 
 REPORT = ReportPart(sections, findings=findings, rank=0)

@@ -41,9 +41,12 @@ def test_scenes_of_a_kind_and_grid_are_counted_together():
     kinds = {"a": "sweep", "b": "sweep", "c": "sweep", "law": "backbone"}
     datasets = {"a": line, "b": line.assign_attrs(follow="nu down"), "c": both, "law": backbone()}
     text = asked_text(kinds, datasets)
-    assert "2 sweep scenes over ν = 0.3 … 3 (11 values), followed along nu up and nu down; " in text
     assert (
-        "one sweep scene over up and down and ν = 0.3 … 3 (11 values), followed along nu both; "
+        "2 sweep scenes over ν = 0.3 … 3 (11 values), followed along ν upwards and ν downwards; "
+        in text
+    )
+    assert (
+        "one sweep scene over ν = 0.3 … 3 (11 values), followed along ν upwards and downwards; "
         in text
     )
     assert text.endswith("(200 values).")

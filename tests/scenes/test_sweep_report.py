@@ -66,9 +66,9 @@ def test_findings_follow_the_direction():
     both.attrs["follow"] = "nu both"
     assert "at ν = 1.65 from 0.1 to 0.48" in sweep_texts(down)[2]
     text = " ".join(sweep_texts(both))
-    assert "ν = 1.65 from 0.48 to 0.1 (up); 1.65 from 0.1 to 0.48 (down)" in text
-    assert "on support 1 at ν = 1.6, up" in text
-    assert "Impacts occur at ν = 0.9 … 1.6 for up and ν = 0.9 … 1.6 for down" in text
+    assert "ν = 1.65 from 0.48 to 0.1 (upwards); 1.65 from 0.1 to 0.48 (downwards)" in text
+    assert "on support 1 at ν = 1.6, upwards" in text
+    assert "Impacts occur at ν = 0.9 … 1.6 (upwards) and ν = 0.9 … 1.6 (downwards)" in text
 
 
 def test_findings_are_in_the_units_of_the_data():
@@ -82,7 +82,7 @@ def test_findings_of_a_map_give_shares_and_ranges():
     dataset = sweep(40, f=np.linspace(0.05, 2, 40), all_regimes=True)
     text = " ".join(sweep_texts(dataset))
     share = format_number(100 * float((dataset["regime"] == Regime.UNBOUNDED).mean()), 3)
-    assert f"unbounded at {share} % of the points (ν = 2.238 … 2.377, f = 0.05 … 2)" in text
+    assert f"unbounded at {share} % (ν = 2.238 … 2.377)" in text
     assert "jumps" not in text
     (section,) = sections({"map": dataset})
     assert len(section.tables) == 1

@@ -68,7 +68,7 @@ def test_methods_that_are_not_installed_are_left_out_of_the_pictures(work_precis
         labels = [text.get_text() for text in figure.legends[0].get_texts()]
         assert "scipy RK45, events by hand" not in labels
         assert "not installed" not in words(figure)
-    assert "RK45 was not installed" in conclusion(work_precision)
+    assert "RK45 was not installed." in conclusion(work_precision)
 
 
 def test_both_pictures_are_drawn_by_default():

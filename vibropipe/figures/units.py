@@ -67,13 +67,15 @@ def _largest(values: np.ndarray) -> float:
 
 
 def unit_text(units: str) -> str:
-    """Write a CF unit with slashes; dimensionless is empty.
+    """Write a CF unit with slashes, one that has slashes as it is; dimensionless is empty.
 
     >>> unit_text("N s m-1")
     'N·s/m'
     """
     if units in ("", "1"):
         return ""
+    if "/" in units:
+        return units
     above: list[str] = []
     below: list[str] = []
     for base, power in re.findall(r"([^\W\d]+)(-?\d+)?", units):

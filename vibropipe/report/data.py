@@ -35,11 +35,12 @@ def paragraphs(text: str) -> list[str]:
 
 def asked_text(kinds: Mapping[str, str], datasets: Datasets) -> str:
     """Write what was computed: the scenes of each kind together, with the parameters that they are swept over."""
-    groups: dict[tuple[str, str], list[str]] = {}
+    groups: dict[tuple[str, str, bool], list[str]] = {}
     for name, dataset in datasets.items():
-        groups.setdefault((kinds[name], grids_text(dataset)), []).append(name)
+        key = (kinds[name], grids_text(dataset), "direction" in dataset.dims)
+        groups.setdefault(key, []).append(name)
     parts = []
-    for (kind, grids), names in groups.items():
+    for (kind, grids, _), names in groups.items():
         noun = kind.replace("_", " ")
         amount = f"{len(names)} {noun} scenes" if len(names) > 1 else f"one {noun} scene"
         follows = [follow_text(datasets[name]) for name in names]

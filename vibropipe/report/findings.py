@@ -44,12 +44,17 @@ def value_text(array: xr.DataArray, value: Any, digits: int = 4) -> str:
 
 
 def at_text(coordinates: Iterable[xr.DataArray]) -> str:
-    """Write a point of the grid, given by its scalar coordinates, text last: `ν = 1.2, f = 0.5, up`."""
+    """Write a point of the grid, given by its scalar coordinates, text last: `ν = 1.2, f = 0.5, upwards`."""
     ordered = sorted(coordinates, key=is_text)
     return ", ".join(
-        str(one.item()) if is_text(one) else f"{symbol_text(one)} = {value_text(one, one.item())}"
+        text_of(one) if is_text(one) else f"{symbol_text(one)} = {value_text(one, one.item())}"
         for one in ordered
     )
+
+
+def text_of(array: xr.DataArray) -> str:
+    """Write a scalar coordinate that is text; a direction is `upwards` or `downwards`."""
+    return f"{array.item()}wards" if array.name == "direction" else str(array.item())
 
 
 def is_text(array: xr.DataArray) -> bool:
@@ -94,7 +99,8 @@ def extent_text(mask: xr.DataArray, part: bool = False) -> str:
         if part and {kept[0], kept[-1]} == {array.values[0], array.values[-1]}:
             continue
         if is_text(array):
-            texts.append(" and ".join(dict.fromkeys(map(str, kept))))
+            kept = [text_of(one) for one in array if one.item() in kept]
+            texts.append(" and ".join(dict.fromkeys(kept)))
         else:
             texts.append(range_text(array, kept))
     return ", ".join(texts)

@@ -79,8 +79,9 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset) -> None:
             notes.append(method)
     ax.set(xscale="log", yscale="log", ylim=(BOTTOM, TOP))
     ax.set_title(str(dataset["motion"].values).replace("_", " "))
+    # below the lines and above the exact method, at rounding level
     note = ax.text(
-        0.98, 0.02, f"did not finish: {', '.join(notes)}" if notes else "",
+        0.98, 0.35, f"did not finish: {', '.join(notes)}" if notes else "",
         transform=ax.transAxes, ha="right", va="bottom", fontsize=SMALL_FONT_SIZE - 1,
     )  # fmt: skip
     note.set_in_layout(False)

@@ -20,7 +20,7 @@ CAPTION = (
     "Shortest time per forcing period (ns, one core), among the tested settings, with an error up to the column "
     "heading; the error is the largest of end state, impact times, impact velocities and harmonics. A method that "
     "reaches none is left out; in brackets: motions that reach an error, where not all do. Other packages run "
-    "over fewer periods (`periods_run` in the dataset)."
+    "over fewer periods (periods_run in the dataset)."
 )
 
 

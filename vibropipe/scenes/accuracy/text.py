@@ -123,5 +123,6 @@ def failure_text(dataset: xr.Dataset) -> list[str]:
         everywhere = len(names) == dataset.sizes["motion"]
         where = "" if everywhere else f" on {series(name.replace('_', ' ') for name in names)}"
         text = OUTCOME_TEXT[outcome][len(methods) > 1]
-        texts.append(f"{series(methods)} {text}{where}, at every tested setting")
+        setting = "" if outcome == Outcome.NOT_INSTALLED else ", at every tested setting"
+        texts.append(f"{series(methods)} {text}{where}{setting}")
     return texts

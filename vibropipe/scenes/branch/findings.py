@@ -17,7 +17,7 @@ from vibropipe.words.vocabulary import FLAGS
 from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind, intervals and jumps that a sentence lists; of more, the widest and the largest.
-MAX_LISTED, MAX_INTERVALS, MAX_JUMPS = 6, 4, 6
+MAX_LISTED, MAX_INTERVALS, MAX_JUMPS = 6, 4, 4
 PLURALS = {"fold": "folds", "flip": "flips", "pitchfork": "pitchforks", "grazing": "grazings"}
 UNKNOWN = "a motion that is not followed here"
 KINDS = {code: name for name, code in FLAGS["bifurcation_kind"].items()}
@@ -244,7 +244,7 @@ def kinds_text(dataset: xr.Dataset) -> str:
         else:
             listed = with_units(axis, series(distinct_texts(values)))
             where = f"at {symbol_text(axis)} = {listed}"
-        texts.append(f"{count(int(values.size), kind, PLURALS[kind])} {where}")
+        texts.append(f"{count(int(mask.sum()), kind, PLURALS[kind])} {where}")
     return f"The branches have {'; '.join(texts)}" if texts else ""
 
 

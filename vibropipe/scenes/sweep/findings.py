@@ -169,7 +169,7 @@ def changes_text(dataset: xr.Dataset) -> str:
         text = range_text(line[axis], values[struck]) if struck.any() else f"no {symbol}"
         inner = struck[struck.argmax() : struck.size - struck[::-1].argmax()]
         gaps = " (with gaps)" if struck.any() and not inner.all() else ""
-        texts.append(f"{text}{gaps}" + (f" for {point}" if point else ""))
+        texts.append(f"{text}{gaps}" + (f" ({point})" if point else ""))
     return f"Impacts occur at {series(texts)}"
 
 

@@ -133,3 +133,39 @@ def test_a_wrong_key_is_named(tmp_path, old, new, message):
     with pytest.raises(StudyError) as error:
         loaded(tmp_path, STUDY.replace(old, new))
     assert f"scenes.borders.{message}" in str(error.value)
+
+
+PHYSICAL = """
+title: Boundaries and basins with units
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N}
+exciter: {R1: 0.7, R2: 0.7}
+scenes:
+  borders: {kind: boundary, of: [grazing], over: {omega: [70 rad/s, 120 rad/s], F: [30 N, 120 N]}, lines: 1}
+  starts:
+    kind: basins
+    physical: {omega: 80 rad/s}
+    over: {x0: {start: -7 mm, stop: 7 mm, points: 5}, v0: [-1 m/s, 1 m/s]}
+    starts: 16
+"""
+
+
+def test_boundaries_and_basins_of_a_physical_study_are_in_si(tmp_path):
+    path = tmp_path / "units.yaml"
+    path.write_text(PHYSICAL)
+    study = load_study(path)
+    borders, starts = (kind_of(scene).solve(scene) for scene in study.scenes.values())
+    # The first grazing of the linear motion: F / sqrt((C - m w^2)^2 + H^2 w^2) = l.
+    omega, force = borders["omega"].values, borders["F"].values
+    reach = force / np.sqrt((8000 - 2 * omega**2) ** 2 + (40 * omega) ** 2)
+    linear = np.isclose(reach, 0.008, rtol=1e-9)
+    assert linear.any()
+    assert borders["F"].attrs["units"] == "N"
+    assert borders["meeting_omega"].attrs["units"] == "rad s-1"
+    assert borders.attrs["boundary"] == "omega F"
+    assert np.allclose(starts["x0"], [-0.007, -0.0035, 0, 0.0035, 0.007], rtol=0, atol=1e-18)
+    assert starts["v0"].attrs["units"] == "m s-1"
+    for scene, dataset in zip(study.scenes.values(), (borders, starts), strict=True):
+        (picture,) = kind_of(scene).pictures_of(dataset)
+        with house_style():
+            figure = picture.draw(dataset, scene.figure, {})
+        assert any("(N)" in ax.get_ylabel() or "(m)" in ax.get_xlabel() for ax in figure.axes)

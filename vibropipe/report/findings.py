@@ -99,8 +99,8 @@ def extent_text(mask: xr.DataArray, part: bool = False) -> str:
         if part and {kept[0], kept[-1]} == {array.values[0], array.values[-1]}:
             continue
         if is_text(array):
-            kept = [text_of(one) for one in array if one.item() in kept]
-            texts.append(" and ".join(dict.fromkeys(kept)))
+            words = [text_of(one) for one in array if one.item() in kept]
+            texts.append(" and ".join(dict.fromkeys(words)))
         else:
             texts.append(range_text(array, kept))
     return ", ".join(texts)

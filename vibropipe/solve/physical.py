@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Values that come from a user, forth and back: 20 rad/s is to be found as 20.
-GIVEN = (*PARAMETERS, "tau_bar")
+GIVEN = (*PARAMETERS, "tau_bar", "x0", "v0")
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
 _START = re.compile(r"x0 = (.+), v0 = (.+)")
@@ -165,7 +165,9 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
 
 
 def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
-    """Return an attribute of a dataset in SI: its start, and the parameter that it follows."""
+    """Return an attribute of a dataset in SI: its start, and the parameters that it follows."""
+    if name == "boundary" and isinstance(text, str):
+        return " ".join(map(physical_name, text.split()))
     if name == "follow" and isinstance(text, str):
         parameter, space, direction = text.partition(" ")
         return physical_name(parameter) + space + direction

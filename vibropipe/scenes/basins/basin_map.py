@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
 
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
@@ -34,6 +35,8 @@ from vibropipe.scenes.basins.text import attractor_text
 # Colours of the basins in turn: the first lie far apart in grey as well.
 COLOURS = (YELLOW, SKY, "#003B5C", VERMILLION, "#EFEFEF", GREEN, PURPLE, "#7F7F7F")
 NONE_COLOUR, PERIOD_COLOURS = "#FFFFFF", "cividis"
+# Forcing periods from which on only powers of ten are labelled.
+MANY_PERIODS = 30
 # Share of border starts above which lines between the basins would cover them.
 MAX_BORDER = 0.25
 BASINS_CM, PERIODS_CM, LEGEND_CM = 8.6, 6.4, 1.8
@@ -129,9 +132,13 @@ def draw_periods(
     ax.pcolormesh(*edges, shown, cmap=PERIOD_COLOURS, norm=norm, rasterized=True)
     text = "forcing periods until settled"
     symbol = dataset["periods_to_attractor"].attrs["symbol"]
-    figure.colorbar(
+    bar = figure.colorbar(
         ScalarMappable(norm, PERIOD_COLOURS), ax=ax, aspect=30, pad=0.02, label=f"{text} {symbol}"
     )
+    # Whole numbers of periods, not powers of ten with one digit.
+    bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    if (norm.vmax or 1.0) < MANY_PERIODS:
+        bar.ax.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
 
 
 def legend_handles(dataset: xr.Dataset) -> list[Artist]:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.basins import basins
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.basins.keys import BasinsScene
@@ -23,7 +24,7 @@ def solve(scene: BasinsScene, progress: Progress | None = None) -> xr.Dataset:
         def on_starts(done: int) -> None:
             progress(done, scene.row_count)
 
-    return basins(
+    dataset = basins(
         Exciter(**scene.resolved_exciter()),
         **scene.over_arrays(),
         phase=scene.phase,
@@ -31,3 +32,4 @@ def solve(scene: BasinsScene, progress: Progress | None = None) -> xr.Dataset:
         starts=scene.starts,
         progress=on_starts,
     )
+    return stored(dataset, scene.mass_and_stiffness)

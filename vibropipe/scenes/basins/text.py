@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, sentences
+from vibropipe.report.findings import value_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.wording import count, series
@@ -82,7 +83,7 @@ def attractor_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
                 str(int(row["period_multiple"])) if row["period_multiple"] else DASH,
                 ", ".join(impacts),
                 format_number(float(np.abs(row["floquet_multiplier"].values).max()), 3),
-                format_number(float(struck.max()), 4) if struck.size else DASH,
+                value_text(row["impact_velocity_max"], struck.max()) if struck.size else DASH,
                 interval_text(row),
             ]
         )

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import sentences
+from vibropipe.figures.text import plain_symbol, sentences
 from vibropipe.scenes.boundary.curves import kinds_present, marks, plane
-from vibropipe.words.vocabulary import FLAGS, quantity
+from vibropipe.words.vocabulary import FLAGS
 from vibropipe.words.wording import count, series
 
 
 def describe_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> str:
     """Return the caption: what is drawn, and which curves there are."""
-    x, y = (quantity(name).plain for name in plane(dataset))
+    x, y = (plain_symbol(name) for name in plane(dataset))
     unstable = bool((dataset["stable"] == 0).any())
     return sentences(
         f"Curves of bifurcations of orbits over {x} and {y}"

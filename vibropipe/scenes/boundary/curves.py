@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, REGIME_STYLES, legend, new_figure
-from vibropipe.figures.text import REGIME_TEXT, parameter_line, regime_name
-from vibropipe.words.vocabulary import FLAGS, REGIMES, label
+from vibropipe.figures.text import REGIME_TEXT, axis_label, parameter_line, regime_name
+from vibropipe.words.vocabulary import FLAGS, REGIMES
 
 HEIGHT_CM = 12.0
 # Styles of the kinds of boundaries: dashes tell them apart in grey.
@@ -76,7 +76,7 @@ def draw_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> F
         dataset[f"meeting_{x}"].values[marked], dataset[f"meeting_{y}"].values[marked],
         **MARK_STYLE, clip_on=False,
     )  # fmt: skip
-    ax.set(xlabel=label(x), ylabel=label(y))
+    ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
     low_high = regimes if regimes is not None else dataset
     if low_high[x].size:
         ax.set_xlim(float(low_high[x].min()), float(low_high[x].max()))

@@ -6,11 +6,13 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number
+from vibropipe.figures.units import unit_text
+from vibropipe.report.findings import symbol_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.boundary.curves import plane
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.vocabulary import FLAGS, quantity
+from vibropipe.words.vocabulary import FLAGS
 
 # Rows of a table; the others are in the dataset.
 MAX_ROWS = 24
@@ -50,10 +52,16 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table:
                 names[-1],
             ]
         )
-    axes = f"({quantity(x).plain}, {quantity(y).plain})"
+    axes = f"({axis_text(dataset[x])}, {axis_text(dataset[y])})"
     rest = f"; {curves.size - MAX_ROWS} more are in the dataset" if curves.size > MAX_ROWS else ""
     caption = f"Curves of {scene}: bifurcation, law of motion (m; p1, p2) at the first point, and both ends{rest}."
     return Table(["kind", "law", f"from {axes}", "end", f"to {axes}", "end"], rows, caption, left=1)
+
+
+def axis_text(array: xr.DataArray) -> str:
+    """Write the symbol of a parameter, with its unit."""
+    units = unit_text(str(array.attrs.get("units", "1")))
+    return f"{symbol_text(array)} in {units}" if units else symbol_text(array)
 
 
 def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:

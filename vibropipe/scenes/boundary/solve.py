@@ -8,6 +8,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.boundary import boundary
+from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
     from vibropipe.scenes.boundary.keys import BoundaryScene
@@ -20,4 +21,4 @@ def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     dataset = boundary(exciter, sorted(scene.of), scene.along, scene.within, scene.lines)
     if progress is not None:
         progress(scene.row_count, scene.row_count)
-    return dataset
+    return stored(dataset, scene.mass_and_stiffness)

@@ -62,4 +62,4 @@ def row(dataset: xr.Dataset, n: int, law: str, along: str, over: str | None) -> 
     ]
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(sections, findings=findings, rank=0)

@@ -327,6 +327,50 @@ def test_bad_options_are_named() -> None:
         vp.branch(vp.Exciter(l=0.5), "nu", 2.0, 0.2)
 
 
+@pytest.mark.slow
+def test_branches_that_rounding_ends_are_the_same_at_halved_steps() -> None:
+    R = 0.9197939505469324
+    exciter = vp.Exciter(l=0.5, nu=1.8628806359687098, f=2.2281010446595615, h=0, R1=R, R2=R)
+    once, twice = (
+        vp.branch(exciter, "l", (0.2, 1.5), switch=KINDS, max_step=s) for s in (0.02, 0.01)
+    )
+    assert "incomplete" not in once.attrs
+    a, b = bifurcations(once, "l"), bifurcations(twice, "l")
+    assert [each[::2] for each in a] == [each[::2] for each in b]
+    assert [each[1] for each in a] == pytest.approx([each[1] for each in b], abs=1e-10)
+    reasons = set(once.end_reason.values)
+    assert {BranchEnd.ROUNDING, BranchEnd.PERIOD_LIMIT} < reasons
+    assert BranchEnd.LOST not in reasons
+    # A branch ends where its fold and its flip have the same parameter to rounding.
+    ends = once.isel(bifurcation=once.end_reason.values == BranchEnd.ROUNDING)
+    assert (ends.bifurcation_kind == END).any()
+    # Chatter whose hops are at rounding.
+    exciter = vp.Exciter(l=0.5, nu=3.4179735817429377, f=1.8921064065031485, h=0.1465319954381256,
+                         delta=0.24789632942519918, R1=0.14923774603770282, R2=0.5254561541279937)  # fmt: skip
+    for step in (0.02, 0.01):
+        branch = vp.branch(exciter, "nu", (0.3, 4.0), switch=KINDS, max_step=step)
+        assert BranchEnd.LOST not in branch.end_reason.values
+
+
+def test_limits_are_named(monkeypatch) -> None:
+    flips = vp.Exciter(l=2.0, nu=2.53, f=1.0, h=0.1, delta=-1.95, R1=0.8, R2=0.8)
+    whole = vp.branch(flips, "nu", (2.52, 2.625), switch=["flip"])
+    reasons = whole.end_reason.values.tolist()
+    assert reasons.count(BranchEnd.PERIOD_LIMIT) == 1
+    assert whole.period_multiple.max() == 32
+    assert "incomplete" not in whole.attrs
+    # With other limits the same branches are left.
+    monkeypatch.setattr("vibropipe.orbits.branches.switching.MAX_SEQUENCE", 5)
+    few = vp.branch(flips, "nu", (2.52, 2.625), switch=["flip"])
+    assert few.end_reason.values.tolist().count(BranchEnd.IMPACT_LIMIT) == 1
+    assert few.impacts_per_orbit.max() == 4
+    monkeypatch.setattr("vibropipe.orbits.branches.tree.MAX_BRANCHES", 2)
+    with pytest.warns(vp.UnsolvedWarning, match="2 branches are followed, the most of one call; 1"):
+        left = vp.branch(flips, "nu", (2.52, 2.625), switch=["flip"])
+    assert left.attrs["incomplete"].endswith("1 more begin at their bifurcations")
+    assert left.branch_id.max() == 1
+
+
 @pytest.mark.parametrize(
     ("exciter", "along", "to"),
     [

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.orbits.branches.curve import Problem
-from vibropipe.orbits.branches.switching import Branch
-from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
+from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
+from vibropipe.physics.effects import ALL_EFFECTS, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
+from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +70,7 @@ def branch(
     switch : collection of str
         Any of flip, pitchfork, grazing: at these bifurcations the branches that begin there are followed too, and so
         on: the orbits of twice the period, both asymmetric ones, and those with an impact more or less. At most 64
-        branches are followed.
+        branches are followed, none of more than 128 impacts or 32 forcing periods.
     harmonics : int
         Number of harmonics.
     max_step : float
@@ -95,7 +98,17 @@ def branch(
             Index of its point.
         end_reason
             Why the branch ends there: other_sequence (grazing), parent (of doubled or asymmetric orbits), chatter,
-            rest, closed, lost or points; or goes_on. A branch that ends at the limit of the range has no entry for it.
+            rest, closed, rounding, lost or points; or goes_on. A branch that ends at the limit of the range has no
+            entry for it. At a flip or pitchfork the branch itself goes on, but the orbits that begin there are not
+            followed for impact_limit and period_limit (they have more than 128 impacts or 32 periods) and for rounding
+            (the bifurcation is so steep that rounding hides them).
+
+        The attribute `incomplete` says how many branches are left, if 64 do not suffice.
+
+    Warns
+    -----
+    UnsolvedWarning
+        If branches are left.
 
     Raises
     ------
@@ -116,13 +129,21 @@ def branch(
     switches = _check_switch(switch)
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
-    attrs = {"start": start_text(values, x0, v), "follow": f"{along} {_direction(signs)}"}
+    follow = along, _direction(signs)
+    attrs = origin_attrs(effect_names(ALL_EFFECTS), start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST:
         return rest_dataset(
             problem, follow_rest(exciter, problem, signs, start, harmonics), harmonics, attrs
         )
-    branches = _follow(exciter, problem, signs, start, switches)
-    return branch_dataset(problem, branches, harmonics, attrs)
+    tree = _follow(exciter, problem, signs, start, switches)
+    if tree.n_left:
+        attrs["incomplete"] = (
+            f"{len(tree.branches)} branches are followed, the most of one call; "
+            f"{tree.n_left} more begin at their bifurcations"
+        )
+        remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
+        warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
+    return branch_dataset(problem, tree.branches, harmonics, attrs)
 
 
 def _direction(signs: tuple[float, ...]) -> str:
@@ -184,7 +205,7 @@ def _follow(
     signs: tuple[float, ...],
     start: xr.Dataset,
     switches: tuple[str, ...],
-) -> list[Branch]:
+) -> Tree:
     """Return the branches through the orbit of a steady state."""
     regime = Regime(int(start.regime))
     must = "must lead from (x0, v0) to an orbit that repeats with the force"
@@ -201,4 +222,4 @@ def _follow(
         raise ParameterError(
             "exciter", exciter, must=must, got="an orbit within rounding of chatter"
         )
-    return follow_branches(problem, seed, switches)
+    return follow_tree(problem, seed, switches)

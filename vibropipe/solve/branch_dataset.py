@@ -14,7 +14,7 @@ from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.physics.effects import ALL_EFFECTS, effect_names
+from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
@@ -40,6 +40,9 @@ REASONS = {
     "closed": BranchEnd.CLOSED,
     "lost": BranchEnd.LOST,
     "points": BranchEnd.POINTS,
+    "rounding": BranchEnd.ROUNDING,
+    "impacts": BranchEnd.IMPACT_LIMIT,
+    "multiple": BranchEnd.PERIOD_LIMIT,
 }
 
 
@@ -115,8 +118,7 @@ def _to_dataset(
         for other, value in zip(Parameters._fields, problem.values, strict=True)
         if other != name
     }
-    every = {"method": "exact", "effects": ", ".join(effect_names(ALL_EFFECTS)), **attrs}
-    dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), every)
+    dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs)
     dataset = describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
     dataset["row_size"].attrs["sample_dimension"] = "impact"
     return dataset

@@ -9,8 +9,15 @@ import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.closed_flights import Family, fly, one_sided_family, symmetric_family
+from vibropipe.solve.closed_flights import (
+    CLOSED_EFFECTS,
+    Family,
+    fly,
+    one_sided_family,
+    symmetric_family,
+)
 from vibropipe.solve.conservative import finite_values
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -117,5 +124,6 @@ def _boundaries(family: Family, nu: Any) -> xr.Dataset:
         for name, value in original.parameters()._asdict().items()
         if name not in ("nu", "f")
     }
-    dataset = xr.Dataset({k: ("nu", x) for k, x in variables.items()}, {**coords, "nu": values})
-    return describe(dataset)
+    attrs = origin_attrs(CLOSED_EFFECTS, "none: closed form")
+    every = {name: ("nu", numbers) for name, numbers in variables.items()}
+    return describe(xr.Dataset(every, {**coords, "nu": values}, attrs))

@@ -13,8 +13,11 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
 
+# Effects that the closed forms contain: all but rest, which no orbit with one impact in a flight has.
+CLOSED_EFFECTS = tuple(name for name in EFFECT_NAMES if name != "rest")
 # Largest period multiple.
 MAX_MULTIPLE = 1000
 # Steps of the march of a flight: some seconds.

@@ -8,7 +8,14 @@ import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.closed_flights import Family, fly, one_sided_family, symmetric_family
+from vibropipe.solve.closed_flights import (
+    CLOSED_EFFECTS,
+    Family,
+    fly,
+    one_sided_family,
+    symmetric_family,
+)
+from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -82,7 +89,7 @@ def one_sided_orbit(exciter: Exciter, support: int = 1, m: int = 1) -> xr.Datase
         admissible (solution)
             Whether the flight, marched from the impact with certified event location, reaches no support before the
             next impact.
-        period_multiple, impacts_per_orbit (support)
+        period_multiple, impacts_per_orbit (support), impacts_per_period (support)
 
     Raises
     ------
@@ -133,7 +140,8 @@ def _orbits(family: Family) -> xr.Dataset:
         "support": np.array([1, 2], np.int8),
         "multiplier": [1, 2],
     }
-    return describe(xr.Dataset(variables, coords))
+    attrs = origin_attrs(CLOSED_EFFECTS, "none: closed form")
+    return describe(xr.Dataset(variables, coords, attrs))
 
 
 def _impacts(family: Family, phase: np.ndarray, v: np.ndarray) -> dict[str, Any]:
@@ -158,4 +166,5 @@ def _impacts(family: Family, phase: np.ndarray, v: np.ndarray) -> dict[str, Any]
         "impact_velocity": (dims, speeds),
         "period_multiple": ((), multiple),
         "impacts_per_orbit": ("support", np.array(counts, float)),
+        "impacts_per_period": ("support", np.array(counts, float) / multiple),
     }

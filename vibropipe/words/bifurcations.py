@@ -21,7 +21,9 @@ class BranchEnd(IntEnum):
     GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing. PARENT: the branch of orbits of half
     the period, or symmetric, is reached. CHATTER: an impact loses its speed where the force presses the mass on its
     support. REST: the mass sticks. CLOSED: the branch returns to its start. LOST: no further point was found. POINTS:
-    it has too many.
+    it has too many. ROUNDING: a bifurcation is so steep that rounding hides what begins there. IMPACT_LIMIT and
+    PERIOD_LIMIT: the orbits that begin there have more impacts or periods than are followed. With one of the last three
+    at a flip or pitchfork the branch itself goes on.
     """
 
     GOES_ON = 0
@@ -32,3 +34,6 @@ class BranchEnd(IntEnum):
     CLOSED = 5
     LOST = 6
     POINTS = 7
+    ROUNDING = 8
+    IMPACT_LIMIT = 9
+    PERIOD_LIMIT = 10

@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class UnsolvedWarning(UserWarning):
-    """A motion, or rows of a sweep, did not end as requested; their `status` gives the reason."""
+    """A motion or rows of a sweep did not end as requested (their `status` says why), or branches are left."""
 
 
 class Status(IntEnum):

@@ -15,6 +15,12 @@ from vibropipe.physics.forced_flow import acceleration
 # Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
 # they differ from zero where their argument is known to rounding.
 MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, SPEED: 1e-6, GAP: 1e-6}
+# A bifurcation is steep where DOUBLING changes by more than `STEEP` within a length on both sides. With its slope k,
+# doubled orbits bifurcate again at a distance of 1 / k. Their equations are those of the parent but for its square, so
+# that rounding blurs orbits by 1e-16 k and tests by 1e-16 k^2: what begins there cannot be followed from k = 1e6 on
+# (`HIDDEN_LENGTH`). From k = 1e8 on (`UNRESOLVED_LENGTH`) a branch ends, before the rounding of a length reaches the
+# distance of a fold from its flip, again 1 / k.
+HIDDEN_LENGTH, UNRESOLVED_LENGTH, STEEP = 1e-7, 1e-9, 0.2
 # Distance of two orbits that are one, in weighted unknowns.
 SAME_ORBIT = 1e-7
 
@@ -66,6 +72,8 @@ def marks_within(
             if found is None:
                 return None
             marks.append(Mark(*found, *_kind_of(curve, test, found[1])))
+            if is_steep(curve, point, found[0], UNRESOLVED_LENGTH):
+                marks[-1] = Mark(*found, "end", "rounding")
     marks.sort(key=length_of)
     ends = [Mark(0.0, point, "", ""), *marks, Mark(length, new, "", "")]
     for before, after in pairwise(ends):
@@ -82,8 +90,19 @@ def _locate_test(
     """Return where in a step a test function is zero; None if it cannot be located."""
     found = curve.locate(point, (0.0, length), lambda each: float(each.tests[test]))
     if found is None or abs(found[1].tests[test]) > MAX_TEST_LEFT[test]:
-        return None
+        unresolved = found is not None and is_steep(curve, point, found[0], UNRESOLVED_LENGTH)
+        return found if unresolved else None
     return found
+
+
+def is_steep(curve: Curve, point: Point, at: float, within: float) -> bool:
+    """Return whether DOUBLING changes by more than `STEEP` within a length of a place of a step."""
+    before, after = curve.advance(point, at - within), curve.advance(point, at + within)
+    return (
+        before is not None
+        and after is not None
+        and abs(after.tests[DOUBLING] - before.tests[DOUBLING]) > STEEP
+    )
 
 
 def _ends_within(curve: Curve, point: Point, new: Point, length: float) -> list[Mark] | None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
-from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.events import HIDDEN_LENGTH, Event, is_steep
 from vibropipe.orbits.branches.following import FIRST_LENGTH
 from vibropipe.orbits.branches.linear import (
     begin_struck,
@@ -35,6 +35,9 @@ MAX_SEQUENCE = 128
 DOUBLED_LENGTH = 1e-2
 # First step away from a grazing, whose tests show on which side of it each bifurcation lies.
 STRUCK_LENGTH = 1e-6
+# Least weighted impact speed of orbits at which others begin. A slower mass rises by its square only: 1e-16, the
+# rounding of a displacement, is then more than 1e-4 of that hop.
+MIN_CHATTER_SPEED = 1e-6
 # Weighted distance from a bifurcation at which a test function is compared with zero.
 PROBE = 1e-5
 
@@ -84,12 +87,15 @@ def _with_tests(point: Point, **changed: float) -> Point:
 
 def _doubled_seeds(curve: Curve, point: Point, kind: str) -> list[Seed]:
     """Return the branches of doubled (or asymmetric) orbits that begin at a flip (or pitchfork)."""
-    n, whole = len(curve.sequence.supports), curve.sequence.mirrored
-    if 2 * n > MAX_SEQUENCE or (not whole and 2 * curve.sequence.m > MAX_MULTIPLE):
-        return []
+    n = len(curve.sequence.supports)
     child, start = child_point(curve, point, curve.doubling_vector(point))
-    # The other side of a flip is the same orbit a period later; that of a pitchfork is its mirror image.
-    sides = [start, start.reversed()] if kind == "pitchfork" else [start]
+    # The other side of a flip is the same orbit a period later; that of a pitchfork is its mirror image. The one that
+    # strikes support 1 harder comes first, wherever the sequence begins.
+    sides = [start]
+    if kind == "pitchfork":
+        on_first = child.sequence.supports == 1
+        harder = start.tangent[2 * n : 4 * n][on_first].sum() >= 0.0
+        sides = [start, start.reversed()] if harder else [start.reversed(), start]
     return [Seed(child, side, point.value, (1.0,), DOUBLED_LENGTH) for side in sides]
 
 
@@ -105,8 +111,6 @@ def _inserted(curve: Curve, point: Point) -> list[Seed]:
     """Return the branch with an impact more where a flight touches a support."""
     sequence, n = curve.sequence, len(curve.sequence.supports)
     at, side = int(point.tests[GAP_FLIGHT]) + 1, int(point.tests[GAP_SIDE])
-    if n + 1 > MAX_SEQUENCE:
-        return []
     u = np.insert(np.insert(point.u, n + at, 0.0), at, point.tests[GAP_TIME])
     supports = np.insert(sequence.supports, at, side).astype(np.int8)
     child = Curve(curve.problem, Sequence(sequence.m, sequence.mirrored, supports), curve.speed)
@@ -137,6 +141,29 @@ def _removed(curve: Curve, point: Point) -> list[Seed]:
         if ahead is not None and ahead.tests[GAP] > 0.0 and ahead.tests[SPEED] > 0.0:
             seeds.append(Seed(child, side, value, (1.0,)))
     return seeds
+
+
+def limit_at(branch: Branch, event: Event) -> str:
+    """Return why the orbits that begin at a bifurcation of a branch are not followed, "" if they are.
+
+    Returns
+    -------
+    str
+        "multiple" or "impacts" if they have too many periods or impacts, "rounding" if that hides them.
+    """
+    if branch.curve is None or event.reason in ("speed", "doubled"):
+        return ""
+    sequence = branch.curve.sequence
+    n, is_doubled = len(sequence.supports), event.kind != "grazing"
+    # A mirrored sequence is half of its orbit, and loses its symmetry within the same periods.
+    if is_doubled and not sequence.mirrored and 2 * sequence.m > MAX_MULTIPLE:
+        return "multiple"
+    if (2 * n if is_doubled else n + 1) > MAX_SEQUENCE:
+        return "impacts"
+    point = branch.points[event.point]
+    if point.tests[SPEED] < MIN_CHATTER_SPEED:
+        return "rounding"
+    return "rounding" if is_doubled and is_steep(branch.curve, point, 0.0, HIDDEN_LENGTH) else ""
 
 
 def seeds_at(branch: Branch, event: Event) -> list[Seed]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from vibropipe.orbits.branches.events import Event
 from vibropipe.orbits.branches.following import Path, follow
 from vibropipe.orbits.branches.linear import follow_linear
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.switching import Branch, Seed, seeds_at
+from vibropipe.orbits.branches.switching import Branch, Seed, limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
@@ -26,6 +27,13 @@ SETTLED_HALVES = 1e-6
 L = 3
 # A bifurcation: its kind and parameter, and speeds and velocities of its impacts added up, per forcing period.
 Key = tuple[str, float, float, float]
+
+
+class Tree(NamedTuple):
+    """Branches, that of the start first, and the number of those that begin at their bifurcations and are left."""
+
+    branches: list[Branch]
+    n_left: int
 
 
 def seed_of_orbit(
@@ -64,6 +72,11 @@ def seed_of_orbit(
 
 
 def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> list[Branch]:
+    """Return the branches of `follow_tree`."""
+    return follow_tree(problem, seed, switch).branches
+
+
+def follow_tree(problem: Problem, seed: Seed, switch: Collection[str]) -> Tree:
     """Follow the branch of a seed, and those that begin at its bifurcations of the kinds `switch`, and at theirs.
 
     Parameters
@@ -75,8 +88,8 @@ def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> li
 
     Returns
     -------
-    list of Branch
-        At most `MAX_BRANCHES`, the one of the seed first. None is followed from both of its ends.
+    Tree
+        At most `MAX_BRANCHES` branches; none is followed from both of its ends.
     """
     branches: list[Branch] = []
     waiting: deque[tuple[Key | None, Seed]] = deque([(None, seed)])
@@ -90,7 +103,7 @@ def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> li
         if origin is not None and len(branch.points) + len(branch.values) < 2:
             continue
         branches.append(branch)
-        for event in branch.events:
+        for index, event in enumerate(branch.events):
             key = _key(branch, event)
             if event.kind not in switch:
                 continue
@@ -99,8 +112,13 @@ def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> li
                     arrived.append(key)
                 continue
             known.append(key)
+            limit = limit_at(branch, event)
+            if limit:
+                branch.events[index] = event._replace(reason=limit)
+                continue
             waiting += [(key, each) for each in seeds_at(branch, event)]
-    return branches
+    left = [key for key, _seed in waiting if key is None or not _find(problem, arrived, key)]
+    return Tree(branches, len(left))
 
 
 def _key(branch: Branch, event: Event) -> Key:

@@ -24,6 +24,7 @@ def describe_branches(
         f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dotted: unstable",
         bifurcations_text(dataset),
         "Wide grey line: conservative exciter" if backbone is not None else "",
+        dataset.attrs.get("incomplete", ""),
     )
 
 

@@ -58,8 +58,16 @@ def row(dataset: xr.Dataset, n: int, law: str, along: str, over: str | None) -> 
         *([format_number(float(dataset[over][point]))] if over else []),
         law,
         str(int(dataset["branch_id"][point])),
-        "yes" if reason == "goes on" else f"no: {reason}",
+        goes_on_text(KINDS[int(dataset["bifurcation_kind"][n])], reason),
     ]
+
+
+def goes_on_text(kind: str, reason: str) -> str:
+    """Return whether a branch goes on beyond a bifurcation, and if not, or if what begins there is left, why."""
+    if reason == "goes on":
+        return "yes"
+    is_passed = kind in ("flip", "pitchfork") and reason != "parent"
+    return f"yes; new orbits: {reason}" if is_passed else f"no: {reason}"
 
 
 REPORT = ReportPart(sections, findings=findings, rank=0)

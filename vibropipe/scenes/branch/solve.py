@@ -70,7 +70,14 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
         if dim in parts[0].dims
     ]
     rest = shifted[0].drop_dims(dims, errors="ignore")
-    return xr.merge([rest, *by_dim], combine_attrs="override")
+    merged = xr.merge([rest, *by_dim], combine_attrs="override")
+    incomplete = [
+        f"{name} = {float(part[name]):g}: {part.attrs['incomplete']}"
+        for part in parts
+        if "incomplete" in part.attrs
+    ]
+    merged.attrs.pop("incomplete", None)
+    return merged.assign_attrs({"incomplete": "; ".join(incomplete)} if incomplete else {})
 
 
 def names_over(dataset: xr.Dataset, dim: str) -> list[str]:

@@ -13,6 +13,7 @@ from vibropipe.jobs.drawing import shown_datasets
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.branch.curves import VALUE
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 
@@ -87,6 +88,9 @@ def test_the_picture_marks_what_the_data_hold(scene, dataset):
     ]
     unstable = dataset["nu"].values[dataset["stable"].values == 0]
     assert set(unstable) <= set(np.concatenate([line.get_xdata() for line in dotted]))
+    # each line bears its value, since colours do not differ enough in grey
+    for ax in figure.axes:
+        assert {text.get_text() for text in ax.texts if text.get_gid() == VALUE} == {"0.25", "0.5"}
     caption = picture.describe(dataset, scene.figure, {})
     assert "fold" in caption
     assert "ν = " in caption

@@ -12,10 +12,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.style import BLACK, GREY, LINES, legend, new_figure
+from vibropipe.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    SMALL_FONT_SIZE,
+    VERMILLION,
+    legend,
+    new_figure,
+)
 from vibropipe.figures.text import (
     ORDINALS,
     axis_label,
+    mathtext,
     parameter_line,
     parameter_names,
     symbol_of,
@@ -26,6 +39,13 @@ from vibropipe.words.vocabulary import FLAGS, quantity
 
 PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X"}
+# The first ones differ most in lightness; dots are for unstable motions, so that lines cannot be dashed.
+COLOURS = (BLACK, BLUE, ORANGE, VERMILLION, SKY, GREEN, PURPLE)
+VALUE = "value of a line"
+VALUE_STYLE: dict[str, Any] = {
+    "fontsize": SMALL_FONT_SIZE, "ha": "center", "va": "center", "zorder": 4,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
+}  # fmt: skip
 # Bifurcations beyond which their marks shrink.
 MANY_MARKS = 16
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
@@ -151,6 +171,8 @@ def draw_branches(
             ax.plot(backbone["eigenfrequency"], panel.backbone, **FREE_STYLE)
         draw_pieces(ax, dataset[along].values, panel.values, pieces, colours, swept(dataset))
         draw_bifurcations(ax, dataset, panel.values)
+        if swept(dataset):
+            draw_values(ax, dataset[along].values, panel.values, pieces)
         ax.set_ylabel(panel.label)
         ax.margins(x=0.01)
     low, high = float(dataset[along].min()), float(dataset[along].max())
@@ -166,7 +188,7 @@ def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
     """Return a colour for each value of the further parameter or, without one, for each law of motion."""
     over = swept(dataset)
     names = dict.fromkeys(piece.value if over else piece.law for piece in pieces)
-    return {name: LINES[n % len(LINES)]["color"] for n, name in enumerate(names)}
+    return {name: COLOURS[n % len(COLOURS)] for n, name in enumerate(names)}
 
 
 def draw_pieces(
@@ -186,6 +208,25 @@ def draw_pieces(
         )
         colour = colours[piece.value if over else piece.law]
         ax.plot(x[piece.points], y[piece.points], color=colour, **style)
+
+
+def draw_values(ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece]) -> None:
+    """Write the value of the further parameter on the widest stable piece of each, to be told apart in grey, too."""
+    values = list(dict.fromkeys(piece.value for piece in pieces))
+    for position, value in enumerate(values, 1):
+        drawn = [
+            piece.points
+            for piece in pieces
+            if piece.value == value and piece.is_stable and np.isfinite(y[piece.points]).any()
+        ]
+        if not drawn:
+            continue
+        widest = max(drawn, key=lambda points: np.ptp(x[points]))
+        at = x[widest].min() + position / (len(values) + 1) * np.ptp(x[widest])
+        index = widest.start + int(np.abs(x[widest] - at).argmin())
+        height = y[index][np.isfinite(y[index])]
+        if height.size:
+            ax.text(x[index], height[0], mathtext(value), gid=VALUE, **VALUE_STYLE)
 
 
 def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ import pytest
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import RESTS, new_log
 from vibropipe.march.state import initial_state
-from vibropipe.orbits.growth import perturbation_growth
+from vibropipe.orbits.growth import period_jacobian, perturbation_growth
 from vibropipe.orbits.return_map import (
     at_period_zero,
     clear_log,
@@ -36,7 +36,8 @@ def test_growth_adds_up_to_that_of_the_return_map() -> None:
         state, _status = march_periods(
             ALL_EFFECTS, FORCED, grid, before, np.int64(1), log, c, MAX_EVENTS
         )
-        a, b, growth = perturbation_growth(ALL_EFFECTS, FORCED, log, True, before, state, a, b)
+        jacobian = period_jacobian(ALL_EFFECTS, FORCED, log, True, before, state)
+        a, b, growth = perturbation_growth(jacobian, a, b)
         assert math.hypot(a, b) == pytest.approx(1)
         total += growth
     whole = new_log(2000, 100)
@@ -57,12 +58,13 @@ def test_what_a_rest_forgets_has_not_grown() -> None:
         ALL_EFFECTS, CHATTER, grid, start, np.int64(1), log, np.empty(DEGREE + 1), MAX_EVENTS
     )
     assert log.counts[RESTS] >= 1
-    growth = perturbation_growth(ALL_EFFECTS, CHATTER, log, True, start, end, 0.6, 0.8)
-    assert growth == (1.0, 0.0, -math.inf)
+    jacobian = period_jacobian(ALL_EFFECTS, CHATTER, log, True, start, end)
+    assert perturbation_growth(jacobian, 0.6, 0.8) == (1.0, 0.0, -math.inf)
 
 
 def test_a_log_that_is_not_whole_tells_nothing() -> None:
     grid, log = exact_grid(ALL_EFFECTS, FORCED), new_log(2000, 100)
     start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.1, -0.2)
-    growth = perturbation_growth(ALL_EFFECTS, FORCED, log, False, start, start, 0.6, 0.8)
-    assert growth == (0.6, 0.8, -math.inf)
+    jacobian = period_jacobian(ALL_EFFECTS, FORCED, log, False, start, start)
+    assert np.isnan(jacobian).all()
+    assert math.isnan(perturbation_growth(jacobian, 0.6, 0.8)[2])

@@ -166,7 +166,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         (
             "{kind: motion, outputs: []}",
             "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, subharmonics, "
-            "poincare, got an "
+            "poincare, lyapunov, got an "
             "empty list",
         ),
         (
@@ -176,7 +176,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         (
             "{kind: motion, outputs: [harmonic]}",
             "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, subharmonics, "
-            "poincare, got "
+            "poincare, lyapunov, got "
             "'harmonic' (did you mean 'harmonics'?)",
         ),
         (

@@ -36,7 +36,7 @@ floquet_multiplier stable phase energy_input energy_damping energy_residual ener
 delta_over_l tau_bar velocity_over_l omega_bar simulated_tau_bar simulated_velocity_over_l
 amplitude eigenfrequency row
 subharmonic subharmonic_displacement_amplitude subharmonic_displacement_phase visit
-poincare_displacement poincare_velocity
+poincare_displacement poincare_velocity lyapunov_exponent
 """
 
 

@@ -7,10 +7,16 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.orbits.outputs import NO_IMPACT, regime_of, write_largest, write_multipliers
+from vibropipe.orbits.outputs import (
+    NO_IMPACT,
+    regime_of,
+    write_largest,
+    write_multipliers,
+    write_orbit_exponent,
+)
 from vibropipe.physics.conservative import arc, arc_harmonic, arc_state, speed_at, top_support
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.linear import linear_amplitude, linear_multipliers
+from vibropipe.physics.linear import linear_amplitude, linear_exponent, linear_multipliers
 from vibropipe.physics.load import phase_factor, work_of_force
 
 
@@ -72,6 +78,7 @@ def solve_linear(p, out, row):
     if out.multipliers.size > 0:
         first, second = linear_multipliers(p)
         write_multipliers(first, second, out.multipliers, row)
+    write_orbit_exponent(linear_exponent(p), out.exponent, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
     if out.impact_velocity_max.size > 0:
@@ -149,6 +156,7 @@ def solve_conservative(p, x, v, out, row, first):
     _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
     _conservative_amplitudes(orbit, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)
+    write_orbit_exponent(0.0, out.exponent, row)
     _conservative_impacts(
         orbit,
         speeds,

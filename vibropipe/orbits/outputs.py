@@ -13,6 +13,8 @@ from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
 from vibropipe.orbits.quadrature import add_energy, replace_resonant_harmonics
 from vibropipe.orbits.return_map import state_xv
+from vibropipe.physics.linear import linear_exponent
+from vibropipe.physics.load import forcing_period
 from vibropipe.words.regimes import Regime
 
 NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
@@ -51,6 +53,7 @@ class RowResults(NamedTuple):
     motion: np.ndarray
     subharmonics: np.ndarray
     poincare: np.ndarray
+    exponent: np.ndarray
 
 
 @jit_inline
@@ -159,6 +162,39 @@ def write_multipliers(first, second, multipliers, row) -> None:
     if multipliers.size > 0:
         multipliers[row, 0] = first
         multipliers[row, 1] = second
+
+
+@jit
+def write_orbit_exponent(rate, exponent, row) -> None:
+    """Write the Lyapunov exponent `rate` of an orbit, which has no error, into exponent[row] (`RowResults`)."""
+    if exponent.size > 0:
+        exponent[row, 0] = rate
+        exponent[row, 1] = 0.0
+
+
+@jit
+def orbit_exponent(p, steady, impacts):
+    """Return the Lyapunov exponent of a closed orbit, log|multiplier| / (m T), T the forcing period.
+
+    Parameters
+    ----------
+    p : Parameters
+    steady : SteadyState
+        The orbit.
+    impacts : (2,) float
+        Its impacts on each support.
+
+    Returns
+    -------
+    float
+        -inf if the multiplier is 0: a rest erases every perturbation.
+    """
+    size = abs(steady.first)
+    if size > 0.0:
+        return math.log(size) / (steady.m * forcing_period(p))
+    # Without contacts the multiplier underflowed.
+    is_free = impacts[0] + impacts[1] == 0.0 and steady.end.mode != REST
+    return linear_exponent(p) if is_free else -math.inf
 
 
 @jit_allocating

@@ -14,12 +14,14 @@ from vibropipe.march.state import initial_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
 from vibropipe.orbits.outputs import (
     count_contacts,
+    orbit_exponent,
     regime_of,
     write_energy,
     write_harmonics,
     write_impacts,
     write_largest,
     write_multipliers,
+    write_orbit_exponent,
 )
 from vibropipe.orbits.return_map import clear_log, state_xv
 from vibropipe.orbits.settling import DRIFTING, PERIODIC, UNBOUNDED, find_steady_state
@@ -98,6 +100,8 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         out.period_multiple[row] = steady.m
         out.frequency[row] = p.nu / steady.m
         write_harmonics(e, p, steady, log, c, out.amplitudes, out.subharmonics, row)
+        if out.exponent.size > 0:
+            write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
         write_energy(e, p, steady, log, c, out.energy, row)
         write_impacts(
             log,

@@ -19,7 +19,15 @@ from vibropipe.march.log import IMPACTS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import State
 from vibropipe.orbits.closing import close_first_candidate
-from vibropipe.orbits.growth import LYAPUNOV_PERIODS, LYAPUNOV_THRESHOLD, perturbation_growth
+from vibropipe.orbits.growth import (
+    EXPONENT_PERIODS,
+    LYAPUNOV_PERIODS,
+    LYAPUNOV_THRESHOLD,
+    add_growth,
+    no_growth,
+    period_jacobian,
+    perturbation_growth,
+)
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.recurrence import HISTORY_OFFSET, may_repeat
 from vibropipe.orbits.return_map import (
@@ -38,6 +46,7 @@ from vibropipe.orbits.window import (
     close_window,
     list_impacts,
     open_window,
+    write_exponent,
     write_sections,
 )
 from vibropipe.words.status import Status
@@ -183,6 +192,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
     trial_periods, crowded, is_log_complete = 0, 0, True
     dx, dv, growth = 1.0, 0.0, 0.0
+    sums, is_measured = no_growth(), False if window is None else window.exponent.size > 0
     kind, limit = APERIODIC, min(patience, max_periods)
     window_start = max(0, limit - WINDOW)
     for k in range(1, max_periods + 1):
@@ -204,9 +214,15 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
             list_start = max(window_start, limit - LISTED_PERIODS)
             if k > list_start:
                 list_impacts(window, log, k - list_start - 1)
-        if k > patience - LYAPUNOV_PERIODS and k <= patience:
-            dx, dv, log_growth = perturbation_growth(e, p, log, status == OK, start, state, dx, dv)
-            growth += log_growth
+        is_judged = k > patience - LYAPUNOV_PERIODS and k <= patience
+        if is_judged or (is_measured and k > limit - EXPONENT_PERIODS):
+            jacobian = period_jacobian(e, p, log, status == OK, start, state)
+            if is_judged:
+                dx, dv, log_growth = perturbation_growth(jacobian, dx, dv)
+                growth += log_growth
+            if is_measured:
+                # A perturbation of its own, which begins earlier: labels do not depend on the outputs.
+                sums = add_growth(sums, jacobian)
         if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm):
             new_trials, is_reached, orbit = close_first_candidate(
                 e, p, grid, state, xs, vs, k, norm, log, c
@@ -221,8 +237,11 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
             ):
                 break
             limit, window_start = max_periods, max(k, max_periods - WINDOW)
+            if k <= limit - EXPONENT_PERIODS:
+                sums = no_growth()
     if window is not None:
         close_window(p, window, state)
         write_sections(window, xs, vs, k)
+        write_exponent(p, window, sums)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     return SteadyState(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)

@@ -9,6 +9,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
+from vibropipe.orbits.growth import mean_growth
 from vibropipe.orbits.harmonics import (
     ONE_PERIOD,
     RESONANT,
@@ -21,7 +22,7 @@ from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.physics.load import TWO_PI
+from vibropipe.physics.load import TWO_PI, forcing_period
 from vibropipe.physics.quotient import divide
 
 # Length of the window in forcing periods: the least patience, so that every given-up motion fills it.
@@ -55,6 +56,8 @@ class Window(NamedTuple):
         Impacts of the last LISTED_PERIODS (`RowResults`), or without entries.
     poincare : (rows, 2, LISTED_PERIODS) float
         Sections (x, x') at the end of these periods, or without entries.
+    exponent : (rows, 2) float
+        Lyapunov exponent per unit of tau and its standard error, or without entries.
     """
 
     amplitudes: np.ndarray
@@ -72,6 +75,7 @@ class Window(NamedTuple):
     impact_velocity: np.ndarray
     impact_support: np.ndarray
     poincare: np.ndarray
+    exponent: np.ndarray
 
 
 @jit
@@ -115,6 +119,7 @@ def new_window(p, out, row, first):
         out.impact_velocity,
         out.impact_support,
         out.poincare,
+        out.exponent,
     )
 
 
@@ -216,6 +221,15 @@ def write_sections(window, xs, vs, k) -> None:
         for i in range(LISTED_PERIODS):
             window.poincare[window.row, 0, i] = xs[first + i]
             window.poincare[window.row, 1, i] = vs[first + i]
+
+
+@jit
+def write_exponent(p, window, sums) -> None:
+    """Write the Lyapunov exponent and its standard error, from the growth of a perturbation (`GrowthSums`)."""
+    if window.exponent.size > 0:
+        mean, error = mean_growth(sums)
+        window.exponent[window.row, 0] = mean / forcing_period(p)
+        window.exponent[window.row, 1] = error / forcing_period(p)
 
 
 @jit

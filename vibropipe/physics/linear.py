@@ -113,6 +113,14 @@ def linear_multipliers(p):
 
 
 @jit
+def linear_exponent(p):
+    """Return the largest Lyapunov exponent of the motion without impacts, the largest real part of the roots."""
+    b = 0.5 * p.h
+    # As in `linear_multipliers`; 0 - b is not -0 without damping.
+    return 0.0 - b if b <= 1.0 else -1.0 / (b + math.sqrt((b - 1.0) * (b + 1.0)))
+
+
+@jit
 def settles_without_impact(p, x, v) -> bool:
     """Return whether the motion from (x, v) at tau = 0 certainly settles and never reaches a support.
 

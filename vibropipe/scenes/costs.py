@@ -179,6 +179,7 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
         "energy": 5 * 8,
         "subharmonics": 2 * 8 * SUBHARMONICS * harmonics,
         "poincare": 2 * 8 * VISITS,
+        "lyapunov": 2 * 8,
     }
     return ROW_BYTES + sum(costs[output] for output in outputs)
 

@@ -76,6 +76,9 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.poincare.size > 0:
         variables["poincare_displacement"] = (("row", "visit"), rows.poincare[:, 0])
         variables["poincare_velocity"] = (("row", "visit"), rows.poincare[:, 1])
+    if rows.exponent.size > 0:
+        variables["lyapunov_exponent"] = (("row",), rows.exponent[:, 0])
+        variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
     return variables
 
 

@@ -103,6 +103,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
             np.nan,
         ),
         poincare=zeros(2, LISTED_PERIODS, when="poincare"),
+        exponent=zeros(2, when="lyapunov"),
     )
 
 

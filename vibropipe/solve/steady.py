@@ -48,7 +48,7 @@ def steady_state(
     patience : int
         Forcing periods after which a chaotic motion is given up, as for `sweep`.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare; others are not computed.
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov; others are not computed.
 
     Returns
     -------
@@ -84,6 +84,10 @@ def steady_state(
             Largest speed before impact; NaN without an impact.
         floquet_multiplier (multiplier), stable
             Complex, the larger modulus first; whether both moduli are below 1.
+        lyapunov_exponent, lyapunov_exponent_error
+            Largest Lyapunov exponent per unit of tau, and its standard error. Of an orbit log|multiplier| / (m T), T
+            the forcing period, with error 0; -inf where a rest erases every perturbation. Without an orbit: the mean
+            growth of a perturbation [4]_ over the last 70 forcing periods, with the error from blocks of 5 of them.
         residual
             Residual of the return map, relative to the norm of the motion.
         energy_input, energy_damping, energy_impact (support), energy_residual
@@ -110,6 +114,8 @@ def steady_state(
     .. [2] P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos, Solitons
        & Fractals 5 (1995) 1671.
     .. [3] R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
+    .. [4] G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Lyapunov characteristic exponents for smooth dynamical
+       systems, Meccanica 15 (1980) 9.
     """
     exciter.check_start(x0, v0)
     over = {"nu": [exciter.nu]}

@@ -47,6 +47,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.impact_velocity_max,
         rows.subharmonics,
         rows.poincare,
+        rows.exponent,
     ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0
@@ -69,6 +70,10 @@ def _is_finite(rows: RowResults) -> np.ndarray:
     ):
         if len(values):
             finite &= ~required | np.isfinite(values).reshape(orbit.size, -1).all(axis=1)
+    if len(rows.exponent):
+        finite &= ~(
+            orbit & np.isnan(rows.exponent).any(axis=1)
+        )  # -inf where a rest erases perturbations
     if len(rows.subharmonics):
         multiples = np.arange(rows.subharmonics.shape[1])
         required = multiples % np.maximum(rows.period_multiple, 1)[:, None] > 0

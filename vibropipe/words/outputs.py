@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 Output = Literal[
-    "harmonics", "impacts", "motion", "stability", "energy", "subharmonics", "poincare"
+    "harmonics", "impacts", "motion", "stability", "energy", "subharmonics", "poincare", "lyapunov"
 ]
 OUTPUTS: tuple[str, ...] = get_args(Output)
 """All outputs, in the order in which a dataset holds them; a sweep can have each."""

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.style import (
+    GREY,
     SMALL_FONT_SIZE,
     SUPPORT_COLOURS,
     keep_zero_scale,
@@ -41,6 +42,7 @@ from vibropipe.scenes.sweep.lines import branches_differ, draw_arrows, draw_line
 from vibropipe.scenes.sweep.quantities import (
     DIRECTION,
     SIGNED,
+    WITH_ZERO_LINE,
     Panel,
     Series,
     axis_and_others,
@@ -164,6 +166,8 @@ def draw_panel(
 ) -> None:
     """Draw the series of a panel: stable orbits of one forcing period as lines, other rows as marks."""
     draw_backbone(ax, panel, along, backbone)
+    if panel.series[0].name in WITH_ZERO_LINE:
+        ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     both = DIRECTION in part["regime"].dims
     values = [series.of(part).values for series in panel.series]
     if not any(np.isfinite(each).any() for each in values):

@@ -27,6 +27,7 @@ Shown = Literal[
     "impacts_per_period",
     "period_multiple",
     "floquet_multiplier",
+    "lyapunov_exponent",
     "energy_input",
     "energy_damping",
     "energy_impact",
@@ -42,6 +43,7 @@ QUANTITY_NEEDS: Mapping[str, tuple[str, ...]] = {
     "velocity_": ("harmonics",),
     "impact_velocity": ("impacts",),
     "floquet": ("stability",),
+    "lyapunov": ("lyapunov",),
     "energy": ("energy",),
     "poincare": ("poincare",),
 }

@@ -28,8 +28,16 @@ LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
 LETTER_CM = 0.155  # usual width of a letter, with some room
 MAX_LABEL_LINES = 3
 SYMBOL_LETTERS = 5
-# Quantities that are not negative, so that their axis starts at zero.
-SIGNED = {"displacement_mean", "velocity_mean", "energy_input", "energy_residual"}
+# Quantities that may be negative; the axis of any other starts at zero.
+SIGNED = {
+    "displacement_mean",
+    "velocity_mean",
+    "energy_input",
+    "energy_residual",
+    "lyapunov_exponent",
+}
+# Quantities whose sign matters: a line marks their zero.
+WITH_ZERO_LINE = {"lyapunov_exponent"}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ residual of Newton's method and the conditioning of the orbit. The error is SAFE
 its quantities, each the larger of absolute and relative to the scale of its kind in that row. Harmonics are compared
 as complex amplitudes: the error of a phase is the error divided by the amplitude. A row that becomes another motion
 when perturbed, or is not solved, has an infinite error. Means over a chaotic motion differ as much as the length of
-their window allows; its listed impacts and sections are not compared.
+their window allows; its listed impacts and sections and its Lyapunov exponent are not compared. Of an orbit the growth
+per unit of tau, exp(exponent), is compared: the error of the exponent is the error divided by the growth.
 """
 
 from __future__ import annotations
@@ -115,6 +116,9 @@ def differences(
             distances[kind].append(np.where(is_same_orbit, row_distance(one, two), 0.0))
     compare("displacement", "displacement")
     compare("number", "floquet_multiplier")
+    if "lyapunov_exponent" in variables:
+        one, two = (np.exp(source["lyapunov_exponent"][1]) for source in (variables, perturbed))
+        distances["number"].append(np.where(is_same_orbit, row_distance(one, two), 0.0))
     for name in ("energy_input", "energy_damping", "energy_impact"):
         compare("energy", name)
     if "row_size" in variables:

@@ -25,16 +25,16 @@ def start_room(half: Any, delta: Any) -> tuple[Any, Any]:
     return lower - rounding, upper + rounding
 
 
-def start_at(half: Any, delta: Any, x0: float | None, v0: float) -> Any:
+def start_at(half: Any, delta: Any, x0: Any, v0: Any) -> Any:
     """Return the displacement that motions start from, for each l and delta.
 
     Parameters
     ----------
     half, delta : float or ndarray
         l and delta.
-    x0 : float or None
+    x0 : float, ndarray or None
         Displacement; None is the equilibrium, or the support nearest to it where that lies beyond.
-    v0 : float
+    v0 : float or ndarray
         Velocity.
 
     Returns
@@ -43,22 +43,23 @@ def start_at(half: Any, delta: Any, x0: float | None, v0: float) -> Any:
         x0, or the position of a support within START_ROUNDING of it.
     """
     upper, lower = support_positions(half, delta)
-    x = np.minimum(np.maximum(0.0 if x0 is None else x0, lower), upper)
-    if v0 != 0.0:
+    x = flying = np.minimum(np.maximum(0.0 if x0 is None else x0, lower), upper)
+    if np.ndim(v0) == 0 and v0 != 0.0:
         return x
     rounding = START_ROUNDING * np.maximum(np.abs(half), np.abs(delta))
     to_upper, to_lower = upper - x, x - lower
     x = np.where((to_upper <= rounding) & (to_upper <= to_lower), upper, x)
-    return np.where((to_lower <= rounding) & (to_lower < to_upper), lower, x)
+    x = np.where((to_lower <= rounding) & (to_lower < to_upper), lower, x)
+    return x if np.ndim(v0) == 0 else np.where(v0 == 0.0, x, flying)
 
 
-def row_starts(parameters: np.ndarray, x0: float | None, v0: float) -> np.ndarray:
+def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
     """Return the starts of rows.
 
     Parameters
     ----------
     parameters : ndarray, shape (rows, 7)
-    x0, v0 : float or None, float
+    x0, v0 : float, ndarray of shape (rows,), or None
         As in `start_at`.
 
     Returns
@@ -77,7 +78,7 @@ def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
     Parameters
     ----------
     values : mapping of str to array_like
-        Values of each parameter over the grid.
+        Values of each parameter over the grid, and of x0 if it is swept.
     x0 : float or None
         As in `start_at`.
 
@@ -86,15 +87,25 @@ def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
     float
         x0; for None 0 where the default start is the equilibrium in every row.
     """
+    if "x0" in values:
+        return float(np.abs(values["x0"]).max())
     if x0 is not None:
         return x0
     half, delta = (np.asarray(values[name], float) for name in ("l", "delta"))
     return max(0.0, float(np.abs(delta).max() - half.min()))
 
 
+def largest_velocity(values: Mapping[str, Any], v0: float) -> float:
+    """Return the largest speed of a start over a grid: of the values of v0 if it is swept."""
+    return float(np.abs(values["v0"]).max()) if "v0" in values else v0
+
+
 def start_text(values: Mapping[str, Any], x0: float | None, v0: float) -> str:
     """Return a start as text for the attributes of a dataset; arguments are those of `largest_start`."""
-    x0_text = f"{0.0 if x0 is None else float(x0):g}"
-    if x0 is None and largest_start(values, None) > 0.0:
-        x0_text = "0 or the support nearest to it"
-    return f"x0 = {x0_text}, v0 = {float(v0):g}"
+    x0_text = f"= {0.0 if x0 is None else float(x0):g}"
+    if "x0" in values:
+        x0_text = "swept"
+    elif x0 is None and largest_start(values, None) > 0.0:
+        x0_text = "= 0 or the support nearest to it"
+    v0_text = "swept" if "v0" in values else f"= {float(v0):g}"
+    return f"x0 {x0_text}, v0 {v0_text}"

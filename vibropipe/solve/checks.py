@@ -12,6 +12,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_fl
 from vibropipe.physics.limits import within_text
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import STARTS
 
 
 def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
@@ -67,8 +68,8 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
     arrays = {}
     for name, values in over.items():
-        if name not in Parameters._fields:
-            must = f"must have keys among {', '.join(Parameters._fields)}"
+        if name not in (*Parameters._fields, *STARTS):
+            must = f"must have keys among {', '.join((*Parameters._fields, *STARTS))}"
             raise ParameterError("over", over, must=must, got=repr(name))
         array = np.atleast_1d(np.asarray(values, dtype=float))
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
@@ -94,6 +95,10 @@ def check_follow(over: Mapping[str, Any], follow: Follow) -> Follow:
         raise ParameterError("follow.along", along, f"a swept parameter ({', '.join(over)})")
     if direction not in list(DIRECTIONS):
         raise ParameterError("follow.direction", direction, "up, down or both")
+    for name in STARTS:
+        if name in over:
+            must = f"must be left out when {name} is swept, since a followed row starts from its neighbour"
+            raise ParameterError("follow", follow, must=must)
     return along, direction
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError, eigenfrequency, si_value
 from vibropipe.solve.sweep_grid import SweepGrid
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy
 from vibropipe.words.vocabulary import (
     PHYSICAL_NAMES,
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Values that come from a user, forth and back: 20 rad/s is to be found as 20.
-GIVEN = (*PARAMETERS, "tau_bar", "x0", "v0")
+GIVEN = (*PARAMETERS, *STARTS, "tau_bar")
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
-_START = re.compile(r"x0 = (.+), v0 = (.+)")
+_START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
 
 
 def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset:
@@ -174,5 +174,10 @@ def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
     match = _START.fullmatch(str(text)) if name == "start" else None
     if match is None:
         return text
-    velocity = convert("velocity", float(match[2]), numbers)
-    return f"x0 = {match[1]} m, v0 = {velocity:g} {DIMENSIONS['velocity'].plain}"
+    x0, v0 = match[1], match[2]
+    if x0 != "swept":
+        x0 += " m"
+    if v0 != "swept":
+        velocity = convert("velocity", float(match[3]), numbers)
+        v0 = f"= {velocity:g} {DIMENSIONS['velocity'].plain}"
+    return f"x0 {x0}, v0 {v0}"

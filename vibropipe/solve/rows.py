@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from itertools import islice, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -39,6 +39,8 @@ PROGRESS_INTERVAL = 0.25
 
 # The solutions of each part of some chains, as a future.
 Solving = Future[list[list[RowResults]]]
+# x0 and v0, of all rows or as arrays (rows,).
+Start = tuple[Any, Any]
 
 
 class ImpactBuffer(NamedTuple):
@@ -147,7 +149,7 @@ class _Solver:
     """Solves pieces of rows on several threads, each with an impact buffer of its own."""
 
     parameters: Callable[[int, int], Sequence[np.ndarray]]
-    start: tuple[float | None, float]
+    start: Start | Callable[[int, int], Start]
     chain_length: int
     max_periods: int
     patience: int
@@ -174,7 +176,8 @@ class _Solver:
         solved: list[list[RowResults]] = []
         for first, stop in pairwise(ends):
             parameter_sets = self.parameters(first, stop)
-            seeds = [row_starts(values, *self.start) for values in parameter_sets]
+            start = self.start(first, stop) if callable(self.start) else self.start
+            seeds = [row_starts(values, *start) for values in parameter_sets]
             if solved:  # the chain continues
                 for seed, before in zip(seeds, solved[-1], strict=True):
                     seed[0] = before.section[-1]
@@ -185,7 +188,7 @@ class _Solver:
 def solve_rows(
     blocks: Sequence[Sequence[Sequence[int]]],
     parameters: Callable[[int, int], Sequence[np.ndarray]],
-    start: tuple[float | None, float],
+    start: Start | Callable[[int, int], Start],
     chain_length: int,
     max_periods: int,
     patience: int,
@@ -206,8 +209,9 @@ def solve_rows(
     parameters : callable
         parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
         side.
-    start : (float or None, float)
-        x0 and v0 of the first row of each chain (`row_starts`).
+    start : (float or None, float) or callable
+        x0 and v0 of the first row of each chain (`row_starts`); if they differ, start(first, stop) returns those of
+        rows, numbered as for `parameters`.
     chain_length : int
         Rows per chain.
     max_periods, patience : int

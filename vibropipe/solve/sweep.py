@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
@@ -14,15 +13,21 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.physics.start import largest_start, start_text
+from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with_error
-from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
+from vibropipe.solve.checks import (
+    check_follow,
+    check_outputs,
+    check_over,
+    check_whole,
+)
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep_grid import Follow, SweepGrid, row_blocks
+from vibropipe.solve.sweep_starts import check_corners, check_swept_start, starts_of_rows
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.vocabulary import describe
@@ -40,7 +45,7 @@ def sweep(
     exciter: Exciter,
     over: Mapping[str, Any],
     x0: float | None = None,
-    v0: float = 0.0,
+    v0: float | None = None,
     harmonics: int = 3,
     follow: Follow = None,
     outputs: Sequence[str] = SWEEP_DEFAULT,
@@ -57,16 +62,17 @@ def sweep(
         The parameters that are the same in every row.
     over : mapping of str to array_like
         Values (an array, a dask array or a list; one-dimensional) of each swept parameter, any of nu f h l delta R1 R2,
-        in the order of the dimensions of the result.
+        or of a part of the start, x0 or v0, in the order of the dimensions of the result.
     x0, v0 : float, optional
-        Start of every row: displacement and velocity at tau = 0. The default of x0 is the equilibrium or, if the
-        equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
+        Start of every row: displacement and velocity (default 0) at tau = 0. The default of x0 is the equilibrium or,
+        if the equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
+        Each can be swept instead.
     harmonics : int
         Number of harmonics of displacement and velocity.
     follow : (str, str), optional
         A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
         ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
-        show hysteresis, the sweeps up and down lie along a first dimension `direction`.
+        show hysteresis, the sweeps up and down lie along a first dimension `direction`. Excludes swept starts.
     outputs : sequence of str
         Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov; others are neither
         computed nor stored.
@@ -155,7 +161,7 @@ def solve_blocks(
     row_stop: int,
     block_rows: int,
     x0: float | None = None,
-    v0: float = 0.0,
+    v0: float | None = None,
     harmonics: int = 3,
     follow: Follow = None,
     outputs: Sequence[str] = SWEEP_DEFAULT,
@@ -198,10 +204,12 @@ def solve_blocks(
     check_whole("harmonics", harmonics, limits.HARMONICS)
     check_whole("patience", patience, limits.PATIENCE)
     max_error = None if accuracy is None else check_accuracy(accuracy)
-    x0, v0 = _check_corners(grid, x0, v0)
+    check_swept_start(over, x0, v0)
+    x0, v0 = check_corners(grid, x0, 0.0 if v0 is None else v0)
     # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
     values = {**grid.shared, **grid.values}
-    e = resolve_effects(effects, values, largest_start(values, x0), v0, followed=follow is not None)
+    farthest = largest_start(values, x0), largest_velocity(values, v0)
+    e = resolve_effects(effects, values, *farthest, followed=follow is not None)
     attrs = origin_attrs(effect_names(e), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
@@ -210,7 +218,8 @@ def solve_blocks(
         return [unperturbed] if max_error is None else [unperturbed, perturbed_rows(unperturbed)]
 
     row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
-    solver = (x0, v0), grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
+    start = starts_of_rows(grid, x0, v0, row_start)
+    solver = start, grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
     with closing(solve_rows(row_cuts, parameters, *solver, progress, e)) as blocks:
         begin = 0
         for stop, solved in blocks:
@@ -247,14 +256,6 @@ def _label(
     attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
     block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
     return describe(block.set_coords(coords))
-
-
-def _check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:
-    """Return the start as floats; ParameterError if a corner of the grid is no valid exciter for it."""
-    ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
-    for corner in itertools.product(*ends):
-        Exciter(**grid.shared, **dict(zip(grid.values, corner, strict=True))).check_start(x0, v0)
-    return None if x0 is None else float(x0), float(v0)
 
 
 def assemble(

@@ -51,6 +51,9 @@ class Parameter(NamedTuple):
 FINITE, NOT_NEGATIVE, POSITIVE = Range(), Range(0), Range(0, above=True)
 FRACTION = Range(0, 1)
 
+STARTS = ("x0", "v0")
+"""Parts of a start, which a sweep takes like parameters."""
+
 ParameterName = Literal["nu", "f", "h", "l", "delta", "R1", "R2"]
 PARAMETERS: Mapping[str, Parameter] = {
     "nu": Parameter(POSITIVE, 1.0),

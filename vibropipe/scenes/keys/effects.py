@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import AfterValidator
 
 from vibropipe.physics.effects import absent_supports, effect_names, effects_of, missing_effect
-from vibropipe.physics.start import largest_start
+from vibropipe.physics.start import largest_start, largest_velocity
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
@@ -44,7 +44,8 @@ class ForcedScene(BaseScene):
         """Return arguments and keywords of `physics.effects.effects_of` for this scene."""
         values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
         span, keywords = self.effect_bounds()
-        return (values, largest_start(values, self.start.x0), self.start.v0, span), keywords
+        x, v = largest_start(values, self.start.x0), largest_velocity(values, self.start.v0)
+        return (values, x, v, span), keywords
 
     def called_effects(self) -> tuple[str, ...]:  # noqa: D102 - as BaseScene
         if self.effects is not None:

@@ -23,6 +23,7 @@ from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
 
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
+SweptName = Annotated[Literal[words.ParameterName, "x0", "v0"], BeforeValidator(latin)]
 
 
 class ExciterKeys(StudyModel):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -21,13 +23,13 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
-from vibropipe.scenes.keys.parts import Follow, ParameterName, Solver, Start
+from vibropipe.scenes.keys.parts import Follow, Solver, Start, SweptName
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange, is_allowed
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
 from vibropipe.solve.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, STARTS
 
 
 class SweepScene(ForcedScene):
@@ -38,8 +40,8 @@ class SweepScene(ForcedScene):
         default_factory=SweepFigure,
         description="Options of the pictures; data do not depend on them.",
     )
-    over: Annotated[dict[ParameterName, Grid], Field(min_length=1)] = Field(
-        description="Grid of each swept parameter, in the order of the dimensions."
+    over: Annotated[dict[SweptName, Grid], Field(min_length=1)] = Field(
+        description="Grid of each swept parameter, or of x0 and v0 of the start, in the order of the dimensions."
     )
     start: Start = Field(
         default_factory=Start, description="Start of every row; excludes `follow`."
@@ -69,7 +71,7 @@ class SweepScene(ForcedScene):
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return {
             **super().resolved_exciter(),
-            **{name: grid.low for name, grid in self.over.items()},
+            **{name: grid.low for name, grid in self.over.items() if name in PARAMETERS},
         }
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
@@ -103,11 +105,22 @@ def _start(scene: SweepScene) -> Iterator[Problem]:
         # Chains in both directions begin at both ends, as all corners of the grid do.
         fixed = {str(follow.along): ends[follow.direction]} if follow.direction in ends else {}
     yield from check_start(scene, fixed)
+    if "x0" in scene.over:
+        for x0 in (scene.over["x0"].low, scene.over["x0"].high):
+            moved = scene.model_copy(update={"start": Start(x0=x0)})
+            for problem in islice(check_start(moved), 1):
+                yield replace(problem, path=("over", "x0"))
+                return
 
 
 def _swept(scene: SweepScene) -> Iterator[Problem]:
     """Check that swept values are in range and that no parameter is both swept and set."""
     for name, grid in scene.over.items():
+        if name in STARTS:
+            if name in scene.start.model_fields_set:
+                found, must = getattr(scene.start, name), f"must be left out, since {name} is swept"
+                yield Problem(("start", name), repr(found), must=must)
+            continue
         for value in dict.fromkeys((grid.low, grid.high)):
             if not is_allowed(name, value):
                 hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
@@ -121,6 +134,10 @@ def _swept(scene: SweepScene) -> Iterator[Problem]:
 def _follow(scene: SweepScene) -> Iterator[Problem]:
     if scene.follow is None:
         return
+    for name in STARTS:
+        if name in scene.over:
+            must = f"must be left out when {name} is swept, since a followed row starts from its neighbour"
+            yield Problem(("follow",), "", must=must)
     if "start" in scene.model_fields_set:
         yield Problem(("start",), "", must="must be left out when follow is given")
     if scene.follow.along not in scene.over:
@@ -140,7 +157,7 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
 
 CHECKS = (
     EXCITER_CHECK,
-    Check((*SUPPORTS, ("start",), ("follow",)), _start),
+    Check((*SUPPORTS, ("start",), ("follow",), ("over", "x0")), _start),
     Check((), _swept),
     Check((("over",), ("follow",)), _follow),
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),

@@ -58,7 +58,7 @@ def _solve_plain(
         stop,
         size,
         x0=scene.start.x0,
-        v0=scene.start.v0,
+        v0=None if "v0" in scene.over else scene.start.v0,
         harmonics=scene.harmonics,
         follow=scene.follow_pair(),
         outputs=tuple(scene.outputs),

@@ -50,7 +50,34 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: sweep, over: {x: [1]}}",
-            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2",
+            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, x0, v0 (did you "
+            "mean 'x0'?)",
+        ),
+        (
+            "{kind: sweep, over: {x0: [0, 0.9]}}",
+            "s.over.x0: must be a number from -0.5 to 0.5 (between the supports), got 0.9",
+        ),
+        (
+            "{kind: sweep, over: {x0: [0, 0.4], l: [0.3, 1]}}",
+            "s.over.x0: must be a number from -0.3 to 0.3 (between the supports), got 0.4",
+        ),
+        (
+            "{kind: sweep, over: {x0: [0, 0.1]}, start: {x0: 0.1}}",
+            "s.start.x0: must be left out, since x0 is swept, got 0.1",
+        ),
+        (
+            "{kind: sweep, over: {v0: [0, 0.1]}, start: {v0: 0.0}}",
+            "s.start.v0: must be left out, since v0 is swept, got 0.0",
+        ),
+        (
+            "{kind: sweep, over: {x0: [0, 0.1], nu: [1, 2]}, follow: {along: nu, direction: up}}",
+            "s.follow: must be left out when x0 is swept, since a followed row starts from its "
+            "neighbour",
+        ),
+        (
+            "{kind: sweep, over: {nu: [1, 2]}, figure: {show: [lyapunov_exponent]}}",
+            "s.figure.show: must leave out lyapunov_exponent unless outputs have lyapunov, got "
+            "'lyapunov_exponent'",
         ),
         (
             "{kind: sweep, over: {f: 3}}",

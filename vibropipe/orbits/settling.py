@@ -46,7 +46,6 @@ from vibropipe.orbits.window import (
     close_window,
     list_impacts,
     open_window,
-    write_exponent,
     write_sections,
 )
 from vibropipe.words.status import Status
@@ -182,7 +181,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     Notes
     -----
     A damped motion whose perturbations grew by more than exp(LYAPUNOV_THRESHOLD) over the LYAPUNOV_PERIODS before
-    `patience` is left there as aperiodic, any other motion at `max_periods`.
+    `patience` is left there as aperiodic, any other motion at `max_periods`. The Lyapunov exponent has a perturbation
+    of its own, which begins earlier: labels do not depend on the outputs.
     """
     xs, vs = np.empty(HISTORY_OFFSET + max_periods + 1), np.empty(HISTORY_OFFSET + max_periods + 1)
     xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = math.inf
@@ -221,7 +221,6 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
                 dx, dv, log_growth = perturbation_growth(jacobian, dx, dv)
                 growth += log_growth
             if is_measured:
-                # A perturbation of its own, which begins earlier: labels do not depend on the outputs.
                 sums = add_growth(sums, jacobian)
         if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm):
             new_trials, is_reached, orbit = close_first_candidate(
@@ -237,11 +236,9 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
             ):
                 break
             limit, window_start = max_periods, max(k, max_periods - WINDOW)
-            if k <= limit - EXPONENT_PERIODS:
-                sums = no_growth()
+            sums = no_growth() if k <= limit - EXPONENT_PERIODS else sums
     if window is not None:
-        close_window(p, window, state)
+        close_window(p, window, state, sums)
         write_sections(window, xs, vs, k)
-        write_exponent(p, window, sums)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     return SteadyState(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)

@@ -233,7 +233,7 @@ def write_exponent(p, window, sums) -> None:
 
 
 @jit
-def close_window(p, window, end) -> None:
+def close_window(p, window, end, growth) -> None:
     """Convert the sums of a window to means per forcing period and amplitudes at the multiples of nu.
 
     Parameters
@@ -242,11 +242,14 @@ def close_window(p, window, end) -> None:
     window : Window
     end : State
         State at the end of the window.
+    growth : GrowthSums
+        Growth of a perturbation up to there.
 
     Notes
     -----
     Harmonics near resonance are taken from the quadrature.
     """
+    write_exponent(p, window, growth)
     periods = window.start[2]
     for side in range(2):
         window.impacts[side] /= periods

@@ -16,12 +16,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with_error
-from vibropipe.solve.checks import (
-    check_follow,
-    check_outputs,
-    check_over,
-    check_whole,
-)
+from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.origin_attrs import origin_attrs

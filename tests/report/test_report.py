@@ -80,7 +80,7 @@ def test_parameters_in_si_have_their_units(solved):
     dataset["omega"].attrs["units"], dataset["l"].attrs["units"] = "rad/s", "mm"
     assert is_physical({"response": dataset})
     table = parameter_table({"response": "sweep"}, {"response": dataset})
-    assert table.head[:6] == ["scene", "ν (rad/s)", "f", "h", "l (mm)", "delta"]
+    assert table.head[:6] == ["scene", "omega (rad/s)", "f", "h", "l (mm)", "delta"]
     assert table.rows[0][1:4] == ["0.3 … 3 (121 values)", "0.1, 0.2, 0.5", "0.2"]
 
 

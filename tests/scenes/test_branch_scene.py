@@ -198,6 +198,9 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     assert "rad/s, F = 32 N" in finding["texts"][0]
     assert report["sections"][0]["tables"][0]["head"][1:3] == ["omega (rad/s)", "F (N)"]
     assert "ω upwards and downwards" in report["asked"]
+    assert "A = 1, 20 mm" in report["asked"]
+    cells = dict(zip(report["parameters"]["head"], report["parameters"]["rows"][1], strict=True))
+    assert {cells["omega (rad/s)"], cells["F (N)"]} == {"50 … 150", "32, 64"}
 
 
 @pytest.mark.parametrize(

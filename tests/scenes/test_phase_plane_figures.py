@@ -10,10 +10,11 @@ import xarray as xr
 from figures.figure_text import texts, words
 from figures.sample_datasets import motion, steady, sweep
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 
 from vibropipe.figures.jumps import certain_jumps
 from vibropipe.figures.phase_plane import Impacts, path
-from vibropipe.figures.spectrum import lines_of
+from vibropipe.figures.spectrum import draw_spectrum, lines_of
 from vibropipe.figures.style import MAX_VECTOR, house_style, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
@@ -180,6 +181,26 @@ def test_a_spectrum_has_subharmonics_between_the_harmonics():
     assert np.array_equal(harmonics[0], [1, 2])
     assert np.array_equal(between[0], [0.5, 1.5])
     assert np.array_equal(between[1], [0.1, 0.05])
+
+
+def test_every_mark_of_a_spectrum_lies_within_its_axes():
+    row = xr.Dataset(
+        {
+            "displacement_amplitude": ("harmonic", [0.03, 0.02]),
+            "subharmonic_displacement_amplitude": (
+                "subharmonic",
+                [0.3, np.nan, 0.05, np.nan, 0.01],
+            ),
+            "period_multiple": 2,
+        },
+        {"harmonic": [1, 2], "subharmonic": [1, 2, 3, 4, 5]},
+    )
+    ax = Figure().subplots()
+    draw_spectrum(ax, row, "displacement")
+    marks = np.concatenate([line.get_xydata() for line in ax.lines])
+    assert marks[:, 1].max() <= 0.5 * ax.get_ylim()[1]
+    assert marks[:, 0].max() < ax.get_xlim()[1]
+    assert 0.5 in marks[:, 0]
 
 
 def test_energies_and_spectra_of_a_motion_are_drawn():

@@ -47,14 +47,14 @@ def draw_spectrum(ax: Axes, row: xr.Dataset, name: str) -> None:
     largest = float(np.nanmax(row[f"{name}_amplitude"].values, initial=0.0))
     shown = np.concatenate([values for _, values in lines_of(row, name)])
     shown = shown[shown > FLOOR * largest]
+    # subharmonics may be larger than all harmonics
+    top = 3.0 * float(shown.max(initial=0.0) or 1.0)
     floor = 0.3 * float(shown.min(initial=largest or 1.0))
     for (at, values), style in zip(lines_of(row, name), STEMS, strict=True):
         kept = (values > floor) & (at < row.sizes["harmonic"] + 0.5)
         ax.vlines(at[kept], floor, values[kept], color=style["color"], linewidth=1.2)
         ax.plot(at[kept], values[kept], linestyle="none", markersize=3.6, **style)
-    ax.set(
-        yscale="log", ylim=(floor, 3.0 * (largest or 1.0)), xlim=(0, row.sizes["harmonic"] + 0.5)
-    )
+    ax.set(yscale="log", ylim=(floor, top), xlim=(0, row.sizes["harmonic"] + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
 
 

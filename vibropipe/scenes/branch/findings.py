@@ -98,10 +98,10 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
 
     for piece in pieces_of(dataset):
         first, last = piece.points.start, piece.points.stop - 1
-        if not piece.is_stable or first == last:
+        if not piece.is_stable:
             continue
         ends = []
-        for index in (first, last):
+        for index, is_first in ((first, True), (last, False)):
             near = {
                 point: kind
                 for point, kind in zip(points.tolist(), kinds, strict=True)
@@ -109,10 +109,12 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             }
             ends.append(next(iter(near.values()), "") or beside(index))
             # stability ends at the bifurcation itself, which is a point
-            if near and index == first:
+            if near and is_first:
                 first = max(first, *near)
             elif near:
                 last = min(last, *near)
+        if last <= first:
+            continue
         order = slice(None) if along[last] > along[first] else slice(None, None, -1)
         yield Stretch(
             np.maximum.accumulate(along[first : last + 1][order]),

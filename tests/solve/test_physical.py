@@ -100,6 +100,7 @@ def datasets(unit: float) -> dict[str, xr.Dataset]:
     exciter = vp.Exciter(
         l=0.5 * unit, nu=0.9, f=0.8 * unit, h=0.15, delta=0.125 * unit, R1=0.7, R2=0.6
     )
+    symmetric = vp.Exciter(l=0.5 * unit, nu=0.9, f=0.8 * unit, h=0.15, R1=0.7, R2=0.7)
     newmark = {"method": "newmark", "steps_per_period": 64}
     return {
         "motion": vp.simulate(exciter, tau_end=30.0, energy=True),
@@ -107,6 +108,11 @@ def datasets(unit: float) -> dict[str, xr.Dataset]:
         "rest": vp.simulate(vp.Exciter(l=0.5 * unit, nu=0.2, f=2.0 * unit, R1=0.3), tau_end=30.0),
         "steady": vp.steady_state(exciter),
         "sweep": vp.sweep(exciter, over={"nu": [0.6, 0.9, 1.7]}, outputs=OUTPUTS),
+        "symmetric": vp.symmetric_orbit(symmetric),
+        "one-sided": vp.one_sided_orbit(exciter),
+        "boundaries": vp.symmetric_orbit_boundaries(symmetric, nu=[0.9, 1.5]),
+        "branch": vp.branch(symmetric, "nu", (0.8, 2.0)),
+        "branch of f": vp.branch(symmetric, "f", (0.6 * unit, 0.9 * unit)),
         "free": vp.amplitude_frequency(exciter, amplitude=np.array([0.25, 0.5, 1.0]) * unit),
     }
 

@@ -80,6 +80,14 @@ def test_the_table_shows_all_candidates_and_targets(item):
     assert "ours against absent: not measured, target 2" in text
 
 
+def test_a_target_below_one_is_a_limit(item):
+    item.targets = [Target("slow", "ours", 1 / 20), Target("slow", "ours", 1 / 5)]
+    measure([item], 3)
+    text = as_text([item])
+    assert "slow against ours: 10 times slower (quartiles 10 to 10), limit 20: met" in text
+    assert "limit 5: not met" in text
+
+
 def test_json_contains_every_round(item):
     measure([item], 3)
     result = json.loads(as_json([item]))["items"][0]

@@ -27,6 +27,7 @@ def measured():
         ("one motion, exact", "exact", "DOP853, 1e-12"),
         ("newmark in lanes", "in lanes", "textbook loop"),
         ("sweep", "steady states", "heyoka, 1e-15"),
+        ("branch", "branch", "followed sweep"),
     ],
 )
 def test_the_ratio_meets_its_target(measured, benchmark, item, ours, peer):

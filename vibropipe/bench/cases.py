@@ -19,8 +19,10 @@ from vibropipe.lab.timing import repeated
 from vibropipe.lab.work_precision import MotionReference, build, build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.branch import branch
 from vibropipe.solve.sweep import sweep
 from vibropipe.words.measurements import Outcome
+from vibropipe.words.outputs import OF_STEADY_STATE
 
 FORCED = Exciter(h=0.1, nu=1.0, f=1.0, l=1.0, R1=0.8, R2=0.8)
 SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)
@@ -31,6 +33,9 @@ STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
 # Values of each parameter of the whole sweep; without `whole`, only every fourth of them is solved.
 SWEEP_POINTS, EVERY = 400, 4
 PEER_PERIODS, PEER_MOTIONS = 100, 100
+# A branch that is stable from end to end: its range, its largest step, and the rows of the sweep beside it.
+FOLLOWED = Exciter(h=0.1, nu=2.5, f=1.0, l=0.5, R1=0.8, R2=0.8)
+BRANCH_ENDS, BRANCH_STEP, BRANCH_ROWS = (1.6, 3.0), 0.005, 1001
 
 
 def items(*, whole: bool = False) -> list[Item]:
@@ -41,7 +46,7 @@ def items(*, whole: bool = False) -> list[Item]:
     whole : bool
         Solve the sweep at all of its points instead of every fourth value of each parameter.
     """
-    return [motion_item(), newmark_item(), sweep_item(whole=whole)]
+    return [motion_item(), newmark_item(), sweep_item(whole=whole), branch_item()]
 
 
 def motion_item() -> Item:
@@ -160,6 +165,34 @@ def sweep_item(*, whole: bool) -> Item:
             Candidate("heyoka, 1e-15", heyoka_run, time.perf_counter),
         ],
         [Target("steady states", "heyoka, 1e-15", 40)],
+    )
+
+
+def branch_item() -> Item:
+    """Return the item of a branch; its reference is a sweep whose rows settle at once, on one thread."""
+    nu = np.linspace(*BRANCH_ENDS, BRANCH_ROWS)
+
+    def branch_run() -> PreparedRun:
+        follow = partial(branch, FOLLOWED, "nu", BRANCH_ENDS, max_step=BRANCH_STEP)
+        return PreparedRun(limit_threads(1)(repeated(follow)), follow().sizes["point"])
+
+    def sweep_run() -> PreparedRun:
+        solve = partial(
+            sweep, FOLLOWED, {"nu": nu}, follow=("nu", "up"), harmonics=6, outputs=OF_STEADY_STATE
+        )
+        return PreparedRun(limit_threads(1)(repeated(solve)), nu.size)
+
+    low, high = BRANCH_ENDS
+    return Item(
+        "branch",
+        f"the symmetric orbit along nu from {low:g} to {high:g}, h = 0.1, f = 1, l = 0.5, R = 0.8, "
+        "with six harmonics and impacts; a point of the branch against a row of a sweep that follows it",
+        "point",
+        [
+            Candidate("branch", branch_run, time.perf_counter),
+            Candidate("followed sweep", sweep_run, time.perf_counter),
+        ],
+        [Target("branch", "followed sweep", 1 / 20)],
     )
 
 

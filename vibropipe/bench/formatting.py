@@ -40,6 +40,8 @@ def table_row(candidate: Candidate) -> tuple[str, ...]:
 def target_text(item: Item, target: Target) -> str:
     """Return a ratio, its target and whether the target is met, as one sentence."""
     ratio, low, high = item.ratios(target)
+    if target.times < 1.0:
+        return dearer_text(target, ratio, low, high)
     target_ratio = f"target {target.times:,g}"
     if math.isnan(ratio):
         return f"{target.ours} against {target.peer}: not measured, {target_ratio}"
@@ -47,6 +49,19 @@ def target_text(item: Item, target: Target) -> str:
     return (
         f"{target.ours} against {target.peer}: {times_text(ratio)} times faster"
         f" (quartiles {times_text(low)} to {times_text(high)}), {target_ratio}: {outcome}"
+    )
+
+
+def dearer_text(target: Target, ratio: float, low: float, high: float) -> str:
+    """Return the ratio of a target below 1: how many times slower ours is, and may be."""
+    head = f"{target.ours} against {target.peer}"
+    limit = f"limit {1.0 / target.times:,g}"
+    if math.isnan(ratio):
+        return f"{head}: not measured, {limit}"
+    outcome = "met" if ratio >= target.times else "not met"
+    return (
+        f"{head}: {times_text(1.0 / ratio)} times slower"
+        f" (quartiles {times_text(1.0 / high)} to {times_text(1.0 / low)}), {limit}: {outcome}"
     )
 
 

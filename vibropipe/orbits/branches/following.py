@@ -14,6 +14,8 @@ from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
 FIRST_LENGTH, MIN_LENGTH, GROWTH = 1e-3, 1e-10, 1.5
 # Cosine of the largest angle between the tangents of neighbouring points, and of that below which steps grow.
 MIN_COSINE, GROWTH_COSINE = math.cos(0.15), math.cos(0.07)
+# Step towards the parent at which what lies before it is found.
+PARENT_LENGTH = 1e-6
 # A branch with more points is left.
 MAX_POINTS = 20_000
 # The least impact speed may fall to this share in a step, unless it is below a bound: tests vary with its inverse.
@@ -61,7 +63,7 @@ def follow(
             path.events.append(Event(parent[0], "doubled", len(path.points) - 1))
             path.end = "doubled"
             break
-        if parent is not None and length > FIRST_LENGTH:
+        if parent is not None and length > PARENT_LENGTH:
             length *= 0.5
             continue
         new = curve.advance(point, length)
@@ -98,7 +100,10 @@ def follow(
 
 
 def _is_clear(curve: Curve, point: Point, parent: Point) -> bool:
-    """Return whether no wanted value or limit of the parameter lies between two points."""
+    """Return whether no flip, and no wanted value or limit of the parameter, lies between a point and its parent."""
+    # Next to the parent a doubled orbit has a multiplier close to 1.
+    if point.tests[DOUBLING] < 0.0:
+        return False
     values = (*curve.problem.at, curve.problem.low, curve.problem.high)
     return not any((point.value - value) * (parent.value - value) < 0.0 for value in values)
 

@@ -62,6 +62,7 @@ def end_of_flight(
     return (-1) ** n * x, (-1) ** n * w
 
 
+@settings(max_examples=100)
 @given(families(), signed(log(-2, 2)))
 def test_every_solution_closes(family: Any, f: float) -> None:
     nu, h, R, n, b = family
@@ -167,6 +168,7 @@ def test_the_flip_has_the_multiplier_minus_one(family: Any) -> None:
     assert fold_condition(nu, b, R, v, terms, r) >= 0
 
 
+@settings(max_examples=100)
 @given(families(), st.floats(0.01, 10))
 def test_multipliers_have_the_product_and_the_conditions(family: Any, v: float) -> None:
     nu, h, R, n, b = family

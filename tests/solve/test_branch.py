@@ -48,6 +48,12 @@ def test_every_point_is_an_orbit_with_balanced_energy(symmetric, skew) -> None:
         assert branch.row_size.sum() == branch.sizes["impact"]
 
 
+def test_the_origin_is_that_of_other_datasets(symmetric) -> None:
+    sweep = vp.sweep(SYMMETRIC, {"nu": [2.0, 2.1]}, follow=("nu", "up"))
+    assert set(symmetric.attrs) == set(sweep.attrs)
+    assert symmetric.attrs["version"] == vp.__version__
+
+
 def test_stable_points_are_steady_states(symmetric, skew) -> None:
     for branch, exciter in ((symmetric, SYMMETRIC), (skew, SKEW)):
         stable = np.flatnonzero((moduli(branch)[:, 0] < 0.9) & (branch.regime != Regime.NO_IMPACT))

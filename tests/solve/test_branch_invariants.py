@@ -67,7 +67,7 @@ def test_points_are_orbits_and_halved_steps_find_the_same(exciter: vp.Exciter, a
     same_bifurcations(branch, branch_of(exciter, along, max_step=0.01), along)
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(exciter=exciters(), along=st.sampled_from(["nu", "f", "h", "l"]))
 def test_the_mirrored_exciter_has_the_mirrored_branch(exciter: vp.Exciter, along: str) -> None:
     branch = branch_of(exciter, along)
@@ -81,7 +81,7 @@ def test_the_mirrored_exciter_has_the_mirrored_branch(exciter: vp.Exciter, along
     assert np.sort(branch.bifurcation_kind).tolist() == np.sort(mirrored.bifurcation_kind).tolist()
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(exciter=exciters(), along=st.sampled_from(sorted(RANGES)), share=st.floats(0.2, 0.8))
 def test_a_branch_traced_from_one_of_its_points_is_the_same(
     exciter: vp.Exciter, along: str, share: float

@@ -358,6 +358,27 @@ def test_branches_that_rounding_ends_are_the_same_at_halved_steps() -> None:
         assert BranchEnd.LOST not in branch.end_reason.values
 
 
+@pytest.mark.slow
+def test_undamped_orbits_at_a_natural_period_are_a_continuum() -> None:
+    from math import isclose
+
+    generator = np.random.default_rng(1268)  # an exciter that was lost at nu = 2/3
+    symmetric, R1 = generator.random() < 0.4, generator.uniform(0.1, 0.99)
+    h = [0.0, generator.uniform(0.01, 0.6), 1.0][generator.choice(3, p=[0.35, 0.6, 0.05])]
+    exciter = vp.Exciter(
+        l=0.5, nu=generator.uniform(0.4, 3.5), f=generator.uniform(0.1, 2.5), h=h,
+        delta=0.0 if symmetric else generator.uniform(-0.3, 0.3), R1=R1,
+        R2=R1 if symmetric else generator.uniform(0.1, 0.99),
+    )  # fmt: skip
+    assert exciter.h == 0.0
+    branch = vp.branch(exciter, "nu", (0.3, 4.0), switch=KINDS)
+    found = bifurcations(branch)
+    assert all(reason != BranchEnd.LOST for _kind, _nu, reason in found)
+    continua = [nu for _kind, nu, reason in found if reason == BranchEnd.CONTINUUM]
+    assert continua
+    assert all(isclose(nu, 2 / 3, abs_tol=1e-12) for nu in continua)
+
+
 def test_limits_are_named(monkeypatch) -> None:
     flips = vp.Exciter(l=2.0, nu=2.53, f=1.0, h=0.1, delta=-1.95, R1=0.8, R2=0.8)
     whole = vp.branch(flips, "nu", (2.52, 2.625), switch=["flip"])

@@ -98,7 +98,8 @@ def branch(
             Index of its point.
         end_reason
             Why the branch ends there: other_sequence (grazing), parent (of doubled or asymmetric orbits), chatter,
-            rest, closed, rounding, lost or points; or goes_on. A branch that ends at the limit of the range has no
+            rest, closed, rounding, continuum (orbits that are not isolated), lost or points; or goes_on.
+            A branch that ends at the limit of the range has no
             entry for it. At a flip or pitchfork the branch itself goes on, but the orbits that begin there are not
             followed for impact_limit and period_limit (they have more than 128 impacts or 32 periods) and for rounding
             (the bifurcation is so steep that rounding hides them).

@@ -41,6 +41,7 @@ REASONS = {
     "lost": BranchEnd.LOST,
     "points": BranchEnd.POINTS,
     "rounding": BranchEnd.ROUNDING,
+    "continuum": BranchEnd.CONTINUUM,
     "impacts": BranchEnd.IMPACT_LIMIT,
     "multiple": BranchEnd.PERIOD_LIMIT,
 }

@@ -23,7 +23,8 @@ class BranchEnd(IntEnum):
     support. REST: the mass sticks. CLOSED: the branch returns to its start. LOST: no further point was found. POINTS:
     it has too many. ROUNDING: a bifurcation is so steep that rounding hides what begins there. IMPACT_LIMIT and
     PERIOD_LIMIT: the orbits that begin there have more impacts or periods than are followed. With one of the last three
-    at a flip or pitchfork the branch itself goes on.
+    at a flip or pitchfork the branch itself goes on. CONTINUUM: orbits are not isolated there (without
+    damping, at a multiple of the natural period): all have the same parameter.
     """
 
     GOES_ON = 0
@@ -37,3 +38,4 @@ class BranchEnd(IntEnum):
     ROUNDING = 8
     IMPACT_LIMIT = 9
     PERIOD_LIMIT = 10
+    CONTINUUM = 11

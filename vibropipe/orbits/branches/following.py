@@ -16,6 +16,8 @@ FIRST_LENGTH, MIN_LENGTH, GROWTH = 1e-3, 1e-10, 1.5
 MIN_COSINE, GROWTH_COSINE = math.cos(0.15), math.cos(0.07)
 # Step towards the parent at which what lies before it is found.
 PARENT_LENGTH = 1e-6
+# Component of the tangent along the parameter at both ends of a longer step where orbits are a continuum: rounding.
+FLAT, FLAT_LENGTH = 1e-10, 1e-5
 # A branch with more points is left.
 MAX_POINTS = 20_000
 # The least impact speed may fall to this share in a step, unless it is below a bound: tests vary with its inverse.
@@ -67,6 +69,10 @@ def follow(
             length *= 0.5
             continue
         new = curve.advance(point, length)
+        if new is not None and length > FLAT_LENGTH and _is_flat(point, new):
+            path.points.append(new)
+            path.end = "continuum"
+            break
         is_first = len(path.points) == 1
         if new is None or _is_too_far(curve, point, new) or (is_first and is_no_motion(new)):
             length *= 0.5
@@ -106,6 +112,11 @@ def _is_clear(curve: Curve, point: Point, parent: Point) -> bool:
         return False
     values = (*curve.problem.at, curve.problem.low, curve.problem.high)
     return not any((point.value - value) * (parent.value - value) < 0.0 for value in values)
+
+
+def _is_flat(point: Point, new: Point) -> bool:
+    """Return whether the parameter does not change over a step, as for undamped orbits at a natural period."""
+    return abs(point.tests[FOLD]) < FLAT and abs(new.tests[FOLD]) < FLAT
 
 
 def _is_too_far(curve: Curve, point: Point, new: Point) -> bool:

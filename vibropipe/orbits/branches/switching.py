@@ -26,6 +26,7 @@ from vibropipe.orbits.branches.steps import (
     GAP_TIME,
     SLOWEST,
     SPEED,
+    TRACE,
 )
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
@@ -38,6 +39,8 @@ STRUCK_LENGTH = 1e-6
 # Least weighted impact speed of orbits at which others begin. A slower mass rises by its square only: 1e-16, the
 # rounding of a displacement, is then more than 1e-4 of that hop.
 MIN_CHATTER_SPEED = 1e-6
+# Trace of the return map's derivative beyond which a doubled orbit and its parent graze at the same parameter.
+MAX_TRACE = 1e12
 # Weighted distance from a bifurcation at which a test function is compared with zero.
 PROBE = 1e-5
 
@@ -120,6 +123,11 @@ def _inserted(curve: Curve, point: Point) -> list[Seed]:
     return _struck_seed(*begun)
 
 
+def _is_at_rounding(point: Point) -> bool:
+    """Return whether a second impact loses its speed at the same parameter, on a doubled orbit next to its parent."""
+    return bool(abs(point.tests[TRACE]) > MAX_TRACE and point.tests[SPEED] < MIN_CHATTER_SPEED)
+
+
 def _removed(curve: Curve, point: Point) -> list[Seed]:
     """Return the branch without the impact that has lost its speed, in the directions in which it is a motion."""
     sequence, n, at = curve.sequence, len(curve.sequence.supports), int(point.tests[SLOWEST])
@@ -132,7 +140,7 @@ def _removed(curve: Curve, point: Point) -> list[Seed]:
     supports = np.delete(sequence.supports, at)
     child = Curve(problem, Sequence(sequence.m, sequence.mirrored, supports), curve.speed)
     settled = child.settle(u)
-    if settled is None:
+    if settled is None or _is_at_rounding(settled):
         return []
     start = _with_tests(settled, gap=0.0)
     seeds = []

@@ -164,7 +164,7 @@ def _follow_seed(problem: Problem, seed: Seed) -> Branch:
     events = [Event(*each[:2], shift - each.point) for each in reversed(back.events)]
     events += [Event(*each[:2], shift + each.point) for each in ahead.events]
     for path, index in ((back, 0), (ahead, len(points) - 1)):
-        if path.end in ("lost", "points", "closed"):
+        if path.end in ("lost", "points", "closed", "continuum"):
             events.append(Event("end", path.end, index))
     return Branch(problem, seed.curve, points, [], sorted(events, key=lambda each: each.point))
 

@@ -110,7 +110,7 @@ def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
 )  # fmt: skip
 @example(h=0.005, width=0.5, share=0.0, R1=0.99, R2=0.99, x=0.0, v=2.0, tau_end=20.0)
 @example(h=0.0, width=0.5, share=0.0, R1=1.0, R2=1.0, x=0.0, v=4.0, tau_end=40.0)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_unforced_motions_are_those_of_the_full_kernel(
     h: float, width: float, share: float, R1: float, R2: float, x: float, v: float, tau_end: float
 ) -> None:
@@ -132,7 +132,7 @@ def test_unforced_motions_are_those_of_the_full_kernel(
     R=st.floats(0.2, 0.9), x=st.floats(0.01, 1), v=st.floats(-2, 2), side=st.sampled_from([1, 2]),
 )  # fmt: skip
 @example(nu=1.0, f=1.0, h=0.6, distance=0.5, R=0.7, x=0.5, v=0.0, side=2)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_motions_off_one_support_are_those_of_the_full_kernel(
     nu: float, f: float, h: float, distance: float, R: float, x: float, v: float, side: int
 ) -> None:

@@ -37,7 +37,7 @@ scenes:
 """
 
 
-@pytest.mark.parametrize("text", [PLAIN, UNITS])
+@pytest.mark.parametrize("text", [PLAIN, pytest.param(UNITS, marks=pytest.mark.slow)])
 def test_shards_of_starts_join_to_the_whole_and_verify(tmp_path: Path, text: str) -> None:
     (tmp_path / "t.yaml").write_text(text, encoding="utf-8")
     scene = load_study(tmp_path / "t.yaml").scenes["s"]

@@ -42,6 +42,7 @@ def test_starts_and_parameters_are_swept_together_in_any_cuts() -> None:
     xr.testing.assert_identical(assemble(shards, over), whole)
 
 
+@pytest.mark.slow  # compiles kernels of its own
 def test_a_start_off_the_supports_needs_its_effects() -> None:
     """The bound of all motions holds for the farthest start."""
     with pytest.raises(vp.ParameterError, match="must include forcing"):

@@ -49,7 +49,14 @@ def test_a_motion_warns_with_its_remedy(call: Callable[[], xr.Dataset], status: 
 
 
 @pytest.mark.parametrize(
-    "effects", [None, ["damping", "forcing", "support_1", "restitution", "rest"]]
+    "effects",
+    [
+        None,
+        # compiles a kernel of its own
+        pytest.param(
+            ["damping", "forcing", "support_1", "restitution", "rest"], marks=pytest.mark.slow
+        ),
+    ],
 )
 def test_a_sweep_warns_once_for_each_status_with_its_rows(effects: list[str] | None) -> None:
     over = {"nu": np.linspace(0.5, 0.8, 4), "f": [0.01, 1.0]}

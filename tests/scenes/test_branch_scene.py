@@ -13,7 +13,7 @@ from vibropipe.jobs.drawing import shown_datasets
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.branch.curves import VALUE
+from vibropipe.scenes.branch.curves import VALUE, draw_branches
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 
@@ -259,3 +259,17 @@ def test_a_wrong_key_is_named(tmp_path, old, new, message):
     with pytest.raises(StudyError) as error:
         loaded(tmp_path, STUDY.replace(old, new))
     assert f"scenes.response.{message}" in str(error.value)
+
+
+def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
+    free = vp.amplitude_frequency(vp.Exciter(l=0.5), np.linspace(0.51, 1.5, 40))
+    with house_style():
+        figure = draw_branches(dataset, ["displacement_amplitude", "impact_velocity_max"], free)
+    expected = [
+        free.displacement_amplitude.sel(harmonic=1),
+        *(free.impact_velocity_max.sel(support=support) for support in (1, 2)),
+    ]
+    for ax, values in zip(figure.axes, expected, strict=True):
+        drawn = ax.lines[0]
+        assert np.array_equal(drawn.get_xdata(), free.eigenfrequency)
+        assert np.array_equal(drawn.get_ydata(), values)

@@ -139,6 +139,8 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         displacement_mean, velocity_mean (amplitude)
         displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (amplitude, harmonic)
             Phases in radians.
+        impact_velocity_max (amplitude, support)
+            Velocity before impact by the conservation of energy, as in eq. (10); NaN on a support that is not struck.
 
     Raises
     ------
@@ -172,6 +174,9 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         Regime.NO_IMPACT,
     )
     x_phases = np.where(x_amplitudes < 0, np.pi, 0.0)
+    reach = np.array([upper, -lower])
+    energy = (amplitudes[:, None] - reach) * (amplitudes[:, None] + reach)
+    speeds = np.sqrt(np.where(meets == 1, energy, np.nan))
     variables = {
         "eigenfrequency": ("amplitude", frequency),
         "regime": ("amplitude", regime.astype(np.int8)),
@@ -181,7 +186,11 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         "velocity_mean": ("amplitude", np.zeros(amplitudes.size)),
         "velocity_amplitude": (dims, np.abs(v_amplitudes)),
         "velocity_phase": (dims, np.where(x_amplitudes < 0, -0.5 * np.pi, 0.5 * np.pi)),
+        "impact_velocity_max": (("amplitude", "support"), speeds),
     }
-    coords = {"amplitude": amplitudes, "harmonic": order, "l": exciter.l, "delta": exciter.delta}
+    coords = {
+        "amplitude": amplitudes, "harmonic": order, "support": [1, 2], "l": exciter.l,
+        "delta": exciter.delta,
+    }  # fmt: skip
     attrs = origin_attrs(WATCHED, "free vibration, tau = 0 at its end towards support 1")
     return describe(xr.Dataset(variables, coords, attrs))

@@ -105,7 +105,7 @@ def panels_of(
             text = f"impact velocity\nof each impact{units}"
             panels.append(Panel(text, velocities_of(dataset)))
         elif "harmonic" in entry.dims:
-            free = backbone[name].sel(harmonic=1).values if backbone is not None else None
+            free = free_values(backbone, name, harmonic=1)
             values = array.sel(harmonic=1).values[:, None]
             text = f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}{units}"
             panels.append(Panel(text, values, free))
@@ -114,12 +114,20 @@ def panels_of(
             for support in dataset["support"].values.tolist():
                 values = array.sel(support=support).values[:, None]
                 if np.isfinite(values).any():
-                    panels.append(Panel(f"{text}\non support {support}{units}", values))
+                    free = free_values(backbone, name, support=support)
+                    panels.append(Panel(f"{text}\non support {support}{units}", values, free))
         else:
-            free = backbone[name].values if backbone is not None and name in backbone else None
+            free = free_values(backbone, name)
             text = f"{entry.long_name}\n{symbol_of(array)}{units}"
             panels.append(Panel(text, array.values[:, None], free))
     return panels
+
+
+def free_values(backbone: xr.Dataset | None, name: str, **index: int) -> np.ndarray | None:
+    """Return a quantity of the free motion over its amplitude; None without a backbone that has it."""
+    if backbone is None or name not in backbone:
+        return None
+    return np.asarray(backbone[name].sel(index).values)
 
 
 def velocities_of(dataset: xr.Dataset) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawing import draw, picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
@@ -11,6 +12,7 @@ from vibropipe.cli import main
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.basin_map import draw_basins
+from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.text import describe_basins, sections
 from vibropipe.study import StudyError, load_study
 
@@ -83,6 +85,21 @@ def test_picture_names_every_attractor(dataset):
         assert f"{index}: " in shown
         assert f"{100 * share:.3g} %" in shown
     assert describe_basins(dataset).count("on attractor") == 3
+
+
+@pytest.mark.parametrize("name", ["attractor", "periods_to_attractor"])
+def test_one_map_alone(dataset, name):
+    options = BasinsFigure(show=[name])
+    figure = draw("basins", dataset, options)
+    has_basins = name == "attractor"
+    # the map, and the bar of the periods
+    assert len(figure.axes) == (1 if has_basins else 2)
+    assert bool(figure.legends) == has_basins
+    assert figure.axes[0].get_xlabel()
+    caption = picture_of("basins", dataset).describe(dataset, options, {})
+    assert ("on attractor" in caption) == has_basins
+    assert ("Forcing periods until" in caption) == (not has_basins)
+    assert "Above" not in caption
 
 
 def test_picture_of_starts_without_an_attractor():

@@ -29,6 +29,11 @@ class AccuracyFigure(FigureOptions):
         description="Pictures: error against time for each motion, and the times to reach an accuracy.",
     )
 
+    show: Annotated[
+        list[Literal["error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics"]],
+        AfterValidator(each_once),
+    ] = Field(default=[], description="Errors of which the largest is drawn (default: all).")
+
     def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
         return tuple(self.pictures)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibropipe.figures.style import SMALL_FONT_SIZE, new_figure
-from vibropipe.scenes.accuracy.summary import orders, succeeded, worst_error
+from vibropipe.scenes.accuracy.keys import AccuracyFigure
+from vibropipe.scenes.accuracy.summary import of_errors, orders, succeeded, worst_error
 from vibropipe.scenes.accuracy.text import describe_work_precision
 from vibropipe.scenes.accuracy.times import (
     add_legend,
@@ -17,7 +20,7 @@ from vibropipe.scenes.accuracy.times import (
     installed,
     style_of,
 )
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.measurements import Outcome
 
 FEW_MOTIONS = 8  # as many as fill a page in two columns; more stand in three
@@ -27,9 +30,10 @@ TOP, BOTTOM = 30.0, 1e-17  # limits of the error axis
 FAILED_ERROR = 5.0  # ordinate of the crosses of failed runs
 
 
-def draw_work_precision(dataset: xr.Dataset) -> Figure:
+def draw_work_precision(dataset: xr.Dataset, show: Sequence[str] = ()) -> Figure:
     """Draw the errors of each motion against time per forcing period, a panel per motion."""
-    dataset = installed(dataset)
+    dataset = installed(of_errors(dataset, show))
+    symbol = f" {dataset[show[0]].attrs['symbol']}" if len(show) == 1 else ""
     panels = dataset.sizes["motion"]
     columns = 2 if panels <= FEW_MOTIONS else 3
     rows = -(-panels // columns)
@@ -42,7 +46,9 @@ def draw_work_precision(dataset: xr.Dataset) -> Figure:
         ax.set_xlim(span)
         left, low = position % columns == 0, position + columns >= panels
         ax.tick_params(labelleft=left, labelbottom=low)
-        ax.set(ylabel="error" if left else "", xlabel="ns per forcing period" if low else "")
+        ax.set(
+            ylabel=f"error{symbol}" if left else "", xlabel="ns per forcing period" if low else ""
+        )
     for ax in axes[panels:]:
         ax.set_visible(False)
     add_legend(figure, [str(name) for name in dataset["method"].values])
@@ -87,7 +93,22 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset) -> None:
     note.set_in_layout(False)
 
 
+def shown(options: AccuracyFigure | None) -> tuple[str, ...]:
+    """Return the errors to show."""
+    return tuple((options or AccuracyFigure()).show)
+
+
 PICTURES = (
-    only_picture("work_precision", draw_work_precision, describe_work_precision),
-    only_picture("times", draw_times, describe_times),
+    Picture(
+        "work_precision",
+        lambda dataset: True,
+        lambda dataset, options, _: draw_work_precision(dataset, shown(options)),
+        lambda dataset, options, _: describe_work_precision(dataset, shown(options)),
+    ),
+    Picture(
+        "times",
+        lambda dataset: True,
+        lambda dataset, options, _: draw_times(dataset, shown(options)),
+        lambda dataset, options, _: describe_times(dataset, shown(options)),
+    ),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
@@ -14,12 +16,29 @@ CLEAN = (1e-12, 5e-2)
 MIN_POINTS, MAX_POINTS = 3, 4
 
 
+def of_errors(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
+    """Return the data with the errors to show alone (default: all), of the motions that have one of them.
+
+    A motion without impacts, for example, has no error of impact times. If no motion has an error, all are kept.
+    """
+    if not show:
+        return dataset
+    dataset = dataset.drop_vars([name for name in ERRORS if name not in show])
+    has_error = np.isfinite(worst_error(dataset).values).any(axis=(1, 2))
+    return dataset.isel(motion=has_error) if has_error.any() else dataset
+
+
+def errors_in(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the errors that the data have."""
+    return [name for name in ERRORS if name in dataset]
+
+
 def worst_error(dataset: xr.Dataset) -> xr.DataArray:
     """Return the largest of the errors of each run, over (motion, method, setting); nan if it has none."""
-    columns = np.stack([dataset[name].values for name in ERRORS])
+    columns = np.stack([dataset[name].values for name in errors_in(dataset)])
     is_known = np.isfinite(columns).any(axis=0)
     worst = np.where(is_known, np.nanmax(np.where(is_known, columns, 0.0), axis=0), np.nan)
-    return dataset["error_end"].copy(data=worst)
+    return dataset[errors_in(dataset)[0]].copy(data=worst)
 
 
 def succeeded(dataset: xr.Dataset) -> xr.DataArray:
@@ -41,16 +60,21 @@ def time_to_reach(dataset: xr.Dataset) -> xr.DataArray:
     return joined.transpose("motion", "method", "accuracy")
 
 
-def orders(dataset: xr.Dataset, error: str = "error_impact_tau") -> xr.DataArray:
+def error_of_order(dataset: xr.Dataset) -> str:
+    """Return the error from which orders are fitted: that of the impact times, unless the data lack it."""
+    return "error_impact_tau" if "error_impact_tau" in dataset else errors_in(dataset)[0]
+
+
+def orders(dataset: xr.Dataset) -> xr.DataArray:
     """Return orders of convergence over (motion, method), fitted by least squares.
 
     The fit uses the MAX_POINTS finest successful runs with an error within CLEAN. The result is nan for
     fewer than MIN_POINTS of them and for methods with a tolerance. Without impacts, the error of the
-    end state is used.
+    end state is used, if the data have it.
     """
-    end, setting = dataset["error_end"].values, dataset["setting_value"].values
-    values = dataset[error].values
-    values = np.where(np.isnan(values), end, values)
+    values, setting = dataset[error_of_order(dataset)].values, dataset["setting_value"].values
+    if "error_end" in dataset:
+        values = np.where(np.isnan(values), dataset["error_end"].values, values)
     good = succeeded(dataset).values & (values > CLEAN[0]) & (values < CLEAN[1])
     order = np.full(values.shape[:2], np.nan)
     for index in np.ndindex(order.shape):

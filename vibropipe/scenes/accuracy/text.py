@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, sentences
 from vibropipe.scenes.accuracy.summary import (
     ACCURACIES,
+    error_of_order,
+    errors_in,
     failures,
+    of_errors,
     orders,
     succeeded,
     time_to_reach,
@@ -24,15 +29,41 @@ OUTCOME_TEXT = {
     Outcome.DID_NOT_END: ("does not finish", "do not finish"),
     Outcome.NOT_INSTALLED: ("was not installed", "were not installed"),
 }
+# What an error is of.
+ERROR_TEXT = {
+    "error_end": "end state",
+    "error_impact_tau": "impact times",
+    "error_impact_velocity": "impact velocities",
+    "error_harmonics": "harmonics",
+}
 COARSE, FINE = ACCURACIES[1], ACCURACIES[3]  # accuracies at which times are compared
 
 
-def describe_work_precision(dataset: xr.Dataset) -> str:
-    """Return the caption: what is plotted, then the conclusion."""
+def error_text(dataset: xr.Dataset, show: Collection[str]) -> str:
+    """Write which error is drawn, if it is not the largest of all."""
+    texts = [ERROR_TEXT[name] for name in errors_in(of_errors(dataset, show))] if show else []
     return (
-        f"Error against time per forcing period on one core, for "
+        "error"
+        + (f" of {series(texts)}" if texts else "")
+        + (" (the largest)" if texts[1:] else "")
+    )
+
+
+def left_out_text(dataset: xr.Dataset, show: Collection[str]) -> str:
+    """Write which motions have no error that is drawn."""
+    drawn = of_errors(dataset, show)["motion"].values
+    names = [str(n).replace("_", " ") for n in dataset["motion"].values if n not in drawn]
+    return f" Left out, without this error: {series(names)}." if names else ""
+
+
+def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption: what is plotted, then the conclusion."""
+    text, left_out = error_text(dataset, show).capitalize(), left_out_text(dataset, show)
+    dataset = of_errors(dataset, show)
+    return (
+        f"{text} against time per forcing period on one core, for "
         f"{count(dataset.sizes['motion'], 'motion')}; numbers: orders of convergence; "
-        f"crosses: failed runs. {conclusion(dataset)}"
+        f"crosses: failed runs.{left_out} {conclusion(dataset)}"
     )
 
 
@@ -57,7 +88,7 @@ def exact_text(dataset: xr.Dataset) -> str:
         return ""
     one = dataset.sel({"method": ["exact"]})
     errors, times = worst_error(one).values[:, 0, 0], one["time_per_period"].values[:, 0, 0]
-    good = succeeded(one).values[:, 0, 0]
+    good = succeeded(one).values[:, 0, 0] & np.isfinite(errors)
     if not good.any():
         return "The exact method finished none of the motions"
     worst = int(np.nanargmax(np.where(good, errors, -1.0)))
@@ -100,8 +131,8 @@ def time_ratio_text(dataset: xr.Dataset, accuracy: float) -> str:
 
 
 def order_text(dataset: xr.Dataset) -> str:
-    """Write the orders of convergence of the impact times."""
-    by_method = orders(dataset)
+    """Write the orders of convergence of the impact times, or of the error that stands for them."""
+    by_method, what = orders(dataset), ERROR_TEXT[error_of_order(dataset)]
     texts = []
     for method in dataset["method"].values:
         values = by_method.sel({"method": method}).values
@@ -109,7 +140,7 @@ def order_text(dataset: xr.Dataset) -> str:
         if values.size:
             low, middle, high = (float(q) for q in np.quantile(values, [0, 0.5, 1]))
             texts.append(f"{method} {middle:.1f} (from {low:.1f} to {high:.1f})")
-    return f"Orders of convergence of the impact times: {series(texts)}" if texts else ""
+    return f"Orders of convergence of the {what}: {series(texts)}" if texts else ""
 
 
 def failure_text(dataset: xr.Dataset) -> list[str]:

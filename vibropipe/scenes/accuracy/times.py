@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,8 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import format_number, mathtext
-from vibropipe.scenes.accuracy.summary import time_to_reach
-from vibropipe.scenes.accuracy.text import COARSE, FINE
+from vibropipe.scenes.accuracy.summary import of_errors, time_to_reach
+from vibropipe.scenes.accuracy.text import COARSE, FINE, error_text, left_out_text
 from vibropipe.words.measurements import Outcome
 
 ROW_CM = 1.1
@@ -59,9 +60,9 @@ def add_legend(figure: Figure, names: list[str]) -> None:
     legend(figure, handles, "upper")
 
 
-def draw_times(dataset: xr.Dataset) -> Figure:
+def draw_times(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw the times per forcing period to reach two accuracies, and their medians over all accuracies."""
-    dataset = installed(dataset)
+    dataset = installed(of_errors(dataset, show))
     times = time_to_reach(dataset)
     names = [str(name) for name in times["method"].values]
     n_motions = times.sizes["motion"]
@@ -128,10 +129,12 @@ def draw_medians(ax: Axes, times: xr.DataArray, names: list[str]) -> None:
     ax.set_title("all motions, median")
 
 
-def describe_times(dataset: xr.Dataset) -> str:
+def describe_times(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the times."""
+    text, left_out = error_text(dataset, show), left_out_text(dataset, show)
     return (
-        f"Shortest time per forcing period on one core with an error of at most {format_number(COARSE, 1)} and "
+        f"Shortest time per forcing period on one core with an {text} of at most {format_number(COARSE, 1)} and "
         f"{format_number(FINE, 1)}, for each motion; hollow marks in the grey band: not reached by any tested setting. "
         "Below: median over the motions that reach an error, if more than half of them do; hollow: not all do."
+        f"{left_out}"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -39,33 +40,49 @@ NONE_COLOUR, PERIOD_COLOURS = "#FFFFFF", "cividis"
 MANY_PERIODS = 30
 # Share of border starts above which lines between the basins would cover them.
 MAX_BORDER = 0.25
-BASINS_CM, PERIODS_CM, LEGEND_CM = 8.6, 6.4, 1.8
+# Quantity of each map -> its height.
+PANELS_CM = {"attractor": 8.6, "periods_to_attractor": 6.4}
+LEGEND_CM, AXIS_CM = 1.8, 1.2
 
 
-def draw_basins(dataset: xr.Dataset) -> Figure:
-    """Draw the attractor of each start, with the states of the attractors, and the periods until it has settled."""
-    figure = new_figure(BASINS_CM + PERIODS_CM + LEGEND_CM)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[BASINS_CM, PERIODS_CM])
+def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw the attractor of each start, and the periods until it has settled, or one of both."""
+    heights = {name: height for name, height in PANELS_CM.items() if name in (show or PANELS_CM)}
+    figure = new_figure(sum(heights.values()) + (LEGEND_CM if "attractor" in heights else AXIS_CM))
+    column = figure.subplots(
+        len(heights), 1, sharex=True, squeeze=False, height_ratios=[*heights.values()]
+    )[:, 0]
+    panels: dict[str, Axes] = dict(zip(heights, column, strict=True))
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
+    if upper := panels.get("attractor"):
+        draw_attractor_map(upper, dataset, edges)
+    column[0].set_title(parameter_line(dataset))
+    if lower := panels.get("periods_to_attractor"):
+        draw_periods(figure, lower, dataset, edges)
+    for ax in column:
+        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+        ax.set_ylabel(axis_label(dataset["v0"]))
+        frame(ax)
+    column[-1].set_xlabel(axis_label(dataset["x0"]))
+    if "attractor" in panels:
+        legend(figure, legend_handles(dataset), "lower")
+    return figure
+
+
+def draw_attractor_map(
+    ax: Axes, dataset: xr.Dataset, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> None:
+    """Draw the attractor of each start, with the states of the attractors at the section."""
     attractor = dataset["attractor"].transpose("v0", "x0").values
     n = dataset.sizes["attractor_id"]
     colours = ListedColormap([NONE_COLOUR, *(COLOURS[i % len(COLOURS)] for i in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
-    upper.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
+    ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
     if float(dataset["border"].mean()) <= MAX_BORDER:
-        draw_borders(upper, edges, attractor)
-    write_numbers(upper, dataset, attractor)
+        draw_borders(ax, edges, attractor)
+    write_numbers(ax, dataset, attractor)
     if float(dataset["start_phase"]) == 0.0:
-        draw_attractors(upper, dataset)
-    upper.set_title(parameter_line(dataset))
-    draw_periods(figure, lower, dataset, edges)
-    for ax in (upper, lower):
-        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-        ax.set_ylabel(axis_label(dataset["v0"]))
-        frame(ax)
-    lower.set_xlabel(axis_label(dataset["x0"]))
-    legend(figure, legend_handles(dataset), "lower")
-    return figure
+        draw_attractors(ax, dataset)
 
 
 def draw_borders(

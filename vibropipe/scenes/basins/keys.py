@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
-from vibropipe.scenes.keys.base import BaseScene, Harmonics
+from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import EXCITER_CHECK, SUPPORTS, Check, check_rows
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
+from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
@@ -24,11 +25,26 @@ class StartGrids(StudyModel):
     v0: Grid = Field(description="Initial velocities.")
 
 
+class BasinsFigure(FigureOptions):
+    """Options of the picture of basins."""
+
+    show: Annotated[
+        list[Literal["attractor", "periods_to_attractor"]], AfterValidator(each_once)
+    ] = Field(
+        default=[],
+        description="Maps: the attractor of each start, and the forcing periods until it settles (default: both).",
+    )
+
+
 class BasinsScene(BaseScene):
     """Coexisting motions of one exciter, and which of them each start of a grid settles on."""
 
     kind: Literal["basins"] = Field(
         description="Coexisting motions, and the starts that settle on them."
+    )
+    figure: BasinsFigure = Field(
+        default_factory=BasinsFigure,
+        description="Options of the picture; data do not depend on them.",
     )
     over: StartGrids = Field(description="Grid of the starts.")
     phase: Annotated[float, NumberRange(0, 1)] = Field(

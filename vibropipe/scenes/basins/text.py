@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
@@ -32,8 +34,8 @@ def percent(share: float) -> str:
     return f"{format_number(100 * share, 3)} %"
 
 
-def describe_basins(dataset: xr.Dataset) -> str:
-    """Return the caption of the map of basins."""
+def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption of the maps, or of those of `show`."""
     n = dataset.sizes["attractor_id"]
     none = float((dataset["attractor"] < 0).mean())
     border = float(dataset["border"].mean())
@@ -42,19 +44,22 @@ def describe_basins(dataset: xr.Dataset) -> str:
         for index, share in enumerate(dataset["basin_share"].values)
     ]
     phase = float(dataset["start_phase"])
-    marked = (
-        "Markers show the states of the attractors at the section; lines separate basins"
-        if phase == 0.0
-        else f"The motions start at {format_number(phase)} of a forcing period; lines separate basins"
-    )
-    slowest = int(dataset["periods_to_attractor"].max())
+    started = f"The motions start at {format_number(phase)} of a forcing period" if phase else ""
+    slowest = f"The slowest start takes {count(int(dataset['periods_to_attractor'].max()), 'forcing period')}"
+    if show and "attractor" not in show:
+        what = "Forcing periods until the motion from each start settles"
+        return sentences(what, started, slowest)
+    what = "Attractor that the motion from each start settles on"
+    if not show or "periods_to_attractor" in show:
+        what = f"Above: {what[0].lower()}{what[1:]}. Below: forcing periods until it settles"
+    marked = started or "Markers show the states of the attractors at the section"
     return sentences(
-        "Above: attractor that the motion from each start settles on. Below: forcing periods until it settles",
-        marked,
+        what,
+        f"{marked}; lines separate basins",
         f"Of the starts, {series(shares)}" if n else "No attractor was found",
         f"{percent(border)} of the starts have a neighbour that settles elsewhere" if n > 1 else "",
         f"{percent(none)} of the starts settle on none of them" if none else "",
-        f"The slowest start takes {count(slowest, 'forcing period')}",
+        slowest,
     )
 
 

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import plain_symbol, sentences
-from vibropipe.scenes.boundary.curves import kinds_present, marks, plane
+from vibropipe.scenes.boundary.curves import kinds_present, marks, of_kinds, plane
 from vibropipe.words.vocabulary import FLAGS
 from vibropipe.words.wording import count, series
 
 
-def describe_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> str:
+def describe_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> str:
     """Return the caption: what is drawn, and which curves there are."""
+    left_out = [name for name in kinds_present(dataset) if name not in (show or (name,))]
+    dataset = of_kinds(dataset, show)
     x, y = (plain_symbol(name) for name in plane(dataset))
     unstable = bool((dataset["stable"] == 0).any())
     return sentences(
         f"Curves of bifurcations of orbits over {x} and {y}"
         + ("; thin: of an unstable orbit" if unstable else ""),
         curves_text(dataset),
+        f"Not drawn: {series(left_out)}" if left_out else "",
         meetings_text(dataset),
         "Colours: regimes that settle; where they change without a curve, another orbit attracts the start"
         if regimes is not None

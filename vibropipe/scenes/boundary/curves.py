@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -53,7 +53,19 @@ def curves_of(dataset: xr.Dataset, code: int) -> Iterator[np.ndarray]:
         yield np.flatnonzero(ids == number)
 
 
-def draw_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> Figure:
+def of_kinds(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
+    """Return the curves of the kinds to show (default: all), with what they meet."""
+    if not show:
+        return dataset
+    codes = [FLAGS["boundary_kind"][name] for name in show]
+    is_kept = np.isin(dataset["boundary_kind"].values, codes)
+    met = is_kept[dataset["meeting_point"].values]
+    return dataset.isel(point=is_kept, meeting=met)
+
+
+def draw_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> Figure:
     """Draw boundaries.
 
     Parameters
@@ -62,7 +74,10 @@ def draw_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> F
         Data of a boundary scene.
     regimes : xarray.Dataset, optional
         Sweep over the same two parameters, drawn under the curves.
+    show : collection of str
+        Kinds of bifurcations whose curves are drawn (default: all).
     """
+    whole, dataset = dataset, of_kinds(dataset, show)
     x, y = plane(dataset)
     figure = new_figure(HEIGHT_CM)
     ax = figure.add_subplot()
@@ -77,7 +92,7 @@ def draw_boundaries(dataset: xr.Dataset, regimes: xr.Dataset | None = None) -> F
         **MARK_STYLE, clip_on=False,
     )  # fmt: skip
     ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
-    low_high = regimes if regimes is not None else dataset
+    low_high = regimes if regimes is not None else whole
     if low_high[x].size:
         ax.set_xlim(float(low_high[x].min()), float(low_high[x].max()))
         ax.set_ylim(float(low_high[y].min()), float(low_high[y].max()))

@@ -29,9 +29,17 @@ def _interval(ends: list[float]) -> list[float]:
 Interval = Annotated[list[Number], AfterValidator(_interval)]
 
 
+BoundaryKinds = Annotated[
+    list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)
+]
+
+
 class BoundaryFigure(FigureOptions):
     """Options of the picture of boundaries."""
 
+    show: BoundaryKinds = Field(
+        default=[], description="Kinds of bifurcations that are drawn (default: all of `of`)."
+    )
     map: Annotated[str | None, NameRule()] = Field(
         default=None,
         description="Sweep over the same two parameters, whose regimes are drawn under the curves.",
@@ -46,11 +54,7 @@ class BoundaryScene(BaseScene):
         default_factory=BoundaryFigure,
         description="Options of the picture; data do not depend on them.",
     )
-    of: Annotated[
-        list[Literal["grazing", "fold", "flip", "pitchfork"]],
-        Field(min_length=1),
-        AfterValidator(each_once),
-    ] = Field(description="Kinds of bifurcations.")
+    of: Annotated[BoundaryKinds, Field(min_length=1)] = Field(description="Kinds of bifurcations.")
     over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
         description="Ends of both parameters, in the order of the axes."
     )
@@ -123,9 +127,18 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         yield refused(("exciter", "l"), error)
 
 
+def _figure(scene: BoundaryScene) -> Iterator[Problem]:
+    """Check that the kinds to show are among those that are sought."""
+    for name in scene.figure.show:
+        if name not in scene.of:
+            allowed = f"a kind of bifurcation that `of` has ({', '.join(scene.of)})"
+            yield Problem(("figure", "show"), repr(str(name)), allowed)
+
+
 CHECKS = (
     Check((("over",),), _parameters),
     Check((("over",), ("exciter",)), _exciter),
+    Check((("of",), ("figure",)), _figure),
 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import xarray as xr
 
@@ -12,16 +13,18 @@ from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.kind import Picture
 
 
-def regimes(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -> xr.Dataset | None:
-    """Return the sweep that is drawn under the curves."""
-    return None if options is None or options.map is None else others[options.map]
+def arguments(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the keywords of `draw_boundaries` and `describe_boundaries`."""
+    options = options or BoundaryFigure()
+    regimes = None if options.map is None else others[options.map]
+    return {"regimes": regimes, "show": options.show}
 
 
 PICTURES = (
     Picture(
         "boundaries",
         lambda dataset: True,
-        lambda dataset, options, others: draw_boundaries(dataset, regimes(options, others)),
-        lambda dataset, options, others: describe_boundaries(dataset, regimes(options, others)),
+        lambda dataset, options, others: draw_boundaries(dataset, **arguments(options, others)),
+        lambda dataset, options, others: describe_boundaries(dataset, **arguments(options, others)),
     ),
 )

@@ -14,6 +14,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
+from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
@@ -39,10 +40,25 @@ class TimedMotion(MotionKeys):
     )
 
 
+class EffectsFigure(FigureOptions):
+    """Options of the picture of an effects scene."""
+
+    show: Annotated[list[Literal["time_ratio", "bytes_per_row"]], AfterValidator(each_once)] = (
+        Field(
+            default=[],
+            description="Panels: ratios of run times with their targets, and stored bytes (default: both).",
+        )
+    )
+
+
 class EffectsScene(SetOfMotions):
     """Run time and stored bytes by physical effect and by output."""
 
     kind: Literal["effects"] = Field(description="Cost of each physical effect and each output.")
+    figure: EffectsFigure = Field(
+        default_factory=EffectsFigure,
+        description="Options of the picture; data do not depend on them.",
+    )
     motions: Annotated[dict[Name, TimedMotion], Field(min_length=1, max_length=40)] = Field(
         description="Motions and rows to time, by name; one of them is `full`."
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.effects.keys import EffectsFigure
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series, share
 
@@ -33,27 +35,35 @@ AGAINST: dict[str, tuple[str, str]] = {
 OFFSET = 0.22  # of a row, between kinds of ratios
 REFERENCE = ("D", "reference motion of the target")
 TARGET = "target (upper limit)"
+# Quantity of each panel -> its width, relative to the others.
+PANELS = {"time_ratio": 3, "bytes_per_row": 1}
 
 
-def draw_effects(dataset: xr.Dataset) -> Figure:
-    """Draw ratios of run times with quartiles, targets as bars, and stored bytes."""
+def draw_effects(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw ratios of run times with quartiles, targets as bars, and stored bytes, or one of both."""
     names = [str(name).replace("_", " ") for name in dataset["motion"].values]
     figure = new_figure(3.4 + ROW_CM * len(names))
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3, 1])
-    for ax in (left, right):
+    widths = {name: width for name, width in PANELS.items() if name in (show or PANELS)}
+    row_of_axes = figure.subplots(
+        1, len(widths), sharey=True, squeeze=False, width_ratios=[*widths.values()]
+    )[0]
+    panels: dict[str, Axes] = dict(zip(widths, row_of_axes, strict=True))
+    for ax in panels.values():
         for row in range(len(names)):
             ax.axhline(row, color=NEUTRAL, linewidth=0.4, zorder=0)
         ax.tick_params(axis="y", length=0)
         ax.set_xscale("log")
-    handles = draw_ratios(left, dataset)
-    left.axvline(1.0, color=BLACK, linewidth=0.8, zorder=0)
-    left.set_xlabel("ratio of run times")
-    left.set_yticks(range(len(names)), names, fontsize=SMALL_FONT_SIZE)
-    left.set_ylim(len(names) - 0.4, -0.6)
-    sizes = dataset["bytes_per_row"].sel(kernel="own").values
-    right.plot(sizes, range(len(names)), "P", color=BLACK)
-    right.set_xlabel("bytes stored")
-    legend(figure, handles, "upper", "Run time of the specialised kernel relative to")
+    if left := panels.get("time_ratio"):
+        handles = draw_ratios(left, dataset)
+        left.axvline(1.0, color=BLACK, linewidth=0.8, zorder=0)
+        left.set_xlabel("ratio of run times")
+        legend(figure, handles, "upper", "Run time of the specialised kernel relative to")
+    row_of_axes[0].set_yticks(range(len(names)), names, fontsize=SMALL_FONT_SIZE)
+    row_of_axes[0].set_ylim(len(names) - 0.4, -0.6)
+    if right := panels.get("bytes_per_row"):
+        sizes = dataset["bytes_per_row"].sel(kernel="own").values
+        right.plot(sizes, range(len(names)), "P", color=BLACK)
+        right.set_xlabel("bytes stored")
     return figure
 
 
@@ -93,8 +103,10 @@ def draw_spread(
     ax.errorbar(middle, rows, xerr=spread, elinewidth=0.8, **style)
 
 
-def describe_effects(dataset: xr.Dataset) -> str:
-    """Return the caption: number of targets met, and measured ratios of those that are missed."""
+def describe_effects(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption: number of targets met, and measured ratios of those that are missed, or stored bytes."""
+    if show and "time_ratio" not in show:
+        return bytes_text(dataset)
     met = dataset["target_met"].values
     n_met, total = int((met == Passed.PASSED).sum()), int((met != Passed.NOT_ASKED).sum())
     missed = [
@@ -107,6 +119,17 @@ def describe_effects(dataset: xr.Dataset) -> str:
     )
 
 
+def bytes_text(dataset: xr.Dataset) -> str:
+    """Return the caption of the stored bytes alone: the fewest and the most."""
+    own = dataset["bytes_per_row"].sel(kernel="own")
+    least, most = (
+        f"{format_number(float(own[index]))} ({str(own['motion'].values[index]).replace('_', ' ')})"
+        for index in (int(own.values.argmin()), int(own.values.argmax()))
+    )
+    motions = count(dataset.sizes["motion"], "motion")
+    return sentences(f"Bytes stored of {motions}: from {least} to {most}")
+
+
 def missed_text(one: xr.Dataset) -> str:
     """Write the measured ratio and the target of a motion."""
     name, against = (str(one[key].item()).replace("_", " ") for key in ("motion", "target_against"))
@@ -115,4 +138,16 @@ def missed_text(one: xr.Dataset) -> str:
     return f"{name} ({ratio} of {reference}, target {format_number(float(one['target']), 3)})"
 
 
-PICTURES = (only_picture("costs", draw_effects, describe_effects),)
+def shown(options: EffectsFigure | None) -> tuple[str, ...]:
+    """Return the quantities to show."""
+    return tuple((options or EffectsFigure()).show)
+
+
+PICTURES = (
+    Picture(
+        "costs",
+        lambda dataset: True,
+        lambda dataset, options, _: draw_effects(dataset, shown(options)),
+        lambda dataset, options, _: describe_effects(dataset, shown(options)),
+    ),
+)

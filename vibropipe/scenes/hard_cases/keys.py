@@ -9,9 +9,18 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check, no_exciter
+from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
 from vibropipe.words.effects import EFFECT_NAMES
+
+
+class HardCasesFigure(FigureOptions):
+    """Options of the picture of hard cases."""
+
+    show: Annotated[
+        list[Literal["exact", "newmark 8", "newmark 60", "newmark 2000"]], AfterValidator(each_once)
+    ] = Field(default=[], description="Solvers that are drawn (default: all).")
 
 
 class HardCasesScene(BaseScene):
@@ -19,6 +28,10 @@ class HardCasesScene(BaseScene):
 
     kind: Literal["hard_cases"] = Field(
         description="Motions with known properties on which numerical methods fail, by every method."
+    )
+    figure: HardCasesFigure = Field(
+        default_factory=HardCasesFigure,
+        description="Options of the picture; data do not depend on them.",
     )
     cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
         default=[], description="Names of the cases (default: all)."

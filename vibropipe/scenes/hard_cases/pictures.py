@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.hard_cases.keys import HardCasesFigure
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
 
@@ -40,11 +42,17 @@ def shares(dataset: xr.Dataset) -> np.ndarray:
     return np.where(dataset["passed"].values != Passed.NOT_ASKED, share, np.nan)
 
 
-def draw_hard_cases(dataset: xr.Dataset) -> Figure:
+def by_solvers(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
+    """Return the results of the solvers to show (default: all), in the order of the data."""
+    return dataset.isel(solver=np.isin(dataset["solver"].values, list(show))) if show else dataset
+
+
+def draw_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw measured/bound on a log axis, one row per case and one marker per solver.
 
-    Markers at the left edge have no deviation; those right of 1 do not pass.
+    Markers at the left edge have no deviation; those right of 1 do not pass. Of the solvers, those of `show` are drawn.
     """
+    dataset = by_solvers(dataset, show)
     cases = [str(name).replace("_", " ") for name in dataset["case"].values]
     figure = new_figure(2.6 + ROW_CM * len(cases))
     ax = figure.subplots()
@@ -90,15 +98,29 @@ def draw_solvers(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
     return handles
 
 
-def describe_hard_cases(dataset: xr.Dataset) -> str:
-    """Return the caption: number of cases, and which of them do not pass."""
+def describe_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption: number of cases, by which solvers if not all, and which of them do not pass."""
+    dataset = by_solvers(dataset, show)
     failed = np.asarray((dataset["passed"].values == Passed.NOT_PASSED).any(axis=1))
     names = [str(name) for name in dataset["case"].values[failed]]
-    total = count(int(dataset.sizes["case"]), "case")
+    solvers = f" by {series(map(str, dataset['solver'].values))}" if show else ""
+    total = f"{count(int(dataset.sizes['case']), 'case')}{solvers}"
     verdict = f"not passed: {series(names)}" if names else "all passed"
     short = int(dataset["short_flight_motions"].values.sum())
     motions = count(int(dataset["motions"].values.sum()), "motion")
     return f"{total}, {verdict}. {short} of {motions} had flights shorter than the step."
 
 
-PICTURES = (only_picture("margins", draw_hard_cases, describe_hard_cases),)
+def shown(options: HardCasesFigure | None) -> tuple[str, ...]:
+    """Return the solvers to show."""
+    return tuple((options or HardCasesFigure()).show)
+
+
+PICTURES = (
+    Picture(
+        "margins",
+        lambda dataset: True,
+        lambda dataset, options, _: draw_hard_cases(dataset, shown(options)),
+        lambda dataset, options, _: describe_hard_cases(dataset, shown(options)),
+    ),
+)

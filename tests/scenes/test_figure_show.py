@@ -1,0 +1,156 @@
+"""`figure: {show: [...]}` of the kinds without quantities of motions: what is drawn, written, and refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from drawing import draw, picture_of
+from figures.sample_datasets import hard_cases
+from pydantic import ValidationError
+
+from vibropipe.lab.hard_cases import solvers
+from vibropipe.scenes.accuracy.keys import AccuracyFigure
+from vibropipe.scenes.boundary.keys import BoundaryFigure
+from vibropipe.scenes.effects.keys import EffectsFigure
+from vibropipe.scenes.hard_cases.keys import HardCasesFigure
+from vibropipe.study import StudyError, load_study
+from vibropipe.words.vocabulary import FLAGS, describe
+
+MOTION = "motions: {full: {periods: 1}}"
+OVER = "over: {x0: [0.1], v0: [0.1]}"
+
+
+@pytest.mark.parametrize(
+    ("scene", "allowed"),
+    [
+        (f"kind: accuracy, {MOTION}", "one of error_end, error_impact_tau, error_impact_velocity, error_harmonics"),
+        (f"kind: effects, {MOTION}", "time_ratio or bytes_per_row"),
+        ("kind: hard_cases", "one of exact, newmark 8, newmark 60, newmark 2000"),
+        (f"kind: basins, {OVER}", "attractor or periods_to_attractor"),
+        ("kind: boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}", "one of grazing, fold, flip, pitchfork"),
+    ],
+)  # fmt: skip
+def test_an_unknown_name_is_refused_with_the_list(tmp_path, scene, allowed):
+    path = tmp_path / "s.yaml"
+    text = f"title: T\nexciter: {{l: 0.5}}\nscenes:\n  s: {{{scene}, figure: {{show: [size]}}}}\n"
+    path.write_text(text)
+    with pytest.raises(StudyError) as error:
+        load_study(path)
+    assert f"scenes.s.figure.show[0]: must be {allowed}, got 'size'" in str(error.value)
+
+
+def test_a_kind_of_boundary_that_is_not_sought_is_refused(tmp_path):
+    path = tmp_path / "s.yaml"
+    keys = "kind: boundary, of: [fold, flip], over: {nu: [1, 2], f: [0.1, 1]}"
+    path.write_text(
+        f"title: T\nexciter: {{l: 0.5}}\nscenes:\n  s: {{{keys}, figure: {{show: [grazing]}}}}\n"
+    )
+    with pytest.raises(StudyError, match=r"figure.show: must be .*\(fold, flip\), got 'grazing'"):
+        load_study(path)
+
+
+def test_a_name_stands_once():
+    with pytest.raises(ValidationError):
+        EffectsFigure(show=["time_ratio", "time_ratio"])
+
+
+def test_the_solvers_of_hard_cases_can_be_shown():
+    names = [solver.name for solver in solvers()]
+    assert HardCasesFigure(show=names).show == names
+
+
+def test_hard_cases_of_one_solver():
+    options = HardCasesFigure(show=["newmark 8"])
+    figure = draw("hard_cases", hard_cases(), options)
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["newmark 8"]
+    caption = picture_of("hard_cases", hard_cases()).describe(hard_cases(), options, {})
+    assert caption.startswith("4 cases by newmark 8, not passed: grazing_free. ")
+
+
+def test_the_error_to_show_is_drawn_and_its_order_is_fitted(work_precision):
+    steps = work_precision["setting_value"].values[1]
+    work_precision["error_harmonics"][:, 1] = 7 / steps**3
+    work_precision["error_harmonics"][1] = np.nan
+    options = AccuracyFigure(show=["error_harmonics"])
+    figure = draw("accuracy", work_precision, options)
+    assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["plain"]
+    assert figure.axes[0].get_ylabel() == "error $e_A$"
+    drawn = [line.get_ydata() for line in figure.axes[0].lines if len(line.get_ydata()) == 3]
+    assert any(np.allclose(y, 7 / steps**3) for y in drawn)
+    work, times = (
+        picture_of("accuracy", work_precision, name).describe(work_precision, options, {})
+        for name in ("work_precision", "times")
+    )
+    assert work.startswith("Error of harmonics against time per forcing period on one core, for 1 ")
+    assert "Orders of convergence of the harmonics: crude 1.0" in work
+    assert "newmark 3.0" in work
+    for caption in (work, times):
+        assert "Left out, without this error: with chatter." in caption
+
+
+def test_the_largest_of_several_errors_is_named(work_precision):
+    options = AccuracyFigure(show=["error_end", "error_impact_tau"])
+    caption = picture_of("accuracy", work_precision).describe(work_precision, options, {})
+    assert caption.startswith("Error of end state and impact times (the largest) against time")
+
+
+@pytest.fixture
+def costs() -> xr.Dataset:
+    """Return costs of two motions without targets."""
+    both, one = np.array([[400.0, 400], [100, 200]]), np.array([1.0, 0.5])
+    columns = {f"time_ratio{side}": (("motion", "kernel"), both) for side in ("", "_low", "_high")}
+    columns |= {f"target_ratio{side}": (("motion",), one) for side in ("", "_low", "_high")}
+    columns["bytes_per_row"] = (("motion", "kernel"), np.array([[200.0, 200], [50, 200]]))
+    columns |= {
+        "target": (("motion",), one * np.nan),
+        "target_met": (("motion",), np.array([2, 2], np.int8)),
+        "target_against": (("motion",), np.array(["all effects"] * 2)),
+    }
+    kernels = {"motion": ["full", "no_force"], "kernel": ["own", "all"]}
+    return describe(xr.Dataset(columns, kernels))
+
+
+def test_bytes_alone_are_drawn_with_a_caption_of_their_own(costs):
+    options = EffectsFigure(show=["bytes_per_row"])
+    figure = draw("effects", costs, options)
+    (ax,) = figure.axes
+    assert ax.get_xlabel() == "bytes stored"
+    assert not figure.legends
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["full", "no force"]
+    caption = picture_of("effects", costs).describe(costs, options, {})
+    assert caption == "Bytes stored of 2 motions: from 50 (no force) to 200 (full)."
+
+
+def boundaries() -> xr.Dataset:
+    """Return a curve of grazings and one of folds, which meet."""
+    kinds = FLAGS["boundary_kind"]
+    dataset = xr.Dataset(
+        {
+            "curve_id": ("point", [0, 0, 1, 1]),
+            "boundary_kind": ("point", np.repeat([kinds["grazing"], kinds["fold"]], 2)),
+            "stable": ("point", [1, 1, 0, 0]),
+            "meeting_kind": ("meeting", [FLAGS["meeting_kind"]["grazing_fold"]]),
+            "meeting_point": ("meeting", [1]),
+        },
+        {
+            "nu": ("point", [1.0, 1.2, 1.2, 1.5]), "f": ("point", [0.1, 0.2, 0.2, 0.3]),
+            "meeting_nu": ("meeting", [1.2]), "meeting_f": ("meeting", [0.2]),
+        },
+        {"boundary": "nu f"},
+    )  # fmt: skip
+    return describe(dataset)
+
+
+def test_one_kind_of_boundary():
+    dataset, options = boundaries(), BoundaryFigure(show=["fold"])
+    figure = draw("boundary", dataset, options)
+    assert figure.legends[0].get_texts()[0].get_text() == "fold"
+    assert figure.axes[0].get_xlim() == (1.0, 1.5)
+    assert [list(line.get_xdata()) for line in figure.axes[0].lines] == [[1.2, 1.5], []]
+    caption = picture_of("boundary", dataset).describe(dataset, options, {})
+    assert "1 curve: 1 of fold. Not drawn: grazing." in caption
+    assert "curves meet" not in caption
+    whole = picture_of("boundary", dataset).describe(dataset, None, {})
+    assert "Not drawn" not in whole
+    assert "grazing and fold (1)" in whole

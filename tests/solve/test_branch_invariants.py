@@ -67,6 +67,39 @@ def test_points_are_orbits_and_halved_steps_find_the_same(exciter: vp.Exciter, a
     same_bifurcations(branch, branch_of(exciter, along, max_step=0.01), along)
 
 
+# Doubled orbits of 20 and 92 impacts that reach their parent, each with a last flip at 4e-7 and 2.5e-8 before it.
+LAST_FLIPS = [
+    (
+        vp.Exciter(
+            l=0.5, nu=3.2702638971007594, f=0.8721523882784922, delta=0.2589431900376549,
+            R1=0.7728709822381215, R2=0.9480919260669047,
+        ), "nu", (1.312005722635769, 1.3120061281559552),
+    ),
+    (
+        vp.Exciter(
+            l=0.5, nu=0.8247606054783052, f=2.1291411362459507, h=0.09517537973544762,
+            R1=0.6662601005609288, R2=0.6662601005609288,
+        ), "R2", (0.6103661940980794, 0.6103661690031996),
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("exciter", "along", "flips"), LAST_FLIPS, ids=["nu", "R2"])
+def test_no_step_passes_the_parent_of_doubled_orbits(
+    exciter: vp.Exciter, along: str, flips: tuple[float, float]
+) -> None:
+    first, *others = (
+        branch_of(exciter, along, max_step=step, switch=["flip", "pitchfork", "grazing"])
+        for step in (0.02, 0.01, 0.005)
+    )
+    values = first[f"bifurcation_{along}"].values[first.bifurcation_kind == Bifurcation.FLIP]
+    for flip in flips:
+        assert abs(values - flip).min() < 1e-11
+    for other in others:
+        same_bifurcations(first, other, along)
+
+
 @settings(max_examples=4)
 @given(exciter=exciters(), along=st.sampled_from(["nu", "f", "h", "l"]))
 def test_the_mirrored_exciter_has_the_mirrored_branch(exciter: vp.Exciter, along: str) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from vibropipe.orbits.branches.curve import Curve, Point
 from vibropipe.orbits.branches.events import Event, Mark, is_no_motion, marks_within
-from vibropipe.orbits.branches.parents import reached_parent
+from vibropipe.orbits.branches.parents import parent_ahead, reached_parent
 from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
 
 # First and least length of a step, and factors of its growth.
@@ -59,15 +59,18 @@ def follow(
     lengths, searches = [0.0], 0
     while not path.end:
         point = path.points[-1]
-        parent = reached_parent(curve, point, length)
-        if parent is not None and _is_clear(curve, point, parent[1]):
-            path.points.append(parent[1])
-            path.events.append(Event(parent[0], "doubled", len(path.points) - 1))
-            path.end = "doubled"
-            break
-        if parent is not None and length > PARENT_LENGTH:
-            length *= 0.5
-            continue
+        kind = parent_ahead(curve, point, length)
+        if kind:
+            parent = reached_parent(curve, point, kind)
+            if parent is not None and _is_clear(curve, point, parent):
+                path.points.append(parent)
+                path.events.append(Event(kind, "doubled", len(path.points) - 1))
+                path.end = "doubled"
+                break
+            # Past a parent that is not found yet, a step may hide the last flip before it, and end at a wrong place.
+            if length > PARENT_LENGTH:
+                length *= 0.5
+                continue
         new = curve.advance(point, length)
         if new is not None and length > FLAT_LENGTH and _is_flat(point, new):
             path.points.append(new)

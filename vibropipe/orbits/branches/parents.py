@@ -56,10 +56,8 @@ def child_point(parent: Curve, point: Point, by: np.ndarray) -> tuple[Curve, Poi
     return child, Point(u, change / length, tests)
 
 
-def reached_parent(curve: Curve, point: Point, length: float) -> tuple[str, Point] | None:
-    """Return the parent of doubled orbits, if a branch of them reaches it within a step.
-
-    The equations of the doubled sequence are singular there, and steps fail: the parent's are not.
+def parent_ahead(curve: Curve, point: Point, length: float) -> str:
+    """Return of which kind the parent of doubled orbits is, if a step along the tangent leads past it.
 
     Parameters
     ----------
@@ -69,26 +67,37 @@ def reached_parent(curve: Curve, point: Point, length: float) -> tuple[str, Poin
 
     Returns
     -------
-    (str, Point) or None
-        "flip" or "pitchfork", and the parent's point there as one of `curve`.
+    str
+        "flip" or "pitchfork"; "" if the step leads past none.
     """
     sequence, weights = curve.sequence, curve.weights
     kind = "pitchfork" if sequence.m % 2 else "flip"
     if kind == "pitchfork" and not curve.problem.symmetric:
-        return None
+        return ""
     now = halves_difference(sequence, point.u, weights, kind)
     if now is None or not AT_PARENT < np.abs(now).max() < NEAR_PARENT:
-        return None
+        return ""
     ahead = halves_difference(sequence, point.u + length * point.tangent, weights, kind)
-    if ahead is None or np.dot(now, ahead) > 0.0:
-        return None
+    return "" if ahead is None or np.dot(now, ahead) > 0.0 else kind
+
+
+def reached_parent(curve: Curve, point: Point, kind: str) -> Point | None:
+    """Return the parent of doubled orbits as a point of their branch, if the branch reaches it next to a point.
+
+    The equations of the doubled sequence are singular there, and steps fail: the parent's are not.
+
+    Parameters
+    ----------
+    curve, point : Curve, Point
+    kind : str
+        That of `parent_ahead`.
+    """
+    now = halves_difference(curve.sequence, point.u, curve.weights, kind)
     found = parent_point(curve, point, kind)
-    if found is None:
+    if now is None or found is None:
         return None
     parent, at = found
     _child, reached = child_point(parent, at, parent.doubling_vector(at))
     change = reached.u - point.u
-    change[: len(sequence.supports)] -= round(change[0])
-    if np.abs(change * weights).max() > 2.0 * np.abs(now).max():
-        return None
-    return kind, reached
+    change[: len(curve.sequence.supports)] -= round(change[0])
+    return None if np.abs(change * curve.weights).max() > 2.0 * np.abs(now).max() else reached

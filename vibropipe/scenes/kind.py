@@ -76,6 +76,26 @@ def only_picture(
     )
 
 
+def shown(options: Any) -> tuple[str, ...]:
+    """Return the quantities that the figure options of a scene name in `show`; none without options."""
+    return tuple(options.show) if options is not None else ()
+
+
+def showing_picture(
+    name: str,
+    draw: Callable[[xr.Dataset, tuple[str, ...]], Figure],
+    describe: Callable[[xr.Dataset, tuple[str, ...]], str],
+    fits: Callable[[xr.Dataset], bool] = lambda dataset: True,
+) -> Picture:
+    """Return a picture whose only option is `show`, by default empty."""
+    return Picture(
+        name,
+        fits,
+        lambda dataset, options, others: draw(dataset, shown(options)),
+        lambda dataset, options, others: describe(dataset, shown(options)),
+    )
+
+
 def _no_sections(datasets: Mapping[str, xr.Dataset]) -> list[Section]:
     return []
 

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibropipe.figures.style import SMALL_FONT_SIZE, new_figure
-from vibropipe.scenes.accuracy.keys import AccuracyFigure
 from vibropipe.scenes.accuracy.summary import of_errors, orders, succeeded, worst_error
 from vibropipe.scenes.accuracy.text import describe_work_precision
 from vibropipe.scenes.accuracy.times import (
@@ -20,7 +19,7 @@ from vibropipe.scenes.accuracy.times import (
     installed,
     style_of,
 )
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import showing_picture
 from vibropipe.words.measurements import Outcome
 
 FEW_MOTIONS = 8  # as many as fill a page in two columns; more stand in three
@@ -93,22 +92,7 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset) -> None:
     note.set_in_layout(False)
 
 
-def shown(options: AccuracyFigure | None) -> tuple[str, ...]:
-    """Return the errors to show."""
-    return tuple((options or AccuracyFigure()).show)
-
-
 PICTURES = (
-    Picture(
-        "work_precision",
-        lambda dataset: True,
-        lambda dataset, options, _: draw_work_precision(dataset, shown(options)),
-        lambda dataset, options, _: describe_work_precision(dataset, shown(options)),
-    ),
-    Picture(
-        "times",
-        lambda dataset: True,
-        lambda dataset, options, _: draw_times(dataset, shown(options)),
-        lambda dataset, options, _: describe_times(dataset, shown(options)),
-    ),
+    showing_picture("work_precision", draw_work_precision, describe_work_precision),
+    showing_picture("times", draw_times, describe_times),
 )

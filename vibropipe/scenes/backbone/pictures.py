@@ -3,14 +3,7 @@
 from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
 from vibropipe.scenes.backbone.captions import describe_amplitude_frequency, describe_backbone
 from vibropipe.scenes.backbone.curves import draw_backbone
-from vibropipe.scenes.backbone.keys import BackboneFigure
-from vibropipe.scenes.kind import Picture
-
-
-def shown(options: BackboneFigure | None) -> tuple[str, ...]:
-    """Return the quantities to show."""
-    return tuple((options or BackboneFigure()).show)
-
+from vibropipe.scenes.kind import Picture, shown
 
 PICTURES = (
     Picture(

@@ -21,8 +21,7 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.effects.keys import EffectsFigure
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import showing_picture
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series, share
 
@@ -138,16 +137,4 @@ def missed_text(one: xr.Dataset) -> str:
     return f"{name} ({ratio} of {reference}, target {format_number(float(one['target']), 3)})"
 
 
-def shown(options: EffectsFigure | None) -> tuple[str, ...]:
-    """Return the quantities to show."""
-    return tuple((options or EffectsFigure()).show)
-
-
-PICTURES = (
-    Picture(
-        "costs",
-        lambda dataset: True,
-        lambda dataset, options, _: draw_effects(dataset, shown(options)),
-        lambda dataset, options, _: describe_effects(dataset, shown(options)),
-    ),
-)
+PICTURES = (showing_picture("costs", draw_effects, describe_effects),)

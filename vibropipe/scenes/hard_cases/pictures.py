@@ -20,8 +20,7 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.scenes.hard_cases.keys import HardCasesFigure
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import showing_picture
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
 
@@ -111,16 +110,4 @@ def describe_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return f"{total}, {verdict}. {short} of {motions} had flights shorter than the step."
 
 
-def shown(options: HardCasesFigure | None) -> tuple[str, ...]:
-    """Return the solvers to show."""
-    return tuple((options or HardCasesFigure()).show)
-
-
-PICTURES = (
-    Picture(
-        "margins",
-        lambda dataset: True,
-        lambda dataset, options, _: draw_hard_cases(dataset, shown(options)),
-        lambda dataset, options, _: describe_hard_cases(dataset, shown(options)),
-    ),
-)
+PICTURES = (showing_picture("margins", draw_hard_cases, describe_hard_cases),)

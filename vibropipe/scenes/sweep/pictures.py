@@ -5,7 +5,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import Picture, shown
 from vibropipe.scenes.sweep.bifurcation import (
     describe_bifurcation,
     draw_bifurcation,
@@ -38,11 +38,6 @@ def is_map(dataset: xr.Dataset) -> bool:
     """Return whether a sweep has more lines than can be distinguished."""
     _, others = axis_and_others(dataset)
     return any(dataset.sizes[name] > MAX_LINES for name in others)
-
-
-def shown(options: SweepFigure | None) -> tuple[str, ...]:
-    """Return the quantities to show."""
-    return tuple((options or SweepFigure()).show)
 
 
 def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

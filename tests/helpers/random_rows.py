@@ -14,12 +14,13 @@ from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import PARAMETERS
 
 HARMONICS = 3
 
 
 def draw_rows(seed: int, rows: int) -> np.ndarray:
-    """Parameters (rows, 7) in the order of `Parameters`.
+    """Parameters (rows, 7) of eqs. (5), (6) in the order of `Parameters`.
 
     Few rows have the lowest nu, where a forcing period takes 100 times the steps of one at nu = 1.
     """
@@ -55,7 +56,12 @@ def draw_rows(seed: int, rows: int) -> np.ndarray:
 
 
 def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0)) -> xr.Dataset:
-    """Return the steady states of rows with all outputs over `row`, with the parameters as coordinates."""
+    """Return the steady states of rows with all outputs over `row`, with the parameters as coordinates.
+
+    Parameters (rows, 7) have no effect beyond eqs. (5), (6).
+    """
+    absent = np.zeros((len(parameters), len(PARAMETERS) - parameters.shape[1]))
+    parameters = np.hstack([parameters, absent])
     ((_stop, (solved,)),) = solve_rows(
         row_blocks(len(parameters)),
         lambda first, stop: [parameters[first:stop]],

@@ -240,7 +240,7 @@ def test_mirrored_exciters_give_mirrored_sweeps() -> None:
 @pytest.mark.parametrize(
     ("over", "more", "named"),
     [
-        ({"mu": [1.0]}, {}, "over: must have keys among nu, f, h, l, delta, R1, R2, x0, v0, got 'mu'"),
+        ({"mu": [1.0]}, {}, "over: must have keys among nu, f, h, l, delta, R1, R2, k1, "),
         ({"nu": []}, {}, "over.nu: must be a non-empty list of finite numbers, got []"),
         ({"nu": [1.0, 1.0]}, {}, "over.nu: must be values that differ from each other, got [1.0, 1.0]"),
         ({"nu": [1.0, np.nan]}, {}, "over.nu: must be a non-empty list of finite numbers, got [1.0, nan]"),

@@ -16,6 +16,7 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 
 PATIENT = 5000
@@ -50,7 +51,7 @@ def patient(nu: float, f: float, patience: int) -> tuple[int, int]:
 def disagreements(points: int, patience: int, seed: int) -> list[tuple[float, ...]]:
     rng = np.random.default_rng(seed)
     nu, f = rng.uniform(0.3, 3, points), rng.uniform(0.05, 2, points)
-    rows = np.zeros((points, 7))
+    rows = np.zeros((points, len(PARAMETERS)))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = nu, f, 0.2, 0.5
     rows[:, 5] = rows[:, 6] = 0.7
     limits = MAX_PERIODS, PATIENCE

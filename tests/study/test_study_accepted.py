@@ -21,7 +21,7 @@ def test_resolves_parameters_from_scene_then_study_then_effect_absent(tmp_path):
         **{"nu": 1.0, "f": -1.0, "h": 0.2, "delta": 0.1, "R1": 0.9, "R2": 0.7, "l": 0.5}
     }
     bare = study_of("title: T\nscenes: {s: {kind: motion, exciter: {l: 2}}}", tmp_path)
-    absent = Exciter(l=2.0).parameters()._asdict()
+    absent = Exciter(l=2.0).stated()
     assert bare.scene("s").resolved_exciter() == absent
 
 

@@ -45,7 +45,7 @@ def test_a_study_with_units_is_that_without_by_equations_2_to_4() -> None:
         m=2, C=8000, H=40, l=0.008, F=120, omega="9 Hz", R1=0.7, R2=0.6
     )
     motion = scenes["motion"]
-    assert motion.resolved_exciter() == vars(expected)
+    assert motion.resolved_exciter() == expected.stated()
     assert (motion.tau_end, motion.start.x0) == (0.5 * P, 0.005)
     assert motion.start.v0 == pytest.approx(0.1 / P, rel=1e-15)
     sweep = scenes["sweep"].over_arrays()
@@ -110,10 +110,12 @@ SWEPT = "scenes.sweep.over.omega"
         ("{start: 20 rad/s, stop: 200 rad/s, points: 9}", "20 rad/s",
          f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
         ("over: {omega", "over: {nu",
-         "scenes.sweep.over.nu: is an unknown key; must be one of H, F, omega, l, delta, R1, R2 (with its unit, nu is "
+         "scenes.sweep.over.nu: is an unknown key; must be one of H, F, omega, l, delta, C1, C2, H1, H2, load, "
+         "friction, F2, phi2, R1, R2 (with its unit, nu is "
          "omega)"),
         ("delta: [0, 1 mm]", "m: [1 kg]",
-         "scenes.sweep.over.m: is an unknown key; must be one of H, F, omega, l, delta, R1, R2"),
+         "scenes.sweep.over.m: is an unknown key; must be one of H, F, omega, l, delta, C1, C2, H1, H2, load, "
+         "friction, F2, phi2, R1, R2"),
         ("[0, 1 mm]", "[1 mm, 0]",
          "scenes.sweep.over.delta: must be increasing numbers, each once, got 0.0 after 0.001"),
         ("{kind: sweep,", "{kind: sweep, physical: {omega: 9 Hz},",
@@ -128,9 +130,11 @@ SWEPT = "scenes.sweep.over.omega"
          "scenes.motion.tau_end: must be a number in s or a time > 0 with its unit, such as 0.5 s, got '5 mm' (mm is "
          "no unit of time)"),
         ("physical: {omega: 9 Hz}", "physical: {m: 2 kg}",
-         "scenes.motion.physical.m: is an unknown key; must be one of omega, F, H, l, delta"),
+         "scenes.motion.physical.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, "
+         "load, slope, gravity, friction, F2, phi2"),
         ("omega: 55 rad/s}", "omega: 55 rad/s, R1: 1}",
-         "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, m, C"),
+         "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, slope, gravity, "
+         "friction, F2, phi2, m, C"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
     ],

@@ -50,7 +50,8 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: sweep, over: {x: [1]}}",
-            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, x0, v0 (did you "
+            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, load, friction, "
+            "f2, phi2, x0, v0 (did you "
             "mean 'x0'?)",
         ),
         (
@@ -398,7 +399,7 @@ def test_parameters_refuse_what_is_no_finite_number(tmp_path, name, value):
 )
 def test_look_alikes_are_refused_with_a_hint(tmp_path, key, hint):
     (line,) = scene_faults("{kind: motion}", tmp_path, exciter=f"{{l: 1, {key}: 0.5}}")
-    assert ": is an unknown key; must be one of nu, f, h, l, delta, R1, R2 (" in line
+    assert ": is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, " in line
     assert line.endswith(f"({hint})")
 
 

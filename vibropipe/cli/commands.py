@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,8 @@ from vibropipe.cli.options import (
     SceneName,
     StudyFile,
     parameter_option,
+    parse_shard,
+    use_threads,
 )
 from vibropipe.cli.run import new, run
 from vibropipe.words.methods import METHODS
@@ -86,6 +87,14 @@ def simulate(
     delta: Annotated[float, parameter_option("delta")] = DEFAULTS["delta"],
     R1: Annotated[float, parameter_option("R1")] = DEFAULTS["R1"],
     R2: Annotated[float, parameter_option("R2")] = DEFAULTS["R2"],
+    k1: Annotated[float, parameter_option("k1")] = DEFAULTS["k1"],
+    k2: Annotated[float, parameter_option("k2")] = DEFAULTS["k2"],
+    h1: Annotated[float, parameter_option("h1")] = DEFAULTS["h1"],
+    h2: Annotated[float, parameter_option("h2")] = DEFAULTS["h2"],
+    load: Annotated[float, parameter_option("load")] = DEFAULTS["load"],
+    friction: Annotated[float, parameter_option("friction")] = DEFAULTS["friction"],
+    f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
+    phi2: Annotated[float, parameter_option("phi2")] = DEFAULTS["phi2"],
     x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
     tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
@@ -113,7 +122,10 @@ def simulate(
     if plot is not None and plot.suffix not in PLOT_SUFFIXES:
         allowed = ", ".join(PLOT_SUFFIXES)
         raise typer.BadParameter(f"must end in {allowed}, got {plot.name}", param_hint="--plot")
-    exciter = Exciter(l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2)
+    exciter = Exciter(
+        l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2, k1=k1, k2=k2, h1=h1, h2=h2, load=load,
+        friction=friction, f2=f2, phi2=phi2,
+    )  # fmt: skip
     motion = solve_motion(
         exciter,
         tau_end=tau_end,
@@ -289,21 +301,3 @@ def bench(
     measured = items(whole=whole)
     measure(measured, rounds)
     typer.echo(as_json(measured) if json else as_text(measured))
-
-
-def parse_shard(text: str) -> tuple[int, int]:
-    """Return (I, N) of the option `I/N`, shard I of N."""
-    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
-    if match is None:
-        raise typer.BadParameter(f"must be I/N, such as 3/8, got {text!r}", param_hint="--shard")
-    return int(match[1]), int(match[2])
-
-
-def use_threads(threads: int | None) -> int:
-    """Set the number of threads of the kernels, at most those of this machine; return the number set."""
-    import numba
-
-    if threads is not None:
-        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-        numba.set_num_threads(min(threads, available))
-    return int(numba.get_num_threads())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,3 +26,21 @@ ResultsFolder = Annotated[
 def parameter_option(name: str) -> Any:
     """Return the option of a parameter; its help text is the long name in datasets."""
     return typer.Option(f"--{name}", help=f"{quantity(name).long_name.capitalize()}.")
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """Return (I, N) of the option `I/N`, shard I of N."""
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
+    if match is None:
+        raise typer.BadParameter(f"must be I/N, such as 3/8, got {text!r}", param_hint="--shard")
+    return int(match[1]), int(match[2])
+
+
+def use_threads(threads: int | None) -> int:
+    """Set the number of threads of the kernels, at most those of this machine; return the number set."""
+    import numba
+
+    if threads is not None:
+        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(min(threads, available))
+    return int(numba.get_num_threads())

@@ -173,7 +173,7 @@ def force_amplitude(dataset: xr.Dataset) -> str:
 
 def parameter_names(dataset: xr.Dataset) -> list[str]:
     """Return the names of the parameters in a dataset, swept or not, with those in physical units first."""
-    names = ("m", "C", "H", "F", "omega", *PARAMETERS)
+    names = ("m", "C", "H", "F", "omega", *PARAMETERS, "C1", "C2", "H1", "H2", "F2")
     return [name for name in names if name in dataset.variables]
 
 

@@ -111,7 +111,9 @@ def motion_text(motion: xr.Dataset, max_events: int = MAX_EVENTS) -> str:
     """
     head = ("tau", "event", "support", "velocity before", "after")
     body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]
-    parameters = "  ".join(f"{name} = {float(motion[name]):g}" for name in PARAMETERS)
+    parameters = "  ".join(
+        f"{name} = {float(motion[name]):g}" for name in PARAMETERS if name in motion
+    )
     end = (
         f"end: displacement {float(motion['displacement_end']):.12g},"
         f" velocity {float(motion['velocity_end']):.12g}"

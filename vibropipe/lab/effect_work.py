@@ -83,7 +83,7 @@ def solve_row_repeatedly(
 ) -> None:
     """Solve a row `n_calls` times by time marching, without a closed form, for timing.
 
-    e : Effects; row : (1, 7) parameters; x, v : start; log : Log of an orbit; c : (DEGREE + 1,) scratch; out : results
+    e : Effects; row : (1, n) parameters; x, v : start; log : Log of an orbit; c : (DEGREE + 1,) scratch; out : results
     of one row.
     """
     p = row_parameters(row, 0)
@@ -107,7 +107,7 @@ def sample_repeatedly(
 ) -> None:
     """March the motion of a row `n_calls` times from tau = 0 and sample it, for timing.
 
-    e : Effects; row : (1, 7) parameters; x, v : start; periods : forcing periods; log : Log with capacity for all
+    e : Effects; row : (1, n) parameters; x, v : start; periods : forcing periods; log : Log with capacity for all
     contacts; c : (DEGREE + 1,) scratch; samples : (1, 2, n) receives displacement and velocity.
     """
     p = row_parameters(row, 0)

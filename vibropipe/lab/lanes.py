@@ -45,7 +45,7 @@ STATE, EVENTS = 9, 8
 class LaneInput(NamedTuple):
     """Motions from (x, v) at tau = 0, one per row.
 
-    parameters : (rows, 7); starts : (rows, 2); ends : (rows, 3) as (period, step, theta); steps : per forcing period;
+    parameters : (rows, n); starts : (rows, 2); ends : (rows, 3) as (period, step, theta); steps : per forcing period;
     max_events : limit of contacts and releases; sines, cosines : at every step of the period (`load.sincos_tables`);
     basis : empty.
     """

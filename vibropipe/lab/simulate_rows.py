@@ -15,11 +15,12 @@ from vibropipe.march.grid import grid_time
 from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
 from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
 from vibropipe.march.state import REST
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load import sincos_tables
 from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion import check_steps
+from vibropipe.words.parameters import FURTHER
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
 
@@ -95,9 +96,14 @@ def simulate_rows(
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
     turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
+    all_effects(dict(zip(Parameters._fields, parameters.T, strict=True)))
     columns = march_rows(parameters, starts, turns, steps, max_impacts)
     variables = {name: (_dim_of(name), values) for name, values in columns.items()}
-    coords = {name: ("row", parameters[:, i]) for i, name in enumerate(Parameters._fields)}
+    coords = {
+        name: ("row", parameters[:, i])
+        for i, name in enumerate(Parameters._fields)
+        if name not in FURTHER or parameters[:, i].any()
+    }
     return describe(xr.Dataset(variables, coords))
 
 
@@ -128,8 +134,8 @@ def march_rows(
 
     Parameters
     ----------
-    parameters : (rows, 7) ndarray of float
-        nu, f, h, l, delta, R1, R2 of each row.
+    parameters : (rows, parameters) ndarray of float
+        Parameters of each row, in the order of `PARAMETERS`.
     starts : (rows, 2) ndarray of float
         Displacement and velocity at tau = 0.
     turns : (rows,) ndarray of float

@@ -22,7 +22,7 @@ from vibropipe.lab.timing import Timer, time_in_rounds
 from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, Candidate, MethodResult
 from vibropipe.solve.accuracy.motion_errors import match_contacts
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
@@ -258,7 +258,10 @@ def motion_coordinates(motions: Mapping[str, BenchmarkMotion]) -> dict[str, Any]
     """Return names, exciters and starts of motions as coordinates over `motion`."""
     all_motions = motions.values()
     columns = {
-        name: [getattr(motion.exciter, name) for motion in all_motions] for name in PARAMETERS
+        name: values
+        for name in PARAMETERS
+        for values in [[getattr(motion.exciter, name) for motion in all_motions]]
+        if name not in FURTHER or any(values)
     } | {
         "displacement_start": [motion.x0 for motion in all_motions],
         "velocity_start": [motion.v0 for motion in all_motions],

@@ -126,7 +126,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
 
 @jit
 def row_parameters(parameters, row):
-    """Return row `row` of an array (rows, 7) as `Parameters`."""
+    """Return row `row` of an array (rows, parameters) as `Parameters`."""
     return Parameters(
         parameters[row, 0],
         parameters[row, 1],
@@ -135,6 +135,14 @@ def row_parameters(parameters, row):
         parameters[row, 4],
         parameters[row, 5],
         parameters[row, 6],
+        parameters[row, 7],
+        parameters[row, 8],
+        parameters[row, 9],
+        parameters[row, 10],
+        parameters[row, 11],
+        parameters[row, 12],
+        parameters[row, 13],
+        parameters[row, 14],
     )
 
 
@@ -151,7 +159,7 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
     Parameters
     ----------
     e : Effects
-    parameters : (rows, 7) float
+    parameters : (rows, parameters) float
     starts : (rows, 2) float
         Start (x, v) of the first row of each chain.
     chain_length : int
@@ -203,7 +211,7 @@ def solve_row_chains(
     Parameters
     ----------
     e : Effects
-    parameters : (rows, 7) float
+    parameters : (rows, parameters) float
     starts : (rows, 2) float
         Start (x, v) of the first row of each chain.
     chain_length : int

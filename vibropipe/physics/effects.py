@@ -38,6 +38,24 @@ class Effects(NamedTuple):
 
 ALL_EFFECTS = Effects()
 
+# Parameters whose effect is not computed, and what it is.
+NOT_COMPUTED = {
+    **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
+    "load": "a constant load is",
+    "friction": "dry friction is",
+    **dict.fromkeys(("f2", "phi2"), "a second harmonic of the force is"),
+}
+
+
+def all_effects(values: Mapping[str, Any]) -> Effects:
+    """Return all effects of eqs. (5), (6), or raise a ParameterError for parameters whose effect is not computed."""
+    for name, effect in NOT_COMPUTED.items():
+        if np.any(values.get(name, 0.0)):
+            largest = float(np.abs(values[name]).max())
+            must = f"must be 0: {effect} not computed by this version"
+            raise ParameterError(name, values[name], must=must, got=repr(largest))
+    return ALL_EFFECTS
+
 
 def effect_names(effects: Effects) -> tuple[str, ...]:
     """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports."""
@@ -94,7 +112,13 @@ def effects_of(
     Returns
     -------
     Effects
+
+    Raises
+    ------
+    ParameterError
+        If the parameters have an effect that is not computed.
     """
+    all_effects(values)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
     bound = state_norm_bound(p, x, v, span, followed) if exact else math.inf
     force = largest_force(p)
@@ -135,10 +159,10 @@ def resolve_effects(
     Raises
     ------
     ParameterError
-        If another effect is left out that the parameters call for.
+        If another effect is left out that the parameters call for, or is not computed.
     """
     if names is None:
-        return ALL_EFFECTS
+        return all_effects(values)
     stated = effects_from_names(names)
     missing = missing_effect(names, values, *at, **how)
     if missing is not None:

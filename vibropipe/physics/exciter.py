@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from vibropipe.physics.si import non_dimensional
 from vibropipe.physics.start import start_at, start_room, support_positions
-from vibropipe.words.parameters import DEFAULTS, FINITE, PARAMETERS, PHYSICAL, Range
+from vibropipe.words.parameters import (
+    DEFAULTS,
+    FINITE,
+    PARAMETERS,
+    PHYSICAL,
+    Range,
+    without_absent,
+)
 from vibropipe.words.units import UnitError, to_si
 
 # A support farther away than this many times the largest displacement of the linear motion is never struck. A length
@@ -59,6 +66,14 @@ class Parameters(NamedTuple):
     delta: float
     R1: float
     R2: float
+    k1: float = 0.0
+    k2: float = 0.0
+    h1: float = 0.0
+    h2: float = 0.0
+    load: float = 0.0
+    friction: float = 0.0
+    f2: float = 0.0
+    phi2: float = 0.0
 
 
 def as_float(name: str, value: Any, allowed: str) -> float:
@@ -92,35 +107,6 @@ def si_value(name: str, value: Any) -> float:
     return number
 
 
-def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters of an exciter by eqs. (2)-(4).
-
-    Parameters
-    ----------
-    si : mapping of str to float
-        m and C, and any of omega, F, H, l and delta, in SI.
-
-    Returns
-    -------
-    dict of str to float
-        nu, f, h, l and delta, of those that are given; lengths in metres.
-    """
-    values = {name: si[name] for name in ("l", "delta") if name in si}
-    if "omega" in si:
-        values["nu"] = si["omega"] / eigenfrequency(si["m"], si["C"])
-    if "F" in si:
-        values["f"] = si["F"] / si["C"]
-    if "H" in si:
-        # Square roots first: the product m C can overflow where h does not.
-        values["h"] = si["H"] / math.sqrt(si["m"]) / math.sqrt(si["C"])
-    return values
-
-
-def eigenfrequency(m: float, C: float) -> float:
-    """Return p = sqrt(C/m), eq. (3), in rad/s."""
-    return math.sqrt(C / m)
-
-
 @dataclass(frozen=True)
 class Exciter:
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
@@ -139,11 +125,21 @@ class Exciter:
         Offset of the equilibrium: support 1 stands at x = l + delta and support 2 at x = -(l - delta).
     R1, R2 : float
         Coefficients of restitution of the supports, from 0 to 1.
+    k1, k2, h1, h2 : float
+        Stiffness and damping of soft supports, >= 0: beyond support i, at x = b, the force ki (x - b) + hi x' acts on
+        the mass. A support with ki = 0 is rigid and has hi = 0.
+    load : float
+        Constant force.
+    friction : float
+        Dry friction (Coulomb), >= 0.
+    f2, phi2 : float
+        Amplitude and phase of the second harmonic of the force, f sin(nu tau) + f2 sin(2 nu tau + phi2).
 
     Raises
     ------
     ParameterError
-        If a value is out of range (`vibropipe.words.parameters`), or the supports coincide in floating point.
+        If a value is out of range (`vibropipe.words.parameters`), the supports coincide in floating point, or a rigid
+        support has damping.
     """
 
     l: float  # noqa: E741 - the paper's symbol
@@ -153,6 +149,14 @@ class Exciter:
     delta: float = DEFAULTS["delta"]
     R1: float = DEFAULTS["R1"]
     R2: float = DEFAULTS["R2"]
+    k1: float = DEFAULTS["k1"]
+    k2: float = DEFAULTS["k2"]
+    h1: float = DEFAULTS["h1"]
+    h2: float = DEFAULTS["h2"]
+    load: float = DEFAULTS["load"]
+    friction: float = DEFAULTS["friction"]
+    f2: float = DEFAULTS["f2"]
+    phi2: float = DEFAULTS["phi2"]
 
     def __post_init__(self) -> None:
         for name, known in PARAMETERS.items():
@@ -163,6 +167,10 @@ class Exciter:
             )
             got = f"l = {self.l!r}, delta = {self.delta!r}"
             raise ParameterError("l", self.l, allowed, got=got)
+        for k, h in (("k1", "h1"), ("k2", "h2")):
+            if getattr(self, h) > 0.0 and getattr(self, k) == 0.0:
+                must = f"must be 0 where {k} = 0: a rigid support has a restitution, no damping"
+                raise ParameterError(h, getattr(self, h), must=must)
 
     @classmethod
     def from_physical(
@@ -177,6 +185,7 @@ class Exciter:
         delta: Any = DEFAULTS["delta"],
         R1: float = DEFAULTS["R1"],
         R2: float = DEFAULTS["R2"],
+        **further: Any,
     ) -> Exciter:
         """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t), by eqs. (2)-(4).
 
@@ -192,6 +201,10 @@ class Exciter:
             2 pi 9 rad/s.
         R1, R2 : float
             As in `Exciter`.
+        **further : number, str or pint.Quantity
+            Any of C1, C2, H1, H2 (N/m, N s/m: stiffness and damping of soft supports), load (N: a constant force),
+            slope (rad: the angle at which x rises) with gravity (default 9.80665 m/s^2), which add -m gravity
+            sin(slope) to the load, friction (N: dry friction), F2 and phi2 (N, rad: second harmonic of the force).
 
         Raises
         ------
@@ -204,7 +217,9 @@ class Exciter:
             If l is a number and the nearer support is more than 100 times as far away as the mass swings without
             supports, as with l=8 for 8 mm: it is then never struck.
         """
-        given = {"m": m, "C": C, "H": H, "F": F, "omega": omega, "l": l, "delta": delta}
+        given = {"m": m, "C": C, "H": H, "F": F, "omega": omega, "l": l, "delta": delta, **further}
+        for name in further.keys() - PHYSICAL.keys():
+            raise TypeError(f"from_physical() got an unexpected keyword argument {name!r}")
         si = {name: si_value(name, value) for name, value in given.items()}
         exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
         if not isinstance(l, str) and not hasattr(l, "units"):
@@ -239,14 +254,19 @@ class Exciter:
         return 2 * math.pi / self.nu
 
     def mirrored(self) -> Exciter:
-        """Return the mirrored exciter, x -> -x: f and delta change sign, R1 and R2 are exchanged."""
-        return Exciter(
-            l=self.l, nu=self.nu, f=-self.f, h=self.h, delta=-self.delta, R1=self.R2, R2=self.R1
-        )
+        """Return the mirrored exciter, x -> -x: forces and delta change sign, the supports are exchanged."""
+        negated = {name: -getattr(self, name) for name in ("f", "delta", "load", "f2")}
+        pairs = (("R1", "R2"), ("k1", "k2"), ("h1", "h2"))
+        exchanged = {a: getattr(self, b) for one, two in pairs for a, b in ((one, two), (two, one))}
+        return replace(self, **negated, **exchanged)
 
     def parameters(self) -> Parameters:
         """Return the parameters as kernels read them."""
         return Parameters(**vars(self))
+
+    def stated(self) -> dict[str, float]:
+        """Return the parameters that datasets hold: those of further effects only where the effect is present."""
+        return without_absent(self.parameters()._asdict())
 
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
         """Return a start as floats, on a support that it is within rounding of (`start_at`).

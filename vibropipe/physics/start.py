@@ -58,7 +58,7 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
 
     Parameters
     ----------
-    parameters : ndarray, shape (rows, 7)
+    parameters : ndarray, shape (rows, parameters)
     x0, v0 : float, ndarray of shape (rows,), or None
         As in `start_at`.
 

@@ -12,12 +12,12 @@ from vibropipe.figures.text import FEW_VALUES, clock, format_number, grid_text, 
 from vibropipe.figures.units import unit_text
 from vibropipe.report.findings import is_text, symbol_text, value_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.vocabulary import PLAIN_SYMBOLS
+from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS, physical_name
 from vibropipe.words.wording import count, series
 
 GRID_OF = ("regime", "velocity_over_l")  # variables whose dimensions are the grids of a scene
-PHYSICAL = {"nu": "omega", "f": "F", "h": "H"}  # names of parameters in SI, where they differ
+PHYSICAL = {name: physical_name(name) for name in PARAMETERS if physical_name(name) != name}
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "free_period", "amplitude")
 
 
@@ -74,7 +74,9 @@ def grids_text(dataset: xr.Dataset) -> str:
 
 def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
     """Return a table of one row per scene: kind, grids, and value or range of each parameter."""
-    keys = {key: parameter_name(key, datasets) for key in PARAMETERS}
+    names = {key: parameter_name(key, datasets) for key in PARAMETERS}
+    held = {name for dataset in datasets.values() for name in dataset.variables}
+    keys = {key: name for key, name in names.items() if key not in FURTHER or name in held}
     rows = []
     for name, dataset in named_datasets(kinds, datasets):
         cells = [
@@ -96,7 +98,7 @@ def values_text(array: xr.DataArray) -> str:
 
 
 def parameter_name(key: str, datasets: Datasets) -> str:
-    """Return the name of a parameter in the datasets: in SI, nu, f and h are omega, F and H."""
+    """Return the name of a parameter in the datasets: in SI, nu is omega, f is F and so on."""
     physical = PHYSICAL.get(key, key)
     return physical if any(physical in dataset.variables for dataset in datasets.values()) else key
 

@@ -99,7 +99,7 @@ def basins(
         "periods_to_attractor": (dims, periods.reshape(shape).astype(np.int32)),
         "border": (dims, border_starts(attractor).astype(np.int8)),
     }
-    parameters = {name: ((), value) for name, value in exciter.parameters()._asdict().items()}
+    parameters = {name: ((), value) for name, value in exciter.stated().items()}
     coords = {**parameters, "start_phase": ((), turn), "x0": xs, "v0": vs}
     return describe(dataset.assign_coords(coords).assign(variables))
 

@@ -10,6 +10,7 @@ import numpy as np
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
 from vibropipe.physics import limits
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
 from vibropipe.solve.branch import KEEP_SYMMETRY
@@ -151,7 +152,7 @@ def _check_box(
             raise ParameterError("within", within, allowed)
     for first in pairs[0]:
         for second in pairs[1]:
-            Exciter(**{**vars(exciter), names[0]: first, names[1]: second})
+            all_effects(vars(Exciter(**{**vars(exciter), names[0]: first, names[1]: second})))
     ends = np.array(pairs, float)
     return ends[:, 0], ends[:, 1]
 
@@ -177,7 +178,10 @@ def _orbits_of(rows: xr.Dataset) -> list[Settled]:
     multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
     rests = rows["rests_per_orbit"].sum("support").values
     parameters = np.array(
-        [np.broadcast_to(rows[name].values, multiples.shape) for name in Parameters._fields]
+        [
+            np.broadcast_to(rows[name].values if name in rows.coords else 0.0, multiples.shape)
+            for name in Parameters._fields
+        ]
     )
     times = rows["impact_phase"].values + rows["impact_period"].values
     velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values

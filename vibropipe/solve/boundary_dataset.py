@@ -18,6 +18,7 @@ from vibropipe.solve.branch_dataset import solve_points
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.boundaries import Meeting
+from vibropipe.words.parameters import without_absent
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
         variables[f"meeting_{name}"] = (("meeting",), values[points, column])
     coords: dict[str, Any] = {
         other: ((), np.array(value))
-        for other, value in zip(Parameters._fields, box.values, strict=True)
+        for other, value in without_absent(Parameters(*box.values)._asdict()).items()
         if other not in names
     }
     attrs = origin_attrs(effect_names(ALL_EFFECTS), "orbits that settle on a grid of lines")

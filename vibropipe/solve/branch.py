@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
-from vibropipe.physics.effects import ALL_EFFECTS, effect_names
+from vibropipe.physics.effects import ALL_EFFECTS, all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
@@ -189,7 +189,7 @@ def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
     number = as_float(name, value, PARAMETERS[along].range.text)
     if not PARAMETERS[along].range.contains(number):
         raise ParameterError(name, value, PARAMETERS[along].range.text)
-    Exciter(**{**vars(exciter), along: number})
+    all_effects(vars(Exciter(**{**vars(exciter), along: number})))
     return number
 
 

@@ -22,6 +22,7 @@ from vibropipe.solve.rest_branch import RestBranch
 from vibropipe.solve.rows import ImpactBuffer, compact_impacts, new_rows
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.parameters import without_absent
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def _to_dataset(
     }
     coords: dict[str, Any] = {
         other: ((), np.array(value))
-        for other, value in zip(Parameters._fields, problem.values, strict=True)
+        for other, value in without_absent(Parameters(*problem.values)._asdict()).items()
         if other != name
     }
     dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs)
@@ -161,7 +162,7 @@ def solve_points(
     ----------
     sequence : Sequence
         The whole orbit, not mirrored.
-    parameters : (points, 7) array
+    parameters : (points, parameters) array
     unknowns : (points, 2n + 1) array
         Times and velocities of the impacts, and one more number.
     harmonics : int

@@ -120,9 +120,7 @@ def _boundaries(family: Family, nu: Any) -> xr.Dataset:
         variables[f"{name}_admissible"] = np.array(admissible, np.int8)
     original = e if family.sign > 0 else e.mirrored()
     coords: dict[str, Any] = {
-        name: ((), value)
-        for name, value in original.parameters()._asdict().items()
-        if name not in ("nu", "f")
+        name: ((), value) for name, value in original.stated().items() if name not in ("nu", "f")
     }
     attrs = origin_attrs(CLOSED_EFFECTS, "none: closed form")
     every = {name: ("nu", numbers) for name, numbers in variables.items()}

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.extremes import flight_extremes
 from vibropipe.physics import closed_orbits as closed
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.solve.checks import check_whole
@@ -77,7 +78,8 @@ def one_sided_family(exciter: Exciter, support: int, m: int) -> Family:
 
 
 def _forced(exciter: Exciter) -> Exciter:
-    """Return the exciter, or raise a ParameterError if it has no force."""
+    """Return the exciter, or raise a ParameterError if it has no force or an effect that is not computed."""
+    all_effects(vars(exciter))
     if exciter.f == 0.0:
         must = "must not be 0, since these orbits have the period of the force (free motions: amplitude_frequency)"
         raise ParameterError("f", exciter.f, must=must)

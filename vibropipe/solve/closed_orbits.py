@@ -135,7 +135,7 @@ def _orbits(family: Family) -> xr.Dataset:
     }
     original = e if family.sign > 0 else e.mirrored()
     coords = {
-        **{name: ((), value) for name, value in original.parameters()._asdict().items()},
+        **{name: ((), value) for name, value in original.stated().items()},
         "solution": [1, 2],
         "support": np.array([1, 2], np.int8),
         "multiplier": [1, 2],

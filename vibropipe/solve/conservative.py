@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
-from vibropipe.physics.effects import WATCHED
+from vibropipe.physics.effects import WATCHED, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.checks import check_whole
@@ -153,6 +153,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     """
     import xarray as xr
 
+    all_effects(vars(exciter))
     lower, upper = exciter.lower, exciter.upper
     least = max(0.0, lower, -upper)
     amplitudes = finite_values(

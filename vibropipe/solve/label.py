@@ -25,7 +25,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     ----------
     rows : RowResults
         Compacted results (`solve.rows`).
-    parameters : (rows, 7) array
+    parameters : (rows, parameters) array
         Parameters of the rows.
 
     Returns

@@ -35,9 +35,7 @@ def to_dataset(
     import xarray as xr
 
     variables = to_variables(exciter, request, run)
-    coords: dict[str, Any] = {
-        name: ((), value) for name, value in exciter.parameters()._asdict().items()
-    }
+    coords: dict[str, Any] = {name: ((), value) for name, value in exciter.stated().items()}
     if run.energy_terms is not None:
         coords["support"] = ("support", [1, 2])
     if "tau" in variables:

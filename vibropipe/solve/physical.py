@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, eigenfrequency, si_value
+from vibropipe.physics.exciter import ParameterError, si_value
+from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy
@@ -137,6 +138,7 @@ def _factors(m: float, C: float) -> dict[str, float]:
         "rate": p,
         "velocity": p,
         "force": C,
+        "stiffness": C,
         "damping": math.sqrt(m) * math.sqrt(C),
         "energy": C,
     }

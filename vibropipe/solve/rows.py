@@ -160,7 +160,7 @@ class _Solver:
     of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
-        """Return the compacted results of parameters (rows, 7) from starts (rows, 2)."""
+        """Return the compacted results of parameters (rows, parameters) from starts (rows, 2)."""
         # Each thread keeps its buffer: the first use of a page costs more than a row.
         if not hasattr(self.of_thread, "buffer"):
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)

@@ -22,7 +22,7 @@ from vibropipe.orbits.basins import (
     section_jacobian,
 )
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import (
@@ -107,7 +107,7 @@ class SectionMap:
 
     def __init__(self, exciter: Exciter) -> None:
         self.exciter = exciter
-        self._parameters = ALL_EFFECTS, exciter.parameters()
+        self._parameters = all_effects(exciter.stated()), exciter.parameters()
         self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
 
     def jacobian(self, point: np.ndarray, m: int) -> np.ndarray:

@@ -121,8 +121,7 @@ def sweep(
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
     """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
     values, followed = check_over(over), check_follow(over, follow)
-    parameters = exciter.parameters()._asdict().items()
-    shared = {name: value for name, value in parameters if name not in values}
+    shared = {name: value for name, value in exciter.stated().items() if name not in values}
     return SweepGrid(values, followed, shared)
 
 

@@ -17,6 +17,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from vibropipe.words.parameters import DEFAULTS
+
 Item = TypeVar("Item")
 Follow = tuple[str, str] | None
 
@@ -63,7 +65,7 @@ class SweepGrid:
     follow : (str, str), optional
         The followed parameter, and a key of `DIRECTIONS`.
     shared : mapping of str to float, optional
-        The parameters that are the same in every row.
+        The parameters that are the same in every row; those that are left out have their defaults.
     """
 
     values: Mapping[str, np.ndarray]
@@ -149,8 +151,12 @@ class SweepGrid:
         columns = np.empty((len(rows), len(names)))
         for column, name in enumerate(names):
             swept = name in indices
-            columns[:, column] = self.values[name][indices[name]] if swept else self.shared[name]
+            columns[:, column] = self.values[name][indices[name]] if swept else self.same(name)
         return columns
+
+    def same(self, name: str) -> float:
+        """Return the value of a parameter that is the same in every row."""
+        return self.shared[name] if name in self.shared else DEFAULTS[name]
 
     def text(self, row: int) -> str:
         """Return the coordinates of a row as text."""

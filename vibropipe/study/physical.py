@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from vibropipe.physics.exciter import eigenfrequency, non_dimensional
+from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import A_GRID, Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import REFUSED, UnitRule
@@ -23,6 +23,8 @@ from vibropipe.words.units import UnitError, to_si
 # Parameters by their names with units -> without, and back.
 NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entry.non_dimensional}
 WRITTEN = {name: written for written, name in NAMES.items()}
+# Keys of `physical` beside m and C.
+TAKEN = PHYSICAL.keys() - {"m", "C"}
 # Keys of scenes that take a quantity: dimension and range.
 KEYS: dict[str, tuple[str, Range]] = {
     **{name: PHYSICAL[name][:2] for name in NAMES},
@@ -122,12 +124,13 @@ class _Reader:
             self.problems.append(
                 Problem((*path, "exciter", name), describe(numbers[name]), must=must)
             )
-        given = {
-            NAMES[name]: self.scaled(name, si)
-            for name, value in physical.items()
-            if name in NAMES
-            for si in [_si(name, value)]
-        }
+        if "gravity" in physical and "slope" not in physical:
+            must = "must be left out unless slope stands beside it"
+            found = describe(physical["gravity"])
+            self.problems.append(Problem((*path, "physical", "gravity"), found, must=must))
+        read = {name: _si(name, value) for name, value in physical.items() if name in TAKEN}
+        si = {name: STAND_IN if value is None else value for name, value in read.items()}
+        given = non_dimensional({**self.units, **si})
         return {name: value for name, value in numbers.items() if name not in WRITTEN} | given
 
     def scene(self, scene: dict[str, Any], path: KeyPath) -> dict[str, Any]:
@@ -137,8 +140,11 @@ class _Reader:
         )
         for varied, verb in ((over, "swept"), (along, "followed")):
             if isinstance(varied, dict) and isinstance(physical, dict):
-                for name in varied.keys() & physical.keys():
-                    must = f"must be left out, since {name} is {verb}"
+                of_load = {"slope", "gravity"} & physical.keys() if "load" in varied else set()
+                for name in sorted(varied.keys() & physical.keys() | of_load):
+                    must = (
+                        f"must be left out, since {'load' if name in of_load else name} is {verb}"
+                    )
                     found = describe(physical[name])
                     self.problems.append(Problem((*path, "physical", name), found, must=must))
         if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:

@@ -54,7 +54,23 @@ FRACTION = Range(0, 1)
 STARTS = ("x0", "v0")
 """Parts of a start, which a sweep takes like parameters."""
 
-ParameterName = Literal["nu", "f", "h", "l", "delta", "R1", "R2"]
+ParameterName = Literal[
+    "nu",
+    "f",
+    "h",
+    "l",
+    "delta",
+    "R1",
+    "R2",
+    "k1",
+    "k2",
+    "h1",
+    "h2",
+    "load",
+    "friction",
+    "f2",
+    "phi2",
+]
 PARAMETERS: Mapping[str, Parameter] = {
     "nu": Parameter(POSITIVE, 1.0),
     "f": Parameter(FINITE, 0.0),
@@ -63,12 +79,29 @@ PARAMETERS: Mapping[str, Parameter] = {
     "delta": Parameter(FINITE, 0.0),
     "R1": Parameter(FRACTION, 1.0),
     "R2": Parameter(FRACTION, 1.0),
+    "k1": Parameter(NOT_NEGATIVE, 0.0),
+    "k2": Parameter(NOT_NEGATIVE, 0.0),
+    "h1": Parameter(NOT_NEGATIVE, 0.0),
+    "h2": Parameter(NOT_NEGATIVE, 0.0),
+    "load": Parameter(FINITE, 0.0),
+    "friction": Parameter(NOT_NEGATIVE, 0.0),
+    "f2": Parameter(FINITE, 0.0),
+    "phi2": Parameter(FINITE, 0.0),
 }
 """The order of parameters in rows of numbers, tables and files."""
 
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }
+
+
+FURTHER = ("k1", "k2", "h1", "h2", "load", "friction", "f2", "phi2")
+"""Parameters of effects beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from 0."""
+
+
+def without_absent(values: Mapping[str, float]) -> dict[str, float]:
+    """Return parameters without those of `FURTHER` that are 0."""
+    return {name: value for name, value in values.items() if name not in FURTHER or value != 0}
 
 
 class PhysicalParameter(NamedTuple):
@@ -87,5 +120,20 @@ PHYSICAL: Mapping[str, PhysicalParameter] = {
     "omega": PhysicalParameter("frequency", POSITIVE, "nu"),
     "l": PhysicalParameter("length", POSITIVE, "l"),
     "delta": PhysicalParameter("length", FINITE, "delta"),
+    "C1": PhysicalParameter("stiffness", NOT_NEGATIVE, "k1"),
+    "C2": PhysicalParameter("stiffness", NOT_NEGATIVE, "k2"),
+    "H1": PhysicalParameter("damping", NOT_NEGATIVE, "h1"),
+    "H2": PhysicalParameter("damping", NOT_NEGATIVE, "h2"),
+    "load": PhysicalParameter("force", FINITE, "load"),
+    "friction": PhysicalParameter("force", NOT_NEGATIVE, "friction"),
+    "F2": PhysicalParameter("force", FINITE, "f2"),
+    "phi2": PhysicalParameter("angle", FINITE, "phi2"),
+    "slope": PhysicalParameter("angle", FINITE),
+    "gravity": PhysicalParameter("acceleration", NOT_NEGATIVE),
 }
-"""Parameters of the exciter with units, from which eqs. (2)-(4) make the others."""
+"""Parameters of the exciter with units, from which eqs. (2)-(4) make the others.
+
+x rises at the angle `slope`, so that gravity adds -m gravity sin(slope) to `load`.
+"""
+
+STANDARD_GRAVITY = 9.80665  # m/s^2

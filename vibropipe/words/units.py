@@ -26,8 +26,9 @@ class Dimension(NamedTuple):
 
 
 def plain_units(units: str) -> str:
-    """Return units in CF's spelling as they are written by hand: rad/s for rad s-1."""
-    return re.sub(r"(?:^| )(\w+)-1$", r"/\1", units).replace("/", "1/" if units == "s-1" else "/")
+    """Return units in CF's spelling as they are written by hand: rad/s for rad s-1, m/s^2 for m s-2."""
+    divided = re.sub(r"(?:^| )(\w+)-(\d)$", r"/\1^\2", units).removesuffix("^1")
+    return divided.replace("/", "1/" if units == "s-1" else "/")
 
 
 DIMENSIONS = {
@@ -41,6 +42,8 @@ DIMENSIONS = {
     "velocity": Dimension("m s-1", "a velocity", "0.3 m/s"),
     "energy": Dimension("J", "an energy", "0.2 J"),
     "rate": Dimension("s-1", "a rate", "3 1/s"),
+    "angle": Dimension("rad", "an angle", "30 deg"),
+    "acceleration": Dimension("m s-2", "an acceleration", "9.81 m/s^2"),
 }
 
 NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
@@ -149,6 +152,8 @@ def _factor(unit: str, dimension: str, allowed: str) -> float:
     if dimension == "frequency" and not is_angular:
         hint = f"{unit} may count radians or cycles: write rad/s, Hz or rpm"
         raise UnitError(allowed, hint)
+    if dimension == "angle" and not is_angular:
+        raise UnitError(allowed, f"{unit} is no unit of angle")
     return factor
 
 

@@ -52,7 +52,7 @@ BEFORE_TOUCH = 1e-7
 
 @jit
 def parameters_of_point(values, along, u):
-    """Return the `Parameters` of values (1, 7) with both that vary set to the last unknowns, which are stored."""
+    """Return the `Parameters` of values (1, n) with both that vary set to the last unknowns, which are stored."""
     values[0, along[0]] = u[u.size - 2]
     values[0, along[1]] = u[u.size - 1]
     return row_parameters(values, 0)

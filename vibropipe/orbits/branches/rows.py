@@ -91,7 +91,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
     Parameters
     ----------
     e : Effects
-    parameters : (points, 7) float
+    parameters : (points, parameters) float
     m : int
         Period multiple.
     supports : (n,) int8

@@ -50,7 +50,7 @@ class Sequence(NamedTuple):
 
 @jit
 def parameters_at(values, along, value):
-    """Return the `Parameters` of values (1, 7) with the parameter `along` set to a value, which is stored."""
+    """Return the `Parameters` of values (1, parameters) with the parameter `along` set to a value, which is stored."""
     values[0, along] = value
     return row_parameters(values, 0)
 

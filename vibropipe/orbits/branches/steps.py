@@ -67,7 +67,7 @@ def correct(values, along, span, mirrored, supports, u, target, weights, work):
 
     Parameters
     ----------
-    values : (1, 7) float
+    values : (1, parameters) float
         Parameters; the one at `along` is set.
     along : int
         Index of the parameter that varies.

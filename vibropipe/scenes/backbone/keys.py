@@ -13,7 +13,7 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import KeyPath, Problem, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
-from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.parameters import DEFAULTS, without_absent
 
 
 class BackboneFigure(FigureOptions):
@@ -73,9 +73,9 @@ class BackboneScene(BaseScene):
     def resolved_exciter(self) -> dict[str, float]:
         """Return the parameters of the free motion; for eq. (10), l is the unit of length."""
         if not self.over_amplitude:
-            return {**DEFAULTS, "l": 1.0}
+            return without_absent({**DEFAULTS, "l": 1.0})
         values = super().resolved_exciter()
-        return {**DEFAULTS, "l": values["l"], "delta": values["delta"]}
+        return without_absent({**DEFAULTS, "l": values["l"], "delta": values["delta"]})
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return self.resolved_exciter() if self.over_amplitude else {}

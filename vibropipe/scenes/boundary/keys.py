@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import effect_names, effects_of
+from vibropipe.physics.effects import all_effects, effect_names, effects_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.keys.base import BaseScene, each_once
@@ -93,13 +93,14 @@ class BoundaryScene(BaseScene):
         # As a list, since the order is that of the axes.
         return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"])}
 
+    def values(self) -> dict[str, Any]:
+        """Return each parameter with the ends of its values."""
+        ends = {str(name): np.array(ends) for name, ends in self.over.items()}
+        return {**self.resolved_exciter(), **ends}
+
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits within the box may need."""
-        values = {
-            **self.resolved_exciter(),
-            **{str(name): np.array(ends) for name, ends in self.over.items()},
-        }
-        return effect_names(effects_of(values, 0.0, 0.0, math.inf, followed=True))
+        return effect_names(effects_of(self.values(), 0.0, 0.0, math.inf, followed=True))
 
 
 def _parameters(scene: BoundaryScene) -> Iterator[Problem]:
@@ -123,8 +124,9 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         return
     try:
         Exciter(**scene.resolved_exciter())
+        all_effects(scene.values())
     except ParameterError as error:
-        yield refused(("exciter", "l"), error)
+        yield refused(("exciter", error.name), error)
 
 
 def _figure(scene: BoundaryScene) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.effects import effect_names, effects_of
+from vibropipe.physics.effects import all_effects, effect_names, effects_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
@@ -170,8 +170,9 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     for change in changes or [{}]:
         try:
             exciter = Exciter(**{**scene.resolved_exciter(), **change})
+            all_effects(scene.values())
         except ParameterError as error:
-            yield refused(("exciter", "l"), error)
+            yield refused(("exciter", error.name), error)
             return
         try:
             exciter.check_start(scene.start.x0, scene.start.v0)

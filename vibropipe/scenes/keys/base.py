@@ -17,7 +17,7 @@ from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys
 from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
 from vibropipe.words.outputs import Output
-from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.parameters import DEFAULTS, without_absent
 from vibropipe.words.vocabulary import dimensions_hash
 
 Title = Annotated[str, TextRule(200)]
@@ -93,11 +93,11 @@ class BaseScene(StudyModel):
         return {**self._shared, **self.exciter.explicit()}
 
     def resolved_exciter(self) -> dict[str, float]:
-        """Return all seven parameters: the scene's own, else the study's, else "effect absent".
+        """Return the parameters (`without_absent`): the scene's own, else the study's, else "effect absent".
 
         A swept parameter has the first value of its grid.
         """
-        return {**DEFAULTS, **self.given_exciter()}
+        return without_absent({**DEFAULTS, **self.given_exciter()})
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""
@@ -138,7 +138,11 @@ class BaseScene(StudyModel):
             # what is in SI depends on the table of dimensions as well
             m, C = self.mass_and_stiffness
             keys["physical"] = {"m": m, "C": C, "dimensions": dimensions_hash()}
-        return {"meaning": SEMANTICS_VERSION, "exciter": self.data_exciter(), **keys}
+        return {
+            "meaning": SEMANTICS_VERSION,
+            "exciter": self.data_exciter(),
+            **keys,
+        }
 
     def canonical_text(self) -> str:
         """Return the keys that the data depend on as one line of JSON, equal for scenes of the same meaning."""

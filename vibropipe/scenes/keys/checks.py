@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
@@ -21,11 +22,9 @@ from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.parameters import PARAMETERS
 
 EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
-SUPPORTS: tuple[KeyPath, ...] = (
-    ("exciter", "l"),
-    ("exciter", "delta"),
-    ("over", "l"),
-    ("over", "delta"),
+OF_SUPPORTS = ("l", "delta", "k1", "k2", "h1", "h2")
+SUPPORTS: tuple[KeyPath, ...] = tuple(
+    (owner, name) for owner in ("exciter", "over") for name in OF_SUPPORTS
 )
 
 
@@ -37,27 +36,26 @@ class Check(NamedTuple):
 
 
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:
-    """Check that l is given and that the supports are distinct."""
+    """Check that l is given and that the supports are possible."""
     if not scene.has_l():
         where = ", in the scene or in the study"
         yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
         return
-    for corner in corners(scene):
-        if not all(is_allowed(name, value) for name, value in corner.items()):
-            return  # reported at that parameter
-        try:
+    grids = scene.over_arrays()
+    try:
+        for corner in corners(scene):
+            if not all(is_allowed(name, value) for name, value in corner.items()):
+                return  # reported at that parameter
             Exciter(**corner)
-        except ParameterError as error:
-            yield refused(("exciter", "l"), error)
-            return
+        all_effects({**scene.resolved_exciter(), **grids})
+    except ParameterError as error:
+        yield refused(("over" if error.name in grids else "exciter", error.name), error)
 
 
 def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dict[str, float]]:
-    """Return parameters at the corners of the swept l and delta; those in `fixed` have one value."""
+    """Return parameters at the corners of the swept `OF_SUPPORTS`; those in `fixed` have one value."""
     ends: dict[str, tuple[float, ...]] = {
-        name: (grid.low, grid.high)
-        for name, grid in scene.grids().items()
-        if name in ("l", "delta")
+        name: (grid.low, grid.high) for name, grid in scene.grids().items() if name in OF_SUPPORTS
     }
     ends |= {name: (value,) for name, value in (fixed or {}).items() if name in ends}
     base = scene.resolved_exciter() if scene.has_l() else {**scene.given_exciter(), "l": 1.0}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
@@ -15,7 +16,7 @@ from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import FURTHER, PARAMETERS
 
 
 class MotionKeys(StudyModel):
@@ -61,6 +62,8 @@ class SetOfMotions(BaseScene):
         keys = super().data_keys()
         for name, motion in keys["motions"].items():
             del motion["physical"]  # its exciter has them without units
+            own = motion["exciter"].items()
+            motion["exciter"] = {n: v for n, v in own if n not in FURTHER or v is not None}
             motion["start"] = resolved_start(motion["start"], self.exciter_of(name))
         return keys
 
@@ -76,8 +79,9 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))
+            all_effects(vars(exciter))
         except ParameterError as error:
-            yield refused((*path, "exciter", "l"), error)
+            yield refused((*path, "exciter", error.name), error)
             continue
         try:
             exciter.check_start(motion.start.x0, motion.start.v0)

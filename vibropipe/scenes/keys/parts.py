@@ -51,6 +51,31 @@ class ExciterKeys(StudyModel):
     R2: Annotated[float | None, parameter_range("R2")] = Field(
         default=None, description="Coefficient of restitution of support 2 (1)."
     )
+    k1: Annotated[float | None, parameter_range("k1")] = Field(
+        default=None, description="Stiffness of support 1; a support without it is rigid (0)."
+    )
+    k2: Annotated[float | None, parameter_range("k2")] = Field(
+        default=None, description="Stiffness of support 2 (0)."
+    )
+    h1: Annotated[float | None, parameter_range("h1")] = Field(
+        default=None, description="Damping of support 1, for k1 > 0 (0)."
+    )
+    h2: Annotated[float | None, parameter_range("h2")] = Field(
+        default=None, description="Damping of support 2, for k2 > 0 (0)."
+    )
+    load: Annotated[float | None, parameter_range("load")] = Field(
+        default=None, description="Constant force (0)."
+    )
+    friction: Annotated[float | None, parameter_range("friction")] = Field(
+        default=None, description="Dry friction (0)."
+    )
+    f2: Annotated[float | None, parameter_range("f2")] = Field(
+        default=None, description="Amplitude of the second harmonic of the excitation (0)."
+    )
+    phi2: Annotated[float | None, parameter_range("phi2")] = Field(
+        default=None,
+        description="Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians (0).",
+    )
 
     def explicit(self) -> dict[str, float]:
         """Return the parameters that the study states here."""
@@ -77,6 +102,37 @@ class PhysicalKeys(StudyModel):
     )
     delta: Annotated[float | None, UnitRule("delta")] = Field(
         default=None, description="Offset of the equilibrium (0)."
+    )
+    C1: Annotated[float | None, UnitRule("C1")] = Field(
+        default=None, description="Stiffness of support 1; a support without it is rigid (0)."
+    )
+    C2: Annotated[float | None, UnitRule("C2")] = Field(
+        default=None, description="Stiffness of support 2 (0)."
+    )
+    H1: Annotated[float | None, UnitRule("H1")] = Field(
+        default=None, description="Damping of support 1, for C1 > 0 (0)."
+    )
+    H2: Annotated[float | None, UnitRule("H2")] = Field(
+        default=None, description="Damping of support 2, for C2 > 0 (0)."
+    )
+    load: Annotated[float | None, UnitRule("load")] = Field(
+        default=None, description="Constant force (0)."
+    )
+    slope: Annotated[float | None, UnitRule("slope")] = Field(
+        default=None,
+        description="Angle at which x rises: gravity adds -m gravity sin(slope) to the load (0).",
+    )
+    gravity: Annotated[float | None, UnitRule("gravity")] = Field(
+        default=None, description="Acceleration of gravity, beside slope (9.80665 m/s^2)."
+    )
+    friction: Annotated[float | None, UnitRule("friction")] = Field(
+        default=None, description="Dry friction (0)."
+    )
+    F2: Annotated[float | None, UnitRule("F2")] = Field(
+        default=None, description="Amplitude of the second harmonic of the excitation (0)."
+    )
+    phi2: Annotated[float | None, UnitRule("phi2")] = Field(
+        default=None, description="Phase of the second harmonic, F2 sin(2 omega t + phi2) (0)."
     )
 
 

@@ -13,7 +13,7 @@ from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 _SPELLED = (*PARAMETERS, "tau", "omega")
 GREEK = {name: PLAIN_SYMBOLS[name] for name in _SPELLED if PLAIN_SYMBOLS[name] != name}
 _TO_LATIN = str.maketrans(
-    {"₁": "1", "₂": "2"} | {s: name for name, s in GREEK.items() if len(s) == 1}
+    {"₁": "1", "₂": "2", "φ": "phi"} | {s: name for name, s in GREEK.items() if len(s) == 1}
 )
 
 # Letters that look like others, as typed or copied from a PDF; used for hints only.
@@ -30,7 +30,7 @@ OLD_KEYS = {"beside": "backbone"}
 
 
 def latin(key: Any) -> Any:
-    """Return a key with `ν δ τ ₁ ₂` spelled out, under its present name; other values unchanged."""
+    """Return a key with `ν δ τ φ ₁ ₂` spelled out, under its present name; other values unchanged."""
     if not isinstance(key, str):
         return key
     spelled = key.translate(_TO_LATIN)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vibropipe.physics.exciter import eigenfrequency
+from vibropipe.physics.si import eigenfrequency
 from vibropipe.scenes.costs import (
     IMPACT_BYTES,
     USUAL_IMPACTS,

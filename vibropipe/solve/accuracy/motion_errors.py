@@ -26,11 +26,11 @@ from vibropipe.words.parameters import PARAMETERS
 ULP = 2.0**-52
 COPIES = 3
 SAFETY = 2.0
-# Signs of the perturbations of nu, f, h, l, delta, R1, R2, x0, v0 in each copy.
+# Signs of the perturbations of the parameters, those beyond eqs. (5), (6) apart, and of x0, v0 in each copy.
 SIGNS = (
-    (1, -1, 1, 1, 1, -1, -1, 1, 1),
-    (-1, -1, -1, -1, 1, -1, 1, 1, -1),
-    (1, 1, -1, 1, -1, 1, -1, -1, -1),
+    (1, -1, 1, 1, 1, -1, -1, *(1, -1, -1, 1, -1, 1, 1, -1), 1, 1),
+    (-1, -1, -1, -1, 1, -1, 1, *(1, 1, 1, -1, -1, -1, 1, 1), 1, -1),
+    (1, 1, -1, 1, -1, 1, -1, *(-1, 1, -1, -1, 1, 1, -1, 1), -1, -1),
 )
 
 Variables = dict[str, Any]

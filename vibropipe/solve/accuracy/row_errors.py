@@ -26,7 +26,7 @@ IDENTITY = ("regime", "period_multiple")
 
 
 def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
-    """Return parameters (rows, 7), each moved by one unit in the last place.
+    """Return parameters (rows, parameters), each moved by one unit in the last place.
 
     Absent effects (0) and restitution 1 are kept, and an equilibrium at a support stays there.
     """
@@ -47,7 +47,7 @@ def row_errors(parameters: np.ndarray, variables: Variables, perturbed: Variable
 
     Parameters
     ----------
-    parameters : (rows, 7) array
+    parameters : (rows, parameters) array
     variables, perturbed : Variables
         Quantities of the rows, and of the perturbed rows.
     """

@@ -170,7 +170,7 @@ def test_a_bad_start_gives_an_orbit_that_is_not_closed() -> None:
 def test_who_settles_is_judged_by_stability_and_distance() -> None:
     state = kernel_arguments(TWO_SIDED, 0.1, 0.0)[3]
     stable, unstable = (0.5, 0.0, 0.0, 0.1), (1.5, 0.0, 0.0, 0.1)
-    near = Orbit(True, 0, 1, state, state, 0.0, stable, 1, 1e-3, 1e-3, 1.0)
+    near = Orbit(True, 0, 1, state, state, 0.0, stable, 1, 1e-3, 1e-3, 5e-4, 0.0, 1.0)
     reach = NEWTON_REACH * near.first_change / (1 - 0.5)
     assert settles_on(near)
     assert settles_on(near._replace(distance=0.99 * reach))
@@ -179,3 +179,35 @@ def test_who_settles_is_judged_by_stability_and_distance() -> None:
     assert settles_on(near._replace(derivative=unstable, iterations=0))
     assert not settles_on(near._replace(is_closed=False))
     assert not settles_on(near._replace(derivative=(math.nan,) * 4))
+
+
+def test_a_motion_that_goes_away_from_an_orbit_does_not_settle_on_it() -> None:
+    state = kernel_arguments(TWO_SIDED, 0.1, 0.0)[3]
+    derivative = (0.5, 0.0, 0.0, 0.1)
+    near = Orbit(True, 0, 1, state, state, 0.0, derivative, 1, 1e-3, 1e-3, 2e-3, 9e-4, 1.0)
+    assert settles_on(near)  # as predicted: derivatives that are not normal lead away at first
+    assert settles_on(near._replace(mismatch=5e-3, image_distance=9e-4))
+    assert not settles_on(near._replace(mismatch=5e-3))
+    assert not settles_on(near._replace(mismatch=math.nan, image_distance=math.nan))
+
+
+# Slow passages of a stable orbit, next to an unstable one, on the way to another: the start is at rest.
+PASSAGES = [
+    (Parameters(1.1130070912, -2.2282288540, 0.3625337840, 0.5, 0.0, 0.4730314875, 0.4730314875)),
+    (Parameters(0.5988212938, 1.3592496272, 0.0938612273, 0.5, -0.1696133593, 0.8281476123, 0.6077553582)),
+    (Parameters(1.5956230896, -2.2804035368, 0.0205235399, 0.5, 0.0, 0.7924874429, 0.7924874429)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("p", PASSAGES)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_orbit_of_a_slow_passage_is_the_one_of_a_long_march(p: Parameters, sign: float) -> None:
+    """Of a pair of mirror images, or of one orbit's two phases, the one that the motion goes to."""
+    p = p._replace(f=sign * p.f, delta=sign * p.delta)
+    if sign < 0.0:
+        p = p._replace(R1=p.R2, R2=p.R1)
+    orbit = steady_state(p)
+    log, c = new_log(2000, 100), np.empty(DEGREE + 1)
+    periods = np.int64(orbit.periods_marched + 300 * orbit.m)
+    end, _ = march_periods(*kernel_arguments(p, 0.0, 0.0), periods, log, c, np.int64(10**6))
+    np.testing.assert_allclose(state_xv(p, orbit.state), state_xv(p, end), atol=1e-3)

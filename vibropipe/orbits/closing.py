@@ -25,8 +25,10 @@ def settles_on(orbit) -> bool:
     """Return whether the motion that shooting started from settles on the orbit.
 
     The orbit must be stable and no further away than `NEWTON_REACH` times the last change divided by
-    1 - |multiplier|: a fixed point beyond that is another orbit. A motion that already repeats lies on its own
-    orbit, stable or not.
+    1 - |multiplier|: a fixed point beyond that is another orbit. The motion must also approach it: the last change is
+    the one that the derivative at the orbit predicts, to within its own size, or leads nearer to the orbit. Where a
+    motion passes a stable orbit slowly, next to an unstable one, it does neither. A motion that already repeats lies
+    on its own orbit, stable or not.
 
     Parameters
     ----------
@@ -40,7 +42,11 @@ def settles_on(orbit) -> bool:
     j11, j12, j21, j22 = orbit.derivative
     radius = abs(floquet_multipliers(j11, j12, j21, j22)[0])
     reach = NEWTON_REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
-    return radius < 1.0 and orbit.distance <= reach + CLOSURE_TOLERANCE * orbit.norm
+    rounding = CLOSURE_TOLERANCE * orbit.norm
+    approaches = (
+        orbit.mismatch <= orbit.first_change + rounding or orbit.image_distance < orbit.distance
+    )
+    return radius < 1.0 and approaches and orbit.distance <= reach + rounding
 
 
 @jit
@@ -136,7 +142,19 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, log, c):
         The orbit; not closed if no multiple was tried.
     """
     orbit = Orbit(
-        False, OK, 0, state, state, math.inf, (0.0, 0.0, 0.0, 0.0), 0, math.inf, math.inf, 0.0
+        False,
+        OK,
+        0,
+        state,
+        state,
+        math.inf,
+        (0.0, 0.0, 0.0, 0.0),
+        0,
+        math.inf,
+        math.inf,
+        math.inf,
+        math.inf,
+        0.0,
     )
     trial_periods = 0
     for m in range(1, min(k, MAX_MULTIPLE) + 1):

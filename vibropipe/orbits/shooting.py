@@ -74,8 +74,10 @@ class Orbit(NamedTuple):
         Newton steps made; 0 if the start lies on the orbit.
     first_change : float
         Distance from the start to its image.
-    distance : float
-        Distance from the start to `state`.
+    distance, image_distance : float
+        Distance from the start to `state`, and from its image.
+    mismatch : float
+        Distance of that image from the one that `derivative` predicts.
     norm : float
         Norm of the motion (`motion_norm`).
 
@@ -94,6 +96,8 @@ class Orbit(NamedTuple):
     iterations: int
     first_change: float
     distance: float
+    image_distance: float
+    mismatch: float
     norm: float
 
 
@@ -150,7 +154,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     start = at_period_zero(start)
     state, end, status = start, start, OK
     j11, j12, j21, j22 = 0.0, 0.0, 0.0, 0.0
-    first_change, residual, best, norm = math.inf, math.inf, math.inf, 0.0
+    first_dy, first_dw, residual, best, norm = math.inf, math.inf, math.inf, math.inf, 0.0
     is_closed, iterations = False, 0
     for iteration in range(MAX_NEWTON):
         if iteration > 0:
@@ -168,7 +172,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         norm = motion_norm(p, state, log)
         residual = change / norm if norm > 0.0 else 0.0
         if iteration == 0:
-            first_change = change
+            first_dy, first_dw = dy, dw
             if residual > shooting.within:
                 break
         j11, j12, j21, j22 = return_map_jacobian(e, p, log, state, end, m)
@@ -185,6 +189,8 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             # Near an orbit every Newton step gains digits; near a chance return it does not.
             break
     dy, dw = gap_difference(e, p, state, start)
+    # The start and its image, as seen from the orbit, are (-dy, -dw) and (image_y, image_w).
+    image_y, image_w = first_dy - dy, first_dw - dw
     return Orbit(
         is_closed,
         status,
@@ -194,7 +200,9 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         residual,
         (j11, j12, j21, j22),
         iterations,
-        first_change,
+        abs(first_dy) + abs(first_dw),
         abs(dy) + abs(dw),
+        abs(image_y) + abs(image_w),
+        abs(image_y + j11 * dy + j12 * dw) + abs(image_w + j21 * dy + j22 * dw),
         norm,
     )

@@ -90,8 +90,8 @@ CHECKS: dict[str, Callable[[list[str], bool], None]] = {
     ".": lambda arguments, whole: None,
 } | dict.fromkeys(("ruff", "mypy", "lint-imports", "snakefmt", "uv"), tool)
 INLINE = ("vibropipe", "snakemake", "pytest", "python")
-# Commands that take long or are run by other tests.
-NOT_RUN = ("new", "run", "bench")
+# Commands that take long, are run by other tests, or serve until Ctrl-C.
+NOT_RUN = ("new", "run", "bench", "view")
 
 
 def check(line: str, whole: bool) -> None:

@@ -286,6 +286,38 @@ def verify(
 
 
 @app.command()
+def view(
+    results: Annotated[
+        Path,
+        typer.Argument(metavar="RESULTS", help="A study's folder, a .nc file of it, or a study."),
+    ],
+    folder: ResultsFolder = Path("results"),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="N", help="Port; 0 is a free one.")
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+) -> None:
+    """Explore a study on a page: point at its maps and see the motion there. Ends with Ctrl-C."""
+    from vibropipe.view.missing import check_installed
+
+    check_installed()
+    from vibropipe.view.results import open_results
+
+    opened = open_results(results, folder)
+    from vibropipe.view.server import serve
+
+    serve(
+        opened,
+        lambda address: typer.echo(f"{opened.title}: {address}\nCtrl-C ends the page"),
+        browser,
+        port,
+    )
+    typer.echo("\nended")
+
+
+@app.command()
 def bench(
     whole: Annotated[
         bool, typer.Option("--whole", help="Solve all 160,000 points of the sweep.")

@@ -1,0 +1,26 @@
+"""Small studies to explore, solved once."""
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.store import write
+
+EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.7)
+NU, F = np.linspace(0.4, 2.8, 9), np.linspace(0.1, 1.9, 10)
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    """A folder with a map, curves followed both ways, and basins."""
+    folder = tmp_path_factory.mktemp("results") / "small"
+    grid = {"nu": NU, "f": F}
+    write(vp.sweep(EXCITER, grid), folder / "map.nc")
+    both = vp.sweep(
+        EXCITER, {"f": [0.5, 1.0], "nu": np.linspace(0.8, 2.2, 15)}, follow=("nu", "both")
+    )
+    write(both, folder / "both_ways.nc")
+    three = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
+    starts = np.linspace(-0.4, 0.6, 8), np.linspace(-2, 2, 8)
+    write(vp.basins(three, *starts, starts=64), folder / "starts.nc")
+    return folder

@@ -1,0 +1,83 @@
+"""The nearest border of regimes: how far it is, and what lies beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibropipe.figures.map_shapes import scale_of
+from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
+from vibropipe.view.plane import Plane
+from vibropipe.view.words import number, symbol
+
+
+class Border(NamedTuple):
+    """The nearest place between rows of two regimes: its point, and the code beyond."""
+
+    at: tuple[float, ...]
+    beyond: int
+
+
+def regime_codes(plane: Plane) -> tuple[NDArray[np.int64], Callable[[int], str]]:
+    """Return the code of each row of a plane, whatever its orbit, and the text of a code."""
+    if plane.of_starts:
+        return plane.codes(), lambda code: plane.regions[code].text
+    codes = plane.at_further(plane.dataset["regime"]).astype(np.int64)
+    return codes, lambda code: REGIME_TEXT[regime_name(code)]
+
+
+class Borders:
+    """The places half-way between neighbouring rows of different regimes.
+
+    Distances count each axis in shares of its length, on its own scale.
+    """
+
+    def __init__(self, plane: Plane) -> None:
+        codes, self.text = regime_codes(plane)
+        self._marks = [symbol(plane.dataset[name]) for name in plane.axes]
+        self._logs = [scale_of(values) == "log" for values in plane.values]
+        grids = [np.log(v) if log else v for v, log in zip(plane.values, self._logs, strict=True)]
+        self._low = np.array([grid[0] for grid in grids])
+        self._length = np.array([np.ptp(grid) or 1.0 for grid in grids])
+        self._codes, self._grids = codes, grids
+        places, sides = [], []
+        for axis, grid in enumerate(grids):
+            along = codes.ndim - 1 - axis
+            first = np.take(codes, np.arange(grid.size - 1), along)
+            second = np.take(codes, np.arange(1, grid.size), along)
+            index = np.nonzero(first != second)
+            sides.append(np.stack([first[index], second[index]], axis=1))
+            columns = [each[index[codes.ndim - 1 - n]] for n, each in enumerate(grids)]
+            step = index[along]
+            columns[axis] = 0.5 * (grid[step] + grid[step + 1])
+            places.append(np.stack(columns, axis=1))
+        self._places, self._sides = np.concatenate(places), np.concatenate(sides)
+
+    def nearest(self, at: tuple[int, ...]) -> Border | None:
+        """Return the nearest border of the row at indices of the axes; None if there is none."""
+        if not self._places.size:
+            return None
+        here = np.array([grid[n] for grid, n in zip(self._grids, at, strict=True)])
+        best = int(np.argmin((((self._places - here) / self._length) ** 2).sum(axis=1)))
+        own = self._codes[tuple(reversed(at))]
+        first, second = self._sides[best]
+        place = [
+            float(np.exp(value)) if log else float(value)
+            for value, log in zip(self._places[best], self._logs, strict=True)
+        ]
+        return Border(tuple(place), int(second if first == own else first))
+
+    def sentence(self, at: tuple[int, ...], point: tuple[float, ...]) -> str:
+        """Write the nearest border of a row and the way to it."""
+        found = self.nearest(at)
+        if found is None:
+            return "All rows have one regime."
+        ways = [
+            f"{mark} = {number(there, 4)} ({'−' if there < here else '+'}{number(abs(there - here), 2)})"
+            for mark, there, here in zip(self._marks, found.at, point, strict=True)
+            if there != here
+        ]
+        return sentences(f"Nearest border: {self.text(found.beyond)}, at {', '.join(ways)}")

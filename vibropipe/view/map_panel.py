@@ -1,0 +1,150 @@
+"""The map: regions or values as one image, with outlines, words, and a crosshair."""
+
+from __future__ import annotations
+
+import numpy as np
+from bokeh.models import (
+    ColorBar,
+    ColumnDataSource,
+    CustomJSHover,
+    GlyphRenderer,
+    HoverTool,
+    LinearColorMapper,
+    Range1d,
+    Span,
+)
+from bokeh.palettes import cividis
+from bokeh.plotting import figure
+from numpy.typing import NDArray
+
+from vibropipe.figures.map_shapes import borders, cell_edges, scale_of, widest_spot
+from vibropipe.scenes.sweep.quantities import SIGNED, Series
+from vibropipe.scenes.sweep.regime_map import HIGHEST_SHARE
+from vibropipe.view.plane import Plane
+
+WIDTH, HEIGHT = 560, 390
+NO_VALUE = "#FFFFFF"
+# Cells of a side of the image of an irregular grid.
+FINE = 800
+# Codes are whole: the hover says their words, and for values none.
+HOVER = """
+const words = regions.data.text
+return words.length ? (words[Math.round(value)] ?? "") : Number(value).toPrecision(5)
+"""
+
+
+def even_cells(values: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which values the even cells of an image show; of an even grid, each once."""
+    edges = cell_edges(values)
+    if scale_of(values) == "log":
+        edges = np.log(edges)
+    sizes = np.diff(edges)
+    if np.ptp(sizes) <= 1e-6 * sizes.max():
+        return np.arange(values.size)
+    n = max(FINE, values.size)
+    centres = edges[0] + (np.arange(n) + 0.5) * (edges[-1] - edges[0]) / n
+    return np.clip(np.searchsorted(edges, centres) - 1, 0, values.size - 1)
+
+
+class MapPanel:
+    """The map of a plane.
+
+    Parameters
+    ----------
+    plane : Plane
+        With two axes.
+    across, upright : Span
+        The crosshair.
+    """
+
+    def __init__(self, plane: Plane, across: Span, upright: Span) -> None:
+        self.plane = plane
+        x, y = plane.values
+        self.edges = cell_edges(x), cell_edges(y)
+        self._cells = even_cells(x), even_cells(y)
+        self.mapper = LinearColorMapper(palette=[NO_VALUE], low=0.0, high=1.0, nan_color=NO_VALUE)
+        (x_low, x_high), (y_low, y_high) = ((float(e[0]), float(e[-1])) for e in self.edges)
+        self.image = ColumnDataSource(
+            {
+                "image": [np.zeros((1, 1), np.float32)],
+                "x": [x_low],
+                "y": [y_low],
+                "dw": [x_high - x_low],
+                "dh": [y_high - y_low],
+            }
+        )
+        self.outlines = ColumnDataSource({"x": [], "y": []})
+        self.words = ColumnDataSource({"x": [], "y": [], "text": []})
+        self.regions = ColumnDataSource({"text": []})
+        self.figure = figure(
+            width=WIDTH, height=HEIGHT, x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
+            x_axis_type=scale_of(x), y_axis_type=scale_of(y), tools="pan,wheel_zoom,box_zoom,reset,save",
+            active_drag=None, active_scroll="wheel_zoom", y_axis_label=plane.labels[1],
+            output_backend="webgl", toolbar_location="above", name="map",
+        )  # fmt: skip
+        self.figure.toolbar.logo = None
+        drawn = self.figure.image(source=self.image, color_mapper=self.mapper)
+        self.figure.line("x", "y", source=self.outlines, color="#000000", line_width=0.7)
+        self.figure.text(
+            "x", "y", "text", source=self.words, text_align="center", text_baseline="middle",
+            text_font_size="11px", background_fill_color="white", background_fill_alpha=0.85, padding=2,
+        )  # fmt: skip
+        self.bar = ColorBar(color_mapper=self.mapper, width=8, visible=False, padding=4)
+        self.figure.add_layout(self.bar, "right")
+        self._hover(drawn)
+        for span in (across, upright):
+            self.figure.add_layout(span)
+
+    def _hover(self, drawn: GlyphRenderer) -> None:
+        code = CustomJSHover(args={"regions": self.regions}, code=HOVER)
+        marks = [name.rpartition(" ")[2] for name in self.plane.labels]
+        tips = [(marks[0], "$x"), (marks[1], "$y"), ("", "@image{custom}")]
+        self.figure.add_tools(
+            HoverTool(renderers=[drawn], tooltips=tips, formatters={"@image": code})
+        )
+
+    def show(self, series: Series | None) -> None:
+        """Show a quantity; None shows the regions."""
+        codes = self.plane.codes()
+        lines = borders(codes, *self.edges)
+        empty = np.empty(0)
+        self.outlines.data = dict(zip("xy", lines or (empty, empty), strict=True))
+        if series is None:
+            self._show_regions(codes)
+        else:
+            self._show_values(series)
+
+    def _show_regions(self, codes: NDArray[np.int64]) -> None:
+        regions = self.plane.regions
+        # The mapper keeps its limits: codes that are absent must not shift the colours.
+        self.mapper.update(
+            palette=[each.colour for each in regions], low=-0.5, high=len(regions) - 0.5
+        )
+        self.bar.visible = False
+        self.regions.data = {"text": [each.text for each in regions]}
+        self._show_image(codes)
+        x, y = self.plane.values
+        spots = [(n, widest_spot(codes == n)) for n in np.unique(codes)]
+        placed = [(x[at[1]], y[at[0]], regions[n].short) for n, at in spots if at is not None]
+        self.words.data = {
+            name: [each[n] for each in placed] for n, name in enumerate(("x", "y", "text"))
+        }
+
+    def _show_values(self, series: Series) -> None:
+        values = self.plane.field(series)
+        finite = values[np.isfinite(values)]
+        low, high = 0.0, 1.0
+        if finite.size:
+            is_signed = series.name in SIGNED or bool((finite < 0).any())
+            low = float(np.quantile(finite, 1 - HIGHEST_SHARE)) if is_signed else 0.0
+            high = float(np.quantile(finite, HIGHEST_SHARE))
+        self.mapper.update(palette=cividis(256), low=low, high=high if high > low else low + 1.0)
+        self.bar.visible = True
+        self.regions.data = {"text": []}
+        self.words.data = {"x": [], "y": [], "text": []}
+        self._show_image(values)
+
+    def _show_image(self, values: NDArray) -> None:
+        columns, rows = self._cells
+        image = values[np.ix_(rows, columns)].astype(np.float32)
+        self.image.data = {**self.image.data, "image": [image]}

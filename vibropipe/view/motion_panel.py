@@ -1,0 +1,130 @@
+"""The motion at the crosshair: displacement over time between hatched supports, and the phase portrait."""
+
+from __future__ import annotations
+
+import numpy as np
+from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d
+from bokeh.plotting import figure
+from numpy.typing import NDArray
+
+from vibropipe.figures.jumps import with_breaks
+from vibropipe.figures.phase_plane import FAR_SUPPORT
+from vibropipe.figures.style import SUPPORT_COLOURS
+from vibropipe.figures.text import clock, times_of
+from vibropipe.view.rebuild import Motion
+from vibropipe.view.words import label_of
+
+CURVE, JUMPS = ("time", "x", "v"), ("time", "x", "before", "after", "colour")
+SECTION = ("x", "v")
+MARGIN = 0.12
+# Stored motion, ghost, pinned motion: colour, dashes, width.
+STYLES = {
+    "ghost": ("#9A9A9A", "solid", 2.5),
+    "pinned": ("#D55E00", "dashed", 1.3),
+    "motion": ("#000000", "solid", 1.5),
+}
+
+
+def curve_of(motion: Motion) -> dict[str, NDArray]:
+    """Return time, displacement and velocity of a motion, with breaks of the velocity at impacts."""
+    data = motion.curves
+    tau, at = data[clock(data)].values, times_of(data, "impact").values
+    wall = np.where(data["impact_support"].values == 1, motion.walls[1], motion.walls[2])
+    before, after = data["impact_velocity"].values, data["impact_velocity_after"].values
+    time, x = with_breaks(tau, data["displacement"].values, at, wall, wall)
+    return {
+        "time": time,
+        "x": x,
+        "v": with_breaks(tau, data["velocity"].values, at, before, after)[1],
+    }
+
+
+def jumps_of(motion: Motion) -> dict[str, NDArray]:
+    """Return the impacts of a motion: time, place, velocities, colour of the support."""
+    data = motion.curves
+    support = data["impact_support"].values
+    colours = np.array(["", SUPPORT_COLOURS[1], SUPPORT_COLOURS[2]])
+    return {
+        "time": times_of(data, "impact").values,
+        "x": np.where(support == 1, motion.walls[1], motion.walls[2]),
+        "before": data["impact_velocity"].values,
+        "after": data["impact_velocity_after"].values,
+        "colour": colours[support],
+    }
+
+
+class MotionPanel:
+    """Curves and portrait of a motion, beside a ghost and a pinned one."""
+
+    def __init__(self) -> None:
+        self.sources = {name: ColumnDataSource({c: [] for c in CURVE}) for name in STYLES}
+        self.jumps = ColumnDataSource({name: [] for name in JUMPS})
+        self.section = ColumnDataSource({name: [] for name in SECTION})
+        self.dot = ColumnDataSource({"time": [], "x": [], "v": []})
+        tools = {"tools": "wheel_zoom,pan,reset", "active_drag": None, "toolbar_location": None}
+        self.x_range = Range1d(-1.0, 1.0)
+        self.curves = figure(width=560, height=185, y_range=self.x_range, name="motion", **tools)
+        self.portrait = figure(
+            width=270, height=260, x_range=self.x_range, name="portrait", **tools
+        )
+        for name, (colour, dash, width) in STYLES.items():
+            look = {
+                "color": colour,
+                "line_dash": dash,
+                "line_width": width,
+                "source": self.sources[name],
+            }
+            self.curves.line("time", "x", **look)
+            self.portrait.line("x", "v", **look)
+        self.portrait.segment("x", "before", "x", "after", color="colour", line_dash="dotted",
+                              line_width=2, source=self.jumps)  # fmt: skip
+        self.curves.scatter("time", "x", color="colour", size=6, source=self.jumps)
+        self.portrait.scatter("x", "before", color="colour", size=5, source=self.jumps)
+        self.portrait.scatter(
+            "x", "v", size=4, fill_color="white", line_color="black", source=self.section
+        )
+        for panel, x, y in ((self.curves, "time", "x"), (self.portrait, "x", "v")):
+            panel.scatter(x, y, size=10, color="#E69F00", line_color="black", source=self.dot)
+        look = {"fill_color": "#D8D8D8", "fill_alpha": 0.6, "hatch_pattern": "/", "hatch_color": "#808080",
+                "hatch_alpha": 0.7, "line_color": "#7F7F7F", "level": "underlay"}  # fmt: skip
+        self.walls = {
+            1: (BoxAnnotation(**look), BoxAnnotation(**look)),
+            2: (BoxAnnotation(**look), BoxAnnotation(**look)),
+        }
+        for level, upright in self.walls.values():
+            self.curves.add_layout(level)
+            self.portrait.add_layout(upright)
+
+    def show(self, motion: Motion | None, name: str = "motion") -> None:
+        """Show a motion under one of the names of STYLES; None clears it."""
+        empty: dict[str, list[float]] = {column: [] for column in CURVE}
+        self.sources[name].data = empty if motion is None else curve_of(motion)
+        if name != "motion":
+            return
+        if motion is None:
+            self.jumps.data = {column: [] for column in JUMPS}
+            self.section.data = {column: [] for column in SECTION}
+            return
+        self.jumps.data = jumps_of(motion)
+        self.section.data = dict(zip(SECTION, motion.section.T, strict=True))
+        self._place_walls(motion)
+        data = motion.curves
+        self.curves.xaxis.axis_label = label_of(data[clock(data)])
+        self.curves.yaxis.axis_label = label_of(data["displacement"])
+        self.portrait.xaxis.axis_label = label_of(data["displacement"])
+        self.portrait.yaxis.axis_label = label_of(data["velocity"])
+
+    def _place_walls(self, motion: Motion) -> None:
+        """Hatch what is beyond the supports, and set the range of displacements; a far support is left out."""
+        x = np.concatenate([motion.curves["displacement"].values, motion.section[:, 0]])
+        low, high = float(np.nanmin(x)), float(np.nanmax(x))
+        reach = max(abs(low), abs(high), 1e-300)
+        near = [at for at in motion.walls.values() if abs(at) <= FAR_SUPPORT * reach]
+        low, high = min([low, *near]), max([high, *near])
+        margin = MARGIN * (high - low or 1.0)
+        self.x_range.update(start=low - margin, end=high + margin)
+        for support, (level, upright) in self.walls.items():
+            at = motion.walls[support]
+            ends = (at, None) if support == 1 else (None, at)
+            level.update(bottom=ends[0], top=ends[1])
+            upright.update(left=ends[0], right=ends[1])

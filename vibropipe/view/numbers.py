@@ -1,0 +1,144 @@
+"""The numbers of a row with errors and units, and what they mean in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import (
+    REGIME_TEXT,
+    UNRESOLVED_TEXT,
+    parameter_names,
+    regime_name,
+    sentences,
+    times,
+    with_units,
+)
+from vibropipe.orbits.harmonics import rest_force
+from vibropipe.scenes.sweep.laws import orbit_numbers
+from vibropipe.scenes.sweep.quantities import DIRECTION
+from vibropipe.solve.contacts import log_of
+from vibropipe.view.plane import ELEMENTS
+from vibropipe.view.rebuild import Motion, mass_and_stiffness
+from vibropipe.view.words import html, number, symbol
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import ERROR_SUFFIX
+from vibropipe.words.wording import count
+
+# Quantities that the sentence of the law says, or that are drawn.
+SAID = ("regime", "status", "period_multiple", "row_size")
+MAX_ELEMENTS = 6
+Line = tuple[str, str, str]
+
+
+def law_text(row: xr.Dataset) -> str:
+    """Write the law of motion of a row as sentences; of one without a motion, the reason."""
+    regime = int(row["regime"])
+    words = REGIME_TEXT[regime_name(regime)]
+    status = Status(int(row["status"])) if "status" in row else Status.OK
+    if regime in (Regime.UNRESOLVED, Regime.UNBOUNDED):
+        reason = UNRESOLVED_TEXT.get(status, "")
+        return (
+            sentences(words.capitalize() + (f": {reason}" if reason else "")) + f" {status.remedy}"
+        )
+    if regime == Regime.APERIODIC:
+        rates = row["impacts_per_period"].values if "impacts_per_period" in row else ()
+        struck = [
+            f"{number(float(rate), 3)} impacts on support {side} per forcing period"
+            for side, rate in enumerate(rates, 1)
+            if rate > 0
+        ]
+        return sentences(f"{words.capitalize()}: no orbit repeats", " and ".join(struck))
+    m = int(row["period_multiple"])
+    every = "every forcing period" if m == 1 else f"every {count(m, 'forcing period')}"
+    if m == 0:
+        return sentences(words.capitalize())
+    if regime == Regime.WITH_REST:
+        return sentences(f"Repeats {every} and sticks to a support: {words}")
+    _, *impacts = (int(each) for each in orbit_numbers(row))
+    struck = [f"support {side} {times(n)}" for side, n in enumerate(impacts, 1) if n]
+    what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
+    stable = "" if int(row.get("stable", xr.DataArray(1))) else "Unstable"
+    return sentences(f"Repeats {every} and {what}: {words}", stable)
+
+
+def momentum(motion: Motion) -> tuple[float, float]:
+    """Return the momentum given to each support per forcing period, in impacts and in rests."""
+    row, exciter = motion.plain, motion.exciter
+    names = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after",
+             "rest_start", "rest_end", "rest_support", "grazing_tau")  # fmt: skip
+    contacts = {name: row[name].values for name in names}
+    periods = motion.length / exciter.period
+    log, given = log_of(exciter, contacts, periods), [0.0, 0.0]
+    for impulse, support in zip(log.impulse, log.support, strict=True):
+        given[abs(int(support)) - 1] += float(impulse)
+    for start, end, support in zip(log.rest_start, log.rest_end, log.rest_support, strict=True):
+        pressed = rest_force(exciter.parameters(), int(support), 0, 1, max(0.0, start), end)
+        given[int(support) - 1] += pressed.real * exciter.period
+    return 0.0 - given[0] / periods, given[1] / periods
+
+
+def momentum_lines(motion: Motion) -> Iterator[Line]:
+    """Yield the momentum given to each support as lines of the table."""
+    si = mass_and_stiffness(motion.row)
+    unit = 1.0 if si is None else math.sqrt(si["m"]) * math.sqrt(si["C"])
+    for side, value in enumerate(momentum(motion), 1):
+        text = number(value * unit) + (" N·s" if si else "")
+        yield f"J{'₁₂'[side - 1]}", f"momentum given to support {side} per forcing period", text
+
+
+def lines_of(row: xr.Dataset) -> Iterator[Line]:
+    """Yield (symbol, long name, value with error and units) of each quantity of a row."""
+    for name in parameter_names(row):
+        yield symbol(row[name]), str(row[name].attrs.get("long_name", "")), _value(row, name, ())
+    if DIRECTION in row.coords:
+        yield "", "direction in which the sweep was followed", str(row[DIRECTION].values)
+    for key, array in row.data_vars.items():
+        name = str(key)
+        is_shown = array.dtype.kind in "iufbc" and name not in SAID
+        if not is_shown or (name.endswith(ERROR_SUFFIX) and name.removesuffix(ERROR_SUFFIX) in row):
+            continue
+        if array.ndim > 1 or any(str(dim) not in ELEMENTS for dim in array.dims):
+            continue
+        for at in np.ndindex(*(min(size, MAX_ELEMENTS) for size in array.shape)):
+            index = at[0] + 1 if at else None
+            tail = f", {array.dims[0]} {index}" if at and array.dims[0] == "support" else ""
+            yield (
+                symbol(array, index),
+                f"{array.attrs.get('long_name', name)}{tail}",
+                _value(row, name, at),
+            )
+
+
+def _value(row: xr.Dataset, name: str, at: tuple[int, ...]) -> str:
+    """Write an element of a quantity, with its error if there is one; a complex one by parts."""
+    value = row[name].values[at]
+    if np.iscomplexobj(value):
+        sign = "−" if value.imag < 0 else "+"
+        text = number(value.real) + (f" {sign} {number(abs(value.imag))} i" if value.imag else "")
+    elif "flag_meanings" in row[name].attrs:
+        names = str(row[name].attrs["flag_meanings"]).split()
+        codes = np.atleast_1d(row[name].attrs["flag_values"]).tolist()
+        text = names[codes.index(int(value))].replace("_", " ")
+    else:
+        text = number(float(value))
+    error = name + ERROR_SUFFIX
+    if error in row and row[error].dims == row[name].dims:
+        text += f" ± {number(float(row[error].values[at]), 2)}"
+    return with_units(row[name], text)
+
+
+def table_html(columns: list[list[Line]]) -> str:
+    """Write lines as a table; a second list of lines is a column to compare with."""
+    others = [{(mark, name): text for mark, name, text in each} for each in columns[1:]]
+    cells = "".join(
+        f'<tr title="{html(name)}"><td><i>{html(mark)}</i></td><td>{html(name)}</td><td>{html(text)}</td>'
+        + "".join(f"<td>{html(other.get((mark, name), '–'))}</td>" for other in others)
+        + "</tr>"
+        for mark, name, text in columns[0]
+    )
+    return f'<table class="numbers">{cells}</table>'

@@ -1,0 +1,195 @@
+"""The rows of a dataset as a plane to point at: axes, regions, values, and the row at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.scenes.basins.basin_map import COLOURS, NONE_COLOUR
+from vibropipe.scenes.sweep.impacts import row_at
+from vibropipe.scenes.sweep.laws import laws_of
+from vibropipe.scenes.sweep.pictures import is_map
+from vibropipe.scenes.sweep.quantities import (
+    DIRECTION,
+    Series,
+    axis_and_others,
+    series_of,
+    with_impacts_per_period,
+)
+from vibropipe.scenes.sweep.regime_map import map_axes
+from vibropipe.view.results import is_basins
+from vibropipe.view.words import label_of
+
+Floats = NDArray[np.float64]
+# Dimensions of a quantity, beside those of the rows, of which each element can be drawn.
+ELEMENTS = ("support", "harmonic", "multiplier", "subharmonic", "parameter")
+MAX_ELEMENTS = 8
+
+
+class Region(NamedTuple):
+    """What equal codes of a map mean: a text within the map, one of the legend, and a colour."""
+
+    short: str
+    text: str
+    colour: str
+
+
+@dataclass
+class Plane:
+    """The rows of a sweep or of basins over two axes, or over one, at chosen values of the others.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A sweep, or basins.
+    further : dict of str to int
+        Index along each dimension that is no axis.
+    """
+
+    dataset: xr.Dataset
+    further: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.dataset = with_impacts_per_period(self.dataset)
+        for name in self.further_dims:
+            self.further.setdefault(name, 0)
+
+    @cached_property
+    def of_starts(self) -> bool:
+        """Whether the axes are those of starts, and rows are attractors."""
+        return is_basins(self.dataset)
+
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, abscissa first: two of a map, one of curves."""
+        if self.of_starts:
+            return ("x0", "v0")
+        if is_map(self.dataset):
+            return map_axes(self.dataset)[:2]
+        return (axis_and_others(self.dataset)[0],)
+
+    @cached_property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of what is drawn."""
+        return tuple(map(str, self.dataset["attractor" if self.of_starts else "regime"].dims))
+
+    @cached_property
+    def further_dims(self) -> list[str]:
+        """Dimensions that are no axis."""
+        return [name for name in self.dims if name not in self.axes]
+
+    @cached_property
+    def values(self) -> list[Floats]:
+        """Values along each axis."""
+        return [np.asarray(self.dataset[name].values, float) for name in self.axes]
+
+    @cached_property
+    def labels(self) -> list[str]:
+        """Labels of the axes."""
+        return [label_of(self.dataset[name]) for name in self.axes]
+
+    @cached_property
+    def _coded(self) -> tuple[xr.DataArray, list[Region]]:
+        """Return the code of each row, and the regions by code."""
+        if not self.of_starts:
+            codes, laws = laws_of(self.dataset)
+            return codes, [Region(law.short, law.text, law.colour) for law in laws]
+        regions = [Region("none found", "no attractor was found", NONE_COLOUR)]
+        for index in range(self.dataset.sizes["attractor_id"]):
+            words = REGIME_TEXT[regime_name(int(self.dataset["regime"].values[index]))]
+            colour = COLOURS[index % len(COLOURS)]
+            regions.append(Region(f"{index}", f"attractor {index}: {words}", colour))
+        return self.dataset["attractor"] + 1, regions
+
+    @property
+    def regions(self) -> list[Region]:
+        """What the codes mean: laws of motion, or attractors."""
+        return self._coded[1]
+
+    def at_further(self, array: xr.DataArray, **others: int) -> NDArray:
+        """Return an array (y, x), or (x,) of curves, at the chosen values of the other dimensions."""
+        chosen = {**self.further, **others}
+        part = array.isel({name: at for name, at in chosen.items() if name in array.dims})
+        shape = {name: self.dataset.sizes[name] for name in reversed(self.axes)}
+        return np.asarray(part.transpose(*shape).values)
+
+    def codes(self, **others: int) -> NDArray[np.int64]:
+        """Return the codes (y, x) of the regions."""
+        return self.at_further(self._coded[0], **others).astype(np.int64)
+
+    @cached_property
+    def series(self) -> Mapping[str, Series]:
+        """The quantities that can be drawn, by label."""
+        found: dict[str, Series] = {}
+        for key, array in self.dataset.data_vars.items():
+            own = [str(dim) for dim in array.dims if dim not in self.dims]
+            is_drawn = set(self.dims) <= set(array.dims) and array.dtype.kind in "iufbc"
+            if not is_drawn or len(own) > 1 or (own and own[0] not in ELEMENTS):
+                continue
+            if own and own[0] not in ("support", "multiplier", "harmonic"):
+                each = [
+                    Series(str(key), own[0], n, str(n + 1))
+                    for n in range(min(array.sizes[own[0]], MAX_ELEMENTS))
+                ]
+            elif own:
+                each = series_of(self.dataset, str(key))
+            else:
+                each = [Series(str(key))]
+            for one in each:
+                found[self.label(one)] = one
+        return found
+
+    def label(self, series: Series) -> str:
+        """Return the label of an element of a quantity."""
+        array = self.dataset[series.name]
+        if series.dim is None or series.position is None:
+            return label_of(array)
+        at = (
+            self.dataset[series.dim].values[series.position]
+            if series.dim in self.dataset.coords
+            else None
+        )
+        text = str(series.position + 1 if at is None else at)
+        index = int(text) if text.isdigit() else None
+        # A symbol with an index says which one, but for supports.
+        tail = f", {series.dim} {text}" if series.dim in ("support", "parameter") else ""
+        return label_of(array, index) + tail
+
+    def field(self, series: Series, **others: int) -> Floats:
+        """Return the values (y, x) of a quantity; of complex ones the modulus."""
+        return self.at_further(series.of(self.dataset), **others).astype(float)
+
+    def nearest(self, *point: float) -> tuple[int, ...]:
+        """Return the index along each axis of the row nearest to a point."""
+        return tuple(
+            int(np.argmin(np.abs(values - at)))
+            for values, at in zip(self.values, point, strict=True)
+        )
+
+    def row_number(self, at: tuple[int, ...], **others: int) -> int:
+        """Return the flat number of the row at indices of the axes; -1 where a start has no attractor."""
+        index = {**self.further, **others, **dict(zip(self.axes, at, strict=True))}
+        if self.of_starts:
+            return int(self.dataset["attractor"].isel(index))
+        shape = [self.dataset.sizes[name] for name in self.dims]
+        return int(np.ravel_multi_index([index[name] for name in self.dims], shape))
+
+    def row(self, number: int) -> xr.Dataset:
+        """Return one row by its flat number, with its own impacts alone, in memory."""
+        rows = self.dataset
+        if self.of_starts:
+            rows = rows.drop_dims(["x0", "v0"])
+        return row_at(rows, number).load()
+
+    @property
+    def directions(self) -> list[str]:
+        """The directions in which curves were followed; one empty text without them."""
+        is_curved = len(self.axes) == 1 and DIRECTION in self.dims
+        return [str(each) for each in self.dataset[DIRECTION].values] if is_curved else [""]

@@ -1,0 +1,81 @@
+"""Which scenes of a study can be explored, opened lazily: only what is shown is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from vibropipe.store import StoreError, check_intact, scene_files
+from vibropipe.store.files import open_lazily
+
+# Smaller datasets are read at once: a row then needs no file.
+MAX_LOADED = 200 << 20
+STUDY_ENDINGS = (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class Results:
+    """The datasets of a study by scene, and which of them have rows to point at."""
+
+    title: str
+    datasets: Mapping[str, xr.Dataset]
+
+    @property
+    def explorable(self) -> list[str]:
+        """Names of the sweeps and basins."""
+        return [name for name, data in self.datasets.items() if is_sweep(data) or is_basins(data)]
+
+
+def is_sweep(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset has steady states over a grid of parameters."""
+    has_rows = "regime" in dataset and "displacement_strobe" in dataset
+    dims = dataset["regime"].dims if has_rows else ()
+    return bool(dims) and all(dim in dataset.coords for dim in dims) and not is_basins(dataset)
+
+
+def is_basins(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset has the attractors of a grid of starts."""
+    return "attractor" in dataset and dataset["attractor"].ndim == 2
+
+
+def open_results(path: Path, folder: Path) -> Results:
+    """Open what `vibropipe view` names.
+
+    Parameters
+    ----------
+    path : Path
+        A study's folder of results, one dataset, or a study file.
+    folder : Path
+        Folder of all results, for a study file.
+
+    Raises
+    ------
+    StudyError
+        If the study file is not valid.
+    StoreError
+        If there are no results, or none that can be explored.
+    """
+    place, title = path, path.stem
+    if path.suffix in STUDY_ENDINGS:
+        from vibropipe.study import load_study
+
+        study = load_study(path)
+        place, title = folder / study.name, study.title
+    files = scene_files(place)
+    for file in files:
+        check_intact(file, every_byte=False)
+    results = Results(title, {file.stem: _opened(file) for file in files})
+    if not results.explorable:
+        raise StoreError(
+            f"{place}: holds neither a sweep nor basins, so there is nothing to explore"
+        )
+    return results
+
+
+def _opened(file: Path) -> xr.Dataset:
+    """Return a dataset, in memory unless it is large."""
+    dataset = open_lazily(file, chunks=None)
+    return dataset.load() if dataset.nbytes <= MAX_LOADED else dataset

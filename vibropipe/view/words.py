@@ -1,0 +1,42 @@
+"""Labels of the page: plain Unicode, since TeX would fetch fonts from outside."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+import xarray as xr
+
+from vibropipe.figures.text import axis_label, format_number, symbol_of
+from vibropipe.store.show import plain_symbol
+
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_RAISED = {"^-": "⁻", "^+": "⁺"}
+
+
+def unicode_text(text: str) -> str:
+    """Return a text with mathtext as plain text: `$R_1$` as R₁."""
+    plain = plain_symbol(text)
+    for mark, letter in _RAISED.items():
+        plain = plain.replace(mark, letter)
+    return re.sub(r"_(\d+)", lambda match: match[1].translate(_LOWERED), plain)
+
+
+def label_of(array: xr.DataArray, index: int | None = None) -> str:
+    """Return the label of an axis: long name, symbol and units."""
+    return unicode_text(axis_label(array, index))
+
+
+def symbol(array: xr.DataArray, index: int | None = None) -> str:
+    """Return the symbol of a quantity."""
+    return unicode_text(symbol_of(array, index))
+
+
+def html(text: str) -> str:
+    """Return a text as HTML, which a name from a file cannot break out of."""
+    return escape(text)
+
+
+def number(value: float, digits: int = 6) -> str:
+    """Write a number for a table."""
+    return format_number(value, digits)

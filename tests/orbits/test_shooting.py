@@ -126,7 +126,7 @@ def test_the_unstable_orbit_past_a_pitchfork_is_the_symmetric_one() -> None:
     p, orbit, _log = past_the_pitchfork()
     x, v = state_xv(p, orbit.state)
     half = TURN / p.nu / 2
-    motion = Oracle(TextbookParameters(*p)).run(2 * half, x, v)
+    motion = Oracle(TextbookParameters(*p[: len(TextbookParameters._fields)])).run(2 * half, x, v)
     np.testing.assert_allclose(np.array(motion.state(half), float), (-x, -v), atol=1e-12)
     np.testing.assert_allclose(np.array(motion.state(2 * half), float), (x, v), atol=1e-11)
 

@@ -126,6 +126,13 @@ class AttractorSet:
             periods[undecided] = limit
         return owner, periods
 
+    def attractor_of(self, state: np.ndarray) -> int:
+        """Return the index of the attractor that a state (2,) at the section settles on, added if it is new.
+
+        Negative: none was found.
+        """
+        return int(self._discover(state[None], 0.0)[0])
+
     def _discover(self, starts: np.ndarray, phase: float, orbits_only: bool = False) -> np.ndarray:
         """Solve starts as steady states and add the attractors that are new.
 
@@ -155,10 +162,14 @@ class AttractorSet:
 
     def _captured(self, start: np.ndarray) -> int:
         """Return the index of the known attractor that a state at the section settles on, or UNDECIDED."""
+        return max(UNDECIDED, int(self.owners(start[None])[0]))
+
+    def owners(self, states: np.ndarray) -> np.ndarray:
+        """Return the index of the known attractor that each state (n, 2) at the section settles on, or negative."""
         owner, _periods = self.section.assign(
-            start[None], 0.0, self._ellipses(), self._cells(), LAST_LIMIT
+            states, 0.0, self._ellipses(), self._cells(), LAST_LIMIT
         )
-        return max(UNDECIDED, int(owner[0]))
+        return owner
 
     def _orbit(self, point: np.ndarray, m: int) -> int:
         """Return the index of the orbit of m periods through a point, added if it is new; FAILED if not stable."""

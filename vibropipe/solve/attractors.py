@@ -124,11 +124,9 @@ def attractor_dataset(
     """
     import xarray as xr
 
-    order = sorted(range(len(found.known)), key=lambda index: found.known[index].sort_key())
-    ids = np.full(len(order) + 1, -1, np.int32)
-    ids[order] = np.arange(len(order))
+    ids = attractor_ids(found)
     numbers = ids[np.maximum(owner, -1)]
-    known = [found.known[index] for index in order]
+    known = [found.known[index] for index in np.argsort(ids[:-1])]
     counts = np.bincount(numbers[numbers >= 0], minlength=len(known))
     share, low, high = shares(counts, owner.size)
     visits = [states_at_section(each) for each in known] or [np.empty((VISITS, 2))[:0]]
@@ -148,6 +146,14 @@ def attractor_dataset(
     return describe(xr.Dataset(variables, attrs=dataset.attrs).merge(dataset)), numbers
 
 
+def attractor_ids(found: AttractorSet) -> np.ndarray:
+    """Return the `attractor_id` of each attractor of a set, and at the end -1, for none."""
+    order = sorted(range(len(found.known)), key=lambda index: found.known[index].sort_key())
+    ids = np.full(len(order) + 1, -1, np.int32)
+    ids[order] = np.arange(len(order))
+    return ids
+
+
 def shares(counts: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return shares counts/n with their 95 % confidence intervals (low, high) by Wilson's score.
 
@@ -163,10 +169,10 @@ def shares(counts: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return share, np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
-def states_at_section(attractor: Attractor) -> np.ndarray:
-    """Return VISITS states (VISITS, 2) of an attractor at the section, one after the other."""
+def states_at_section(attractor: Attractor, visits: int = VISITS) -> np.ndarray:
+    """Return some states (visits, 2) of an attractor at the section, one after the other."""
     n = len(attractor.sections)
-    last: np.ndarray = attractor.sections[np.arange(n - VISITS, n) % n]
+    last: np.ndarray = attractor.sections[np.arange(n - visits, n) % n]
     return last
 
 

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, number_within
 from vibropipe.physics.start import start_at
+from vibropipe.solve.attractor_families import follow_attractors
 from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import (
     STARTS,
     STARTS_LIMITS,
     attractor_dataset,
+    attractor_ids,
     scattered_starts,
 )
-from vibropipe.solve.checks import check_whole
-from vibropipe.words.parameters import FRACTION
+from vibropipe.solve.basin_shares import shares_dataset
+from vibropipe.solve.border_orbits import border_orbits, with_border_orbits
+from vibropipe.solve.checks import check_over, check_whole
+from vibropipe.words.parameters import FRACTION, PARAMETERS
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -32,6 +38,7 @@ def basins(
     harmonics: int = 6,
     starts: int = STARTS,
     progress: Callable[[int], None] | None = None,
+    over: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Find the attractor of eqs. (5), (6) that the motion from each start of a grid settles on.
 
@@ -54,6 +61,8 @@ def basins(
         Number of scattered starts that look for attractors first, as for `attractors`.
     progress : callable, optional
         Called as progress(starts assigned).
+    over : mapping of str to array_like, optional
+        Increasing values of one parameter: the basins at each of them.
 
     Returns
     -------
@@ -66,8 +75,27 @@ def basins(
             Whether one of the four neighbours settles on another attractor.
         basin_share, basin_share_low, basin_share_high (attractor_id)
             Share of the starts of the grid, with the 95 % confidence interval for as many random starts.
+        border_orbit_multiple, border_orbit_multiplier (multiplier) (border_orbit)
+            Forcing periods and Floquet multipliers of unstable orbits on the borders: the border is made of the starts
+            whose motions approach one of them [2]_. Those of more than 8 periods, and of a fractal border all but a
+            few, are left out.
+        border_orbit_attractor (border_orbit, border_side)
+            `attractor_id` on either side of the border.
+        border_point_displacement, border_point_velocity (border_point)
+            States of these orbits at the section; `border_point_orbit` has the orbit of each.
 
-        and over `attractor_id` all that `attractors` returns.
+        and over `attractor_id` all that `attractors` returns. With `over`, the parameter is the first dimension of all
+        these. An attractor is carried along from value to value and keeps its number while its states at the section
+        change continuously, also where its period doubles or it becomes chaotic; where it is not, its numbers are NaN
+        and its regime is unresolved. Borders have no orbits then, but there is, over `bifurcation`,
+
+        bifurcation_<parameter>
+            Value at which an attractor appears or vanishes: where it jumps, to 1/1000 of the distance of two values;
+            half-way between two values where two attractors merge.
+        attractor_change, changed_attractor
+            appears or vanishes, with increasing parameter; and its `attractor_id`.
+        other_attractor
+            `attractor_id` of the attractor that its motion settles on where it is not, or -1.
 
     Raises
     ------
@@ -82,26 +110,106 @@ def basins(
     References
     ----------
     .. [1] G. Datseris, A. Wagemakers, Effortless estimation of basins of attraction, Chaos 32 (2022) 023104.
+    .. [2] J. D. Skufca, J. A. Yorke, B. Eckhardt, Edge of chaos in a parallel shear flow, Physical Review Letters 96
+       (2006) 174101.
     """
     check_whole("starts", starts, STARTS_LIMITS)
     turn = number_within("phase", phase, FRACTION) % 1.0
     xs, vs = check_starts(exciter, x0, v0)
-    found = AttractorSet(exciter)
-    found.settle(scattered_starts(exciter, starts))
-    grid = grid_starts(exciter, xs, vs)
-    owner, periods = found.settle(grid, turn, progress)
+    if over is not None:
+        name, exciters = _check_over(exciter, over, xs)
+        return _over_values(exciters, name, xs, vs, turn, harmonics, starts, progress)
+    found, owner, periods = _settle(exciter, xs, vs, turn, starts, progress)
     text = f"{xs.size} x {vs.size} starts (x0, v0) at {turn:g} of a forcing period"
     dataset, numbers = attractor_dataset(found, owner, harmonics, text)
-    shape, dims = (xs.size, vs.size), ("x0", "v0")
+    parameters = {name: ((), value) for name, value in exciter.stated().items()}
+    dataset = _with_starts(dataset.assign_coords(parameters), numbers, periods, turn, xs, vs)
+    shape = xs.size, vs.size
+    states = grid_starts(exciter, xs, vs).reshape(*shape, 2)
+    orbits = border_orbits(found, states, owner.reshape(shape), turn)
+    return describe(with_border_orbits(dataset, orbits, attractor_ids(found)))
+
+
+def _settle(
+    exciter: Exciter,
+    xs: np.ndarray,
+    vs: np.ndarray,
+    turn: float,
+    starts: int,
+    progress: Callable[[int], None] | None,
+) -> tuple[AttractorSet, np.ndarray, np.ndarray]:
+    """Return the attractors of an exciter, and for each start of a grid the index of its own and the periods."""
+    found = AttractorSet(exciter)
+    found.settle(scattered_starts(exciter, starts))
+    return found, *found.settle(grid_starts(exciter, xs, vs), turn, progress)
+
+
+def _over_values(
+    exciters: Sequence[Exciter],
+    name: str,
+    xs: np.ndarray,
+    vs: np.ndarray,
+    turn: float,
+    harmonics: int,
+    starts: int,
+    progress: Callable[[int], None] | None,
+) -> xr.Dataset:
+    """Return the basins of exciters that differ in one parameter."""
+    sets, owners, times = [], [], []
+    for k, each in enumerate(exciters):
+        before = k * xs.size * vs.size
+        tell = None if progress is None else partial(_add, progress, before)
+        found, owner, periods = _settle(each, xs, vs, turn, starts, tell)
+        sets.append(found)
+        owners.append(owner)
+        times.append(periods)
+    families = follow_attractors(sets, name)
+    text = f"{xs.size} x {vs.size} starts (x0, v0) at {turn:g} of a forcing period, at each value"
+    dataset, numbers = shares_dataset(sets, families, owners, name, harmonics, text)
+    return _with_starts(dataset, numbers, np.array(times), turn, xs, vs, (name,))
+
+
+def _add(progress: Callable[[int], None], before: int, done: int) -> None:
+    progress(before + done)
+
+
+def _with_starts(
+    dataset: xr.Dataset,
+    numbers: np.ndarray,
+    periods: np.ndarray,
+    turn: float,
+    xs: np.ndarray,
+    vs: np.ndarray,
+    over: tuple[str, ...] = (),
+) -> xr.Dataset:
+    """Return the dataset of attractors with what is known of each start (..., x0 and v0 running fastest)."""
+    shape, dims = (*numbers.shape[:-1], xs.size, vs.size), (*over, "x0", "v0")
     attractor = numbers.reshape(shape)
     variables = {
         "attractor": (dims, attractor),
         "periods_to_attractor": (dims, periods.reshape(shape).astype(np.int32)),
         "border": (dims, border_starts(attractor).astype(np.int8)),
     }
-    parameters = {name: ((), value) for name, value in exciter.stated().items()}
-    coords = {**parameters, "start_phase": ((), turn), "x0": xs, "v0": vs}
+    coords = {"start_phase": ((), turn), "x0": xs, "v0": vs}
     return describe(dataset.assign_coords(coords).assign(variables))
+
+
+def _check_over(
+    exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray
+) -> tuple[str, list[Exciter]]:
+    """Return the swept parameter and the exciter at each of its values, or raise a ParameterError."""
+    arrays = check_over(over)
+    if len(arrays) > 1 or not set(arrays) <= set(PARAMETERS):
+        must, got = f"must have one key among {', '.join(PARAMETERS)}", ", ".join(arrays)
+        raise ParameterError("over", over, must=must, got=got)
+    ((name, values),) = arrays.items()
+    if not (np.diff(values) > 0).all():
+        raise ParameterError(f"over.{name}", over[name], "increasing numbers")
+    exciters = [replace(exciter, **{name: value}) for value in values.tolist()]
+    for each in exciters:
+        for end in (xs[0], xs[-1]):
+            each.check_start(end, 0.0)
+    return name, exciters
 
 
 def check_starts(exciter: Exciter, x0: Any, v0: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -128,9 +236,9 @@ def grid_starts(exciter: Exciter, xs: Any, vs: Any) -> np.ndarray:
 
 
 def border_starts(attractor: np.ndarray) -> np.ndarray:
-    """Return which starts (x0, v0) have a neighbour in the grid with another attractor."""
+    """Return which starts (..., x0, v0) have a neighbour in the grid with another attractor."""
     border = np.zeros(attractor.shape, bool)
-    for axis in (0, 1):
+    for axis in (-2, -1):
         ahead = np.moveaxis(attractor, axis, 0)
         differs = ahead[1:] != ahead[:-1]
         on_axis = np.moveaxis(border, axis, 0)  # a view

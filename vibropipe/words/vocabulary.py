@@ -45,6 +45,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "bifurcation_kind": _members(Bifurcation),
     "end_reason": _members(BranchEnd),
     "border": {"inside": 0, "at_border": 1},
+    "attractor_change": {"vanishes": 0, "appears": 1},
     "boundary_kind": {name: code for name, code in _members(Bifurcation).items() if name != "end"},
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},

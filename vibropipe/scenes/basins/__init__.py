@@ -1,6 +1,8 @@
 """Coexisting motions, and which of them each start of a grid settles on."""
 
-from vibropipe.scenes.basins.keys import CHECKS, BasinsScene
+from vibropipe.scenes.basins.keys import CHECKS, BasinsScene, check_branches
 from vibropipe.scenes.kind import Kind
 
-KIND = Kind(__name__, BasinsScene, CHECKS, unit="starts", packages=("scipy",))
+KIND = Kind(
+    __name__, BasinsScene, CHECKS, unit="starts", check_among=check_branches, packages=("scipy",)
+)

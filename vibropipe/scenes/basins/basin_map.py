@@ -31,15 +31,24 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import axis_label, parameter_line
-from vibropipe.scenes.basins.text import attractor_text
+from vibropipe.scenes.basins.text import MAX_BORDER, attractor_text
 
 # Colours of the basins in turn: the first lie far apart in grey as well.
 COLOURS = (YELLOW, SKY, "#003B5C", VERMILLION, "#EFEFEF", GREEN, PURPLE, "#7F7F7F")
 NONE_COLOUR, PERIOD_COLOURS = "#FFFFFF", "cividis"
 # Forcing periods from which on only powers of ten are labelled.
 MANY_PERIODS = 30
-# Share of border starts above which lines between the basins would cover them.
-MAX_BORDER = 0.25
+# Crosses of unstable orbits, black on white, to be seen on every colour.
+CROSSES: tuple[dict[str, Any], ...] = (
+    {
+        "linestyle": "none",
+        "marker": "X",
+        "markersize": 7.5,
+        "color": "white",
+        "markeredgewidth": 0.0,
+    },
+    {"linestyle": "none", "marker": "x", "markersize": 5.0, "color": BLACK, "markeredgewidth": 1.4},
+)
 # Quantity of each map -> its height.
 PANELS_CM = {"attractor": 8.6, "periods_to_attractor": 6.4}
 LEGEND_CM, AXIS_CM = 1.8, 1.2
@@ -83,6 +92,9 @@ def draw_attractor_map(
     write_numbers(ax, dataset, attractor)
     if float(dataset["start_phase"]) == 0.0:
         draw_attractors(ax, dataset)
+        points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
+        for style in CROSSES:
+            ax.plot(*points, **style)
 
 
 def draw_borders(
@@ -169,6 +181,8 @@ def legend_handles(dataset: xr.Dataset) -> list[Artist]:
             handles.append(Line2D([], [], label=text, **style))
         else:
             handles.append(Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.4, label=text))
+    if drawn and dataset.sizes["border_orbit"]:
+        handles.append(Line2D([], [], label="unstable orbit on a border", **CROSSES[1]))
     if bool((dataset["attractor"] < 0).any()):
         text = "no attractor found"
         handles.append(Patch(facecolor=NONE_COLOUR, edgecolor=BLACK, linewidth=0.4, label=text))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -10,19 +10,20 @@ from pydantic import AfterValidator, Field
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import EXCITER_CHECK, SUPPORTS, Check, check_rows
-from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import FigureOptions
-from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.values import NumberRange
+from vibropipe.scenes.keys.checks import (
+    EXCITER_CHECK,
+    SUPPORTS,
+    Check,
+    check_rows,
+    check_swept,
+    corners,
+)
+from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.parts import FigureOptions, SweptName
+from vibropipe.scenes.keys.problems import Problem, did_you_mean, required
+from vibropipe.scenes.keys.values import NameRule, NumberRange
 from vibropipe.words.effects import EFFECT_NAMES
-
-
-class StartGrids(StudyModel):
-    """Grid of starts."""
-
-    x0: Grid = Field(description="Initial displacements, between the supports.")
-    v0: Grid = Field(description="Initial velocities.")
+from vibropipe.words.parameters import PARAMETERS, STARTS
 
 
 class BasinsFigure(FigureOptions):
@@ -33,6 +34,10 @@ class BasinsFigure(FigureOptions):
     ] = Field(
         default=[],
         description="Maps: the attractor of each start, and the forcing periods until it settles (default: both).",
+    )
+    branches: Annotated[str | None, NameRule()] = Field(
+        default=None,
+        description="Scene of kind `branch` along the parameter in `over`, drawn under the amplitudes.",
     )
 
 
@@ -46,7 +51,9 @@ class BasinsScene(BaseScene):
         default_factory=BasinsFigure,
         description="Options of the picture; data do not depend on them.",
     )
-    over: StartGrids = Field(description="Grid of the starts.")
+    over: dict[SweptName, Grid] = Field(
+        description="Grids of the starts, `x0` (between the supports) and `v0`, and of one parameter or none."
+    )
     phase: Annotated[float, NumberRange(0, 1)] = Field(
         default=0.0,
         description="Phase of the force at the start, as a fraction of a forcing period.",
@@ -58,31 +65,88 @@ class BasinsScene(BaseScene):
     )
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
-        return {"x0": self.over.x0, "v0": self.over.v0}
+        return {str(name): self.over[name] for name in self._names()}
+
+    def _names(self) -> list[SweptName]:
+        """Return the swept names in the order of the dimensions: the parameter, x0, v0."""
+        return sorted(self.over, key=lambda name: (str(name) in STARTS, str(name) == "v0"))
+
+    @property
+    def swept(self) -> str | None:
+        """The parameter beside the starts, or None."""
+        return next((str(name) for name in self.over if name in PARAMETERS), None)
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        swept = {str(name): grid.low for name, grid in self.over.items() if name in PARAMETERS}
+        return {**super().resolved_exciter(), **swept}
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {name: v for name, v in self.resolved_exciter().items() if name not in self.over}
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: which of them occur depends on the start."""
         return EFFECT_NAMES
 
 
+def _over(scene: BasinsScene) -> Iterator[Problem]:
+    """Check that both parts of the start have grids, and at most one parameter beside them."""
+    for name in STARTS:
+        if name not in scene.over:
+            yield required(("over", name), A_GRID)
+    names = [str(name) for name in scene.over if name in PARAMETERS]
+    if len(names) > 1:
+        must = "must have at most one parameter beside x0 and v0"
+        yield Problem(("over",), ", ".join(names), must=must)
+    yield from check_swept(scene)
+
+
 def _starts(scene: BasinsScene) -> Iterator[Problem]:
-    """Check that the displacements lie between the supports."""
-    if not scene.has_l():
+    """Check that the displacements lie between the supports, at all values of the parameter."""
+    if not scene.has_l() or "x0" not in scene.over:
         return
     try:
-        exciter = Exciter(**scene.resolved_exciter())
+        exciters = [Exciter(**corner) for corner in corners(scene)]
     except ParameterError:
         return  # reported by `EXCITER_CHECK`
-    least, most = start_room(exciter.l, exciter.delta)
-    for value in dict.fromkeys((scene.over.x0.low, scene.over.x0.high)):
-        if not least <= value <= most:
-            allowed = f"numbers from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
+    grid = scene.over["x0"]
+    for value in dict.fromkeys((grid.low, grid.high)):
+        rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
+        if not all(least <= value <= most for least, most in rooms):
+            lower = max(exciter.lower for exciter in exciters)
+            upper = min(exciter.upper for exciter in exciters)
+            allowed = f"numbers from {lower!r} to {upper!r} (between the supports)"
             yield Problem(("over", "x0"), repr(value), allowed)
             return
 
 
+def _figure(scene: BasinsScene) -> Iterator[Problem]:
+    """Check that the options of the picture fit what is drawn: maps, or shares over a parameter."""
+    if scene.swept and scene.figure.show:
+        must = f"must be left out, since shares over {scene.swept} are drawn"
+        yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
+    if not scene.swept and scene.figure.branches is not None:
+        must = "must be left out unless `over` has a parameter"
+        yield Problem(("figure", "branches"), repr(scene.figure.branches), must=must)
+
+
+def check_branches(
+    scene: BasinsScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that the branches drawn under the amplitudes are followed along the parameter of the shares."""
+    wanted = scene.figure.branches
+    if wanted is None or scene.swept is None or wanted in broken:
+        return
+    fits = [name for name, each in scenes.items() if getattr(each, "followed", "") == scene.swept]
+    if wanted not in fits:
+        none = "the study has none"
+        allowed = f"a branch scene along {scene.swept} ({', '.join(fits) or none})"
+        yield Problem(("figure", "branches"), repr(wanted), allowed, did_you_mean(wanted, fits))
+
+
 CHECKS = (
     EXCITER_CHECK,
+    Check((), _over),
     Check((*SUPPORTS, ("over", "x0")), _starts),
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
+    Check((("figure",), ("over",)), _figure),
 )

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from vibropipe.scenes.costs import Estimate, Sampler, Work, grid_size, steady_bytes, thinned
 
 if TYPE_CHECKING:
-    from vibropipe.scenes.basins.keys import BasinsScene, StartGrids
+    from vibropipe.scenes.basins.keys import BasinsScene
 
 # A start costs the transient, here some thirty forcing periods, and is stored in nine bytes.
 SECONDS_PER_START, BYTES_PER_START = 3e-5, 9
 OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 # Seconds and bytes of the search for attractors: of usual ones, with their states at the section.
-SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 1.0, 3, 2 * 8 * 1024
+SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 0.3, 3, 2 * 8 * 1024
 # Values of each axis of a sample.
 SAMPLE = 2, 64
 
@@ -21,13 +21,14 @@ SAMPLE = 2, 64
 def plan(scene: BasinsScene) -> Work:
     """Return the work of a basins scene, from its number of starts."""
     attractor = steady_bytes(OUTPUTS, scene.harmonics) + SECTION_BYTES
+    n_values = next((grid.size for name, grid in scene.grids().items() if name == scene.swept), 1)
     return Work(
         size=grid_size(scene),
         rows=scene.row_count,
         method="exact",
         outputs=OUTPUTS,
-        seconds=SEARCH_SECONDS + scene.row_count * SECONDS_PER_START,
-        bytes=scene.row_count * BYTES_PER_START + ATTRACTORS * attractor,
+        seconds=n_values * SEARCH_SECONDS + scene.row_count * SECONDS_PER_START,
+        bytes=scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
         is_parallel=True,
     )
 
@@ -47,7 +48,5 @@ def estimate(scene: BasinsScene, sampler: Sampler) -> Estimate:
 
 def _part(scene: BasinsScene, n_values: int) -> BasinsScene:
     """Return the scene on at most `n_values` values of each axis."""
-    over: StartGrids = scene.over.model_copy(
-        update={name: thinned(grid.array(), n_values) for name, grid in scene.grids().items()}
-    )
+    over = {name: thinned(grid.array(), n_values) for name, grid in scene.grids().items()}
     return scene.model_copy(update={"over": over})

@@ -24,12 +24,15 @@ def solve(scene: BasinsScene, progress: Progress | None = None) -> xr.Dataset:
         def on_starts(done: int) -> None:
             progress(done, scene.row_count)
 
+    grids = scene.over_arrays()
     dataset = basins(
         Exciter(**scene.resolved_exciter()),
-        **scene.over_arrays(),
+        x0=grids.pop("x0"),
+        v0=grids.pop("v0"),
         phase=scene.phase,
         harmonics=scene.harmonics,
         starts=scene.starts,
         progress=on_starts,
+        over=grids or None,
     )
     return stored(dataset, scene.mass_and_stiffness)

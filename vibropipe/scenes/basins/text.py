@@ -8,11 +8,15 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, sentences
-from vibropipe.report.findings import value_text
+from vibropipe.report.findings import Finding, value_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.scenes.basins.laws import law_text, swept_name
+from vibropipe.scenes.basins.shares_text import family_table, share_texts
 from vibropipe.words.wording import count, series
 
+# Share of border starts above which lines between the basins would cover them.
+MAX_BORDER = 0.25
 CAPTION = (
     "Attractors of each scene: forcing periods m per orbit, impacts on support 1 and on support 2 per orbit (per "
     "forcing period if aperiodic), largest modulus of the Floquet multipliers, largest velocity before impact, and "
@@ -22,11 +26,8 @@ CAPTION = (
 
 def attractor_text(dataset: xr.Dataset, index: int) -> str:
     """Write an attractor for a legend: its number, regime, period multiple and share of the starts."""
-    row = dataset.isel(attractor_id=index)
-    multiple = int(row["period_multiple"])
-    law = REGIME_TEXT[regime_name(int(row["regime"]))]
-    orbit = f", $m = {multiple}$" if multiple else ""
-    return f"{index}: {law}{orbit}, {percent(float(row['basin_share']))}"
+    law = attractor_law(dataset, index).replace("m = ", "$m$ = ")
+    return f"{index}: {law}, {percent(float(dataset['basin_share'][index]))}"
 
 
 def percent(share: float) -> str:
@@ -53,9 +54,11 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     if not show or "periods_to_attractor" in show:
         what = f"Above: {what[0].lower()}{what[1:]}. Below: forcing periods until it settles"
     marked = started or "Markers show the states of the attractors at the section"
+    lines = "; lines separate basins" if border <= MAX_BORDER else ""
     return sentences(
         what,
-        f"{marked}; lines separate basins",
+        f"{marked}{lines}",
+        "" if phase else saddles_text(dataset),
         f"Of the starts, {series(shares)}" if n else "No attractor was found",
         f"{percent(border)} of the starts have a neighbour that settles elsewhere" if n > 1 else "",
         f"{percent(none)} of the starts settle on none of them" if none else "",
@@ -63,13 +66,69 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     )
 
 
+def saddles_text(dataset: xr.Dataset) -> str:
+    """Write what the crosses are: unstable orbits between basins."""
+    sizes = dataset["border_orbit_multiple"].values.tolist()
+    if not sizes:
+        return ""
+    orbits = count(len(sizes), "unstable orbit")
+    multiples = series(map(str, dict.fromkeys(sorted(sizes))))
+    which = "it" if len(sizes) == 1 else "one of them"
+    return f"Crosses: {orbits} (m = {multiples}) on the borders; the starts of a border approach {which}"
+
+
 def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on coexisting motions, with a table of the attractors of all scenes."""
-    rows = [row for name, data in datasets.items() for row in attractor_rows(name, data)]
-    if not rows:
+    """Return the section on coexisting motions, with a table of the attractors of all scenes.
+
+    Scenes over a parameter have one each.
+    """
+    single = {name: data for name, data in datasets.items() if swept_name(data) is None}
+    rows = [row for name, data in single.items() for row in attractor_rows(name, data)]
+    over = [
+        family_table(name, data)
+        for name, data in datasets.items()
+        if name not in single and data.sizes["attractor_id"]
+    ]
+    if not rows and not over:
         return []
     head = ["scene", "attractor", "regime", "m", "impacts", "multiplier", "velocity", "share"]
-    return [Section("Coexisting motions", tables=[Table(head, rows, CAPTION, left=3)])]
+    tables = [Table(head, rows, CAPTION, left=3)] if rows else []
+    return [Section("Coexisting motions", tables=[*tables, *over])]
+
+
+def findings(datasets: Datasets) -> list[Finding]:
+    """Return the findings of each scene."""
+    return [
+        Finding(basin_texts(data) if swept_name(data) is None else share_texts(data), name)
+        for name, data in datasets.items()
+    ]
+
+
+def basin_texts(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return what a map of basins shows, a sentence each."""
+    n, border = dataset.sizes["attractor_id"], float(dataset["border"].mean())
+    if n == 0:
+        return ("No attractor was found",)
+    if n == 1:
+        return (f"All starts settle on one motion, {attractor_law(dataset, 0)}",)
+    open_text = ""
+    if border > MAX_BORDER:
+        open_text = ": a start known no better than that does not decide which motion is reached"
+    each = [
+        f"{interval_text(dataset.sel(attractor_id=index))} settle on attractor {index}, {attractor_law(dataset, index)}"
+        for index in range(n)
+    ]
+    return (
+        f"{n} motions coexist (95 % intervals in brackets): of the starts {'; '.join(each)}",
+        f"{percent(border)} of the starts have a neighbour in the grid that settles elsewhere{open_text}",
+        saddles_text(dataset).removeprefix("Crosses: ") if dataset["start_phase"] == 0 else "",
+    )
+
+
+def attractor_law(dataset: xr.Dataset, index: int) -> str:
+    """Write the law of motion of an attractor."""
+    row = dataset.sel(attractor_id=index)
+    return law_text(int(row["regime"]), int(row["period_multiple"]))
 
 
 def attractor_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:

@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
-from vibropipe.scenes.keys.grids import MAX_ROWS
+from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, refused, required
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.parameters import PARAMETERS
@@ -95,6 +95,21 @@ def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
         directions = scene.row_count // math.prod(sizes)
         text = " x ".join(map(str, sizes if directions == 1 else [directions, *sizes]))
         yield Problem(path, f"{text} rows", must="must give at most 1e8 rows in a scene")
+
+
+def check_swept(scene: Any) -> Iterator[Problem]:
+    """Check that the values of swept parameters are in range, and that none is both swept and set."""
+    for name, grid in scene.over.items():
+        if name not in PARAMETERS:
+            continue
+        for value in dict.fromkeys((grid.low, grid.high)):
+            if not is_allowed(name, value):
+                hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
+                yield Problem(("over", name), repr(value), PARAMETERS[name].range.text, hint)
+                break
+        if name in scene.exciter.explicit():
+            must = f"must be left out, since {name} is swept"
+            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), must=must)
 
 
 def check_solver(scene: ForcedScene) -> Iterator[Problem]:

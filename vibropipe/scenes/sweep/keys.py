@@ -20,12 +20,13 @@ from vibropipe.scenes.keys.checks import (
     Check,
     check_rows,
     check_start,
+    check_swept,
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
-from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, comma_hint
+from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import Follow, Solver, Start, SweptName
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.values import NotNull, NumberRange, is_allowed
+from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
 from vibropipe.solve.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
@@ -115,20 +116,11 @@ def _start(scene: SweepScene) -> Iterator[Problem]:
 
 def _swept(scene: SweepScene) -> Iterator[Problem]:
     """Check that swept values are in range and that no parameter is both swept and set."""
-    for name, grid in scene.over.items():
-        if name in STARTS:
-            if name in scene.start.model_fields_set:
-                found, must = getattr(scene.start, name), f"must be left out, since {name} is swept"
-                yield Problem(("start", name), repr(found), must=must)
-            continue
-        for value in dict.fromkeys((grid.low, grid.high)):
-            if not is_allowed(name, value):
-                hint = comma_hint(grid.values) if isinstance(grid, ValueGrid) else ""
-                yield Problem(("over", name), repr(value), PARAMETERS[name].range.text, hint)
-                break
-        if name in scene.exciter.explicit():
-            must = f"must be left out, since {name} is swept"
-            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), must=must)
+    for name in STARTS:
+        if name in scene.over and name in scene.start.model_fields_set:
+            found, must = getattr(scene.start, name), f"must be left out, since {name} is swept"
+            yield Problem(("start", name), repr(found), must=must)
+    yield from check_swept(scene)
 
 
 def _follow(scene: SweepScene) -> Iterator[Problem]:

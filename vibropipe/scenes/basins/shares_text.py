@@ -1,0 +1,137 @@
+"""Caption, findings and tables of basins over a parameter, written from their data."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number, sentences
+from vibropipe.report.findings import range_text, symbol_text, value_text
+from vibropipe.report.table import DASH, Table, breakable
+from vibropipe.scenes.basins.laws import (
+    Change,
+    changes_of,
+    laws_text,
+    place_text,
+    presence,
+    swept_name,
+)
+from vibropipe.words.wording import count, series
+
+# Changes that a sentence lists.
+MAX_LISTED = 4
+
+
+def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
+    """Return the caption of the shares over a parameter."""
+    axis = dataset[swept_name(dataset)]
+    n_starts = count(dataset.sizes["x0"] * dataset.sizes["v0"], "start")
+    phase = float(dataset["start_phase"])
+    return sentences(
+        "Above: first harmonic of the attractors"
+        + (" over branches of stable and unstable orbits" if branches is not None else "")
+        + f"; below: share of {n_starts} that settle on each"
+        + (f", started at {format_number(phase)} of a forcing period" if phase else ""),
+        "Upright bars: 95 % intervals of the lines between bands, for as many random starts",
+        f"Broken lines: values of {symbol_text(axis)} at which an attractor appears or vanishes",
+        missing_text(dataset),
+    )
+
+
+def missing_text(dataset: xr.Dataset) -> str:
+    """Write the share of starts for which no attractor was found."""
+    none = float((dataset["attractor"] < 0).mean())
+    return f"{format_number(100 * none, 3)} % of the starts settle on none of them" if none else ""
+
+
+def together_text(dataset: xr.Dataset) -> str:
+    """Write where several attractors coexist."""
+    name = str(swept_name(dataset))
+    numbers = dataset["basin_share"].count("attractor_id").values
+    several = numbers > 1
+    if not several.any():
+        return f"No two motions coexist at the values of {symbol_text(dataset[name])}"
+    values = dataset[name].values
+    starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
+    ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
+    spans = [
+        range_text(dataset[name], values[[first, last]])
+        for first, last in zip(starts[:MAX_LISTED], ends[:MAX_LISTED], strict=True)
+    ]
+    more = ", and further on" if len(starts) > MAX_LISTED else ""
+    most = int(numbers.max())
+    return f"Up to {most} motions coexist, and the start decides between them, at {series(spans)}{more}"
+
+
+def changes_text(dataset: xr.Dataset) -> str:
+    """Write where attractors vanish, with increasing and with decreasing parameter, and what follows them."""
+    axis = dataset[swept_name(dataset)]
+    clauses = []
+    for way, appears in (("increasing", False), ("decreasing", True)):
+        changes = [change for change in changes_of(dataset) if change.appears == appears]
+        if appears:
+            changes.reverse()
+        if changes:
+            listed = series(change_text(axis, change) for change in changes[:MAX_LISTED])
+            rest = len(changes) - MAX_LISTED
+            more = f" (and {rest} more, in the table)" if rest > 0 else ""
+            clauses.append(f"with {way} {symbol_text(axis)}, {listed}{more}")
+    if not clauses:
+        return "No attractor appears or vanishes"
+    text = "; ".join(clauses)
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def change_text(axis: xr.DataArray, change: Change) -> str:
+    """Write where an attractor vanishes that is followed to where it is not, and the one that follows it."""
+    beyond = f" and {change.other} follows" if change.other >= 0 else ""
+    return f"attractor {change.attractor} vanishes at {value_text(axis, change.value)}{beyond}"
+
+
+def rare_text(dataset: xr.Dataset) -> str:
+    """Write which attractor the fewest starts settle on, and where, if they are few."""
+    share = dataset["basin_share"]
+    least = share.min()
+    if not float(least) < 0.02:
+        return ""
+    name = str(swept_name(dataset))
+    row, index = np.argwhere(share.transpose(name, "attractor_id").values == float(least))[0]
+    at = float(dataset[name][row])
+    return (
+        f"The smallest basin is that of attractor {index} at {place_text(dataset, at)}: "
+        f"{format_number(100 * float(least), 3)} % of the starts"
+    )
+
+
+def share_texts(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return what shares over a parameter show, a sentence each."""
+    texts = together_text(dataset), changes_text(dataset), rare_text(dataset)
+    return texts if dataset.sizes["attractor_id"] else ("No attractor was found",)
+
+
+def family_table(name: str, dataset: xr.Dataset) -> Table:
+    """Return the table of the attractors of a scene over a parameter."""
+    axis = dataset[swept_name(dataset)]
+    changes = {(change.attractor, change.appears): change for change in changes_of(dataset)}
+    rows = []
+    for index in dataset["attractor_id"].values.tolist():
+        present = presence(dataset, index)
+        share = dataset["basin_share"].sel(attractor_id=index).values[present]
+        least, most = (format_number(100 * float(end), 3) for end in (share.min(), share.max()))
+        span = f"{least} to {most} %" if most != least else f"{least} %"
+        ends = [_end_text(axis, changes.get((index, appears))) for appears in (True, False)]
+        rows.append([str(index), laws_text(dataset, index), *ends, span])
+    caption = (
+        f"Attractors of {breakable(name)} over {symbol_text(axis)}: laws of motion, where each appears and vanishes "
+        "with increasing value, in brackets the attractor that its motion settles on beyond, and its share of the "
+        "starts."
+    )
+    return Table(["attractor", "laws", "from", "to", "share"], rows, caption, left=2)
+
+
+def _end_text(axis: xr.DataArray, change: Change | None) -> str:
+    """Write where an attractor begins or ends; a dash where it does so beyond the values."""
+    if change is None:
+        return DASH
+    other = f" ({change.other})" if change.other >= 0 else ""
+    return f"{value_text(axis, change.value)}{other}"

@@ -17,6 +17,8 @@ _FACE = {
     "attractors": "vibropipe.solve.attractors",
     "basins": "vibropipe.solve.basins",
     "boundary": "vibropipe.solve.boundary",
+    "design": "vibropipe.solve.design.face",
+    "tolerance": "vibropipe.solve.tolerance",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
     "symmetric_orbit": "vibropipe.solve.closed_orbits",
@@ -38,6 +40,7 @@ __all__ = [
     "basins",
     "boundary",
     "branch",
+    "design",
     "load",
     "one_sided_orbit",
     "one_sided_orbit_boundaries",
@@ -49,6 +52,7 @@ __all__ = [
     "symmetric_orbit_boundaries",
     "table",
     "to_physical",
+    "tolerance",
 ]
 __version__: str  # as installed; pyproject.toml states it
 
@@ -66,10 +70,12 @@ if TYPE_CHECKING:
     )
     from vibropipe.solve.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.conservative import amplitude_frequency, backbone
+    from vibropipe.solve.design.face import design
     from vibropipe.solve.motion import simulate
     from vibropipe.solve.physical import to_physical
     from vibropipe.solve.steady import steady_state
     from vibropipe.solve.sweep import sweep
+    from vibropipe.solve.tolerance import tolerance
     from vibropipe.store import load, open_study, table
     from vibropipe.words.status import UnsolvedWarning
 

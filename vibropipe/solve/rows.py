@@ -235,7 +235,7 @@ def solve_rows(
     limits = chain_length, max_periods, patience
     solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows)
     n_threads = numba.get_num_threads()
-    if n_threads == 1:
+    if n_threads == 1 or len(pieces) == 1:
         for block in blocks:
             parts: list[list[RowResults]] = []
             for ends in block:

@@ -18,7 +18,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Dimensions that a quantity has beside those of the grid: a column for each of their values.
-COMPONENTS = ("support", "harmonic", "multiplier", "subharmonic", "visit")
+COMPONENTS = (
+    "support",
+    "harmonic",
+    "multiplier",
+    "subharmonic",
+    "visit",
+    "parameter",
+    "estimate",
+    "side",
+)
 # Dimensions whose length differs from row to row, or that list events.
 RAGGED = ("impact", "rest", "grazing", "orbit_impact")
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.boundaries import Meeting
+from vibropipe.words.designs import DesignResult
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -27,6 +28,19 @@ if TYPE_CHECKING:
     Described = TypeVar("Described", bound=xr.Dataset)
 
 ERROR_SUFFIX = "_error"
+# Suffix of what is derived from a quantity -> its long name, and whether it has the units of the quantity.
+SUFFIXES: Mapping[str, tuple[str, bool]] = {
+    ERROR_SUFFIX: ("error estimate of {}", True),
+    "_std": ("standard deviation of {}", True),
+    "_worst": ("worst case of the deviation of {}", True),
+    "_deviation": ("deviation of {} with one parameter off", True),
+    "_contribution": ("share of the variance of {}", False),
+    "_sensitivity": ("derivative of {} by a parameter", False),
+    "_target": ("wanted {}", True),
+    "_lower": ("lower bound of {}", True),
+    "_upper": ("upper bound of {}", True),
+    "_tolerance": ("tolerance of {}", True),
+}
 
 
 def _members(kind: type[IntEnum]) -> dict[str, int]:
@@ -49,6 +63,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "boundary_kind": {name: code for name, code in _members(Bifurcation).items() if name != "end"},
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},
+    "design_result": _members(DesignResult),
 }
 """Names of integer values."""
 
@@ -120,7 +135,7 @@ def quantity(name: str) -> Quantity:
     Parameters
     ----------
     name : str
-        Name of a variable. `<name>_error` is the error estimate of `<name>`, in its units.
+        Name of a variable. `<name>_error` is the error estimate of `<name>`, in its units; so are others of `SUFFIXES`.
 
     Raises
     ------
@@ -130,11 +145,24 @@ def quantity(name: str) -> Quantity:
     entry = VOCABULARY.get(name)
     if entry is not None:
         return entry
-    base = VOCABULARY.get(name.removesuffix(ERROR_SUFFIX))
-    if base is None:
+    base_name, suffix = split_suffix(name)
+    base = VOCABULARY.get(base_name)
+    if base is None or not suffix:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
-    text = f"error estimate of {base.long_name}"
-    return replace(base, long_name=text, plain="", flags=None, sample_dimension=None)
+    text, has_units = SUFFIXES[suffix]
+    entry = replace(
+        base, long_name=text.format(base.long_name), plain="", flags=None, sample_dimension=None
+    )
+    return entry if has_units else replace(entry, units="1", dimension="")
+
+
+def split_suffix(name: str) -> tuple[str, str]:
+    """Return the quantity that one is derived from, and its suffix; the name itself and "" of any other."""
+    for suffix in SUFFIXES:
+        base = name.removesuffix(suffix)
+        if base != name and base in VOCABULARY and name not in VOCABULARY:
+            return base, suffix
+    return name, ""
 
 
 def dimensions_hash() -> str:
@@ -144,11 +172,9 @@ def dimensions_hash() -> str:
 
 
 def physical_name(name: str) -> str:
-    """Return the name of a quantity in a dataset in SI, error estimates included."""
-    base = name.removesuffix(ERROR_SUFFIX)
-    if name in PHYSICAL_NAMES or base not in PHYSICAL_NAMES:
-        return PHYSICAL_NAMES.get(name, name)
-    return PHYSICAL_NAMES[base] + ERROR_SUFFIX
+    """Return the name of a quantity in a dataset in SI, error estimates and the like included."""
+    base, suffix = split_suffix(name)
+    return PHYSICAL_NAMES.get(base, base) + suffix
 
 
 def physical_quantity(name: str) -> Quantity:

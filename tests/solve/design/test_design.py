@@ -1,0 +1,227 @@
+"""Designs: targets met, bounds kept, quantities least, each checked by a new march; misses with their reasons."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.words.designs import DesignResult
+from vibropipe.words.status import UnsolvedWarning
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+VARY = {"delta": (-0.3, 0.3), "R1": (0.4, 0.9)}
+WANTED = {"displacement_mean": -0.1}
+
+
+def exciters(designs):
+    """The exciters of designs, one after the other."""
+    names = [*EXCITER.parameters()._fields]
+    for number in designs.design.values:
+        row = designs.sel(design=number)
+        yield vp.Exciter(**{name: float(row[name]) for name in names})
+
+
+@pytest.fixture(scope="module")
+def found():
+    return vp.design(
+        EXCITER,
+        VARY,
+        WANTED,
+        {"impact_velocity_max_1": "< 0.8"},
+        samples=256,
+        tolerance={"R1": 0.002},
+    )
+
+
+def test_every_design_is_met_by_a_new_march(found):
+    assert (found.design_result == DesignResult.MET).all()
+    for exciter, law in zip(exciters(found), found.impacts_per_orbit.values, strict=True):
+        orbit = vp.steady_state(exciter)
+        assert abs(float(orbit.displacement_mean) + 0.1) < 1e-9
+        assert float(orbit.impact_velocity_max.sel(support=1)) < 0.8
+        assert bool(orbit.stable)
+        assert np.array_equal(orbit.impacts_per_orbit, law)
+
+
+def test_designs_are_distinct_and_ranked_by_their_margin(found):
+    assert (np.diff(found.law_margin) <= 0).all()
+    places = np.stack([found.delta / 0.6, found.R1 / 0.5], axis=1)
+    laws = np.column_stack([found.period_multiple, found.impacts_per_orbit])
+    for a in range(len(places)):
+        for b in range(a):
+            same = (laws[a] == laws[b]).all()
+            assert not same or np.abs(places[a] - places[b]).max() >= 0.02
+
+
+def test_the_law_changes_no_nearer_than_the_margin(found):
+    best = found.isel(design=0)
+    margin, generator = float(best.law_margin), np.random.default_rng(2)
+    for _ in range(20):
+        move = generator.standard_normal(2)
+        move *= 0.9 * margin / np.linalg.norm(move) * np.array([0.6, 0.5])
+        moved = vp.steady_state(
+            vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R2=0.7, delta=float(best.delta) + move[0],
+                       R1=float(best.R1) + move[1])
+        )  # fmt: skip
+        assert np.array_equal(moved.impacts_per_orbit, best.impacts_per_orbit)
+
+
+def test_the_spread_is_that_of_the_design_alone(found):
+    alone = vp.tolerance(next(exciters(found)), {"R1": 0.002}, samples=1024)
+    best = found.isel(design=0)
+    for name in ("displacement_mean_std", "impact_velocity_max_worst", "law_change_share"):
+        assert np.allclose(best[name], alone[name], rtol=1e-9)
+
+
+def test_what_is_wanted_stands_in_the_dataset(found):
+    assert float(found.displacement_mean_target) == -0.1
+    assert found.impact_velocity_max_upper.values.tolist()[0] == 0.8
+    assert np.isnan(found.impact_velocity_max_upper.values[1])
+    assert found.attrs["target"] == "displacement_mean = -0.1"
+    assert found.attrs["subject_to"] == "impact_velocity_max_1 < 0.8"
+
+
+def test_the_symmetric_orbit_is_found_in_its_closed_form():
+    # The velocity of the orbit (1; 1, 1) is known in closed form.
+    exciter = vp.Exciter(l=0.5, nu=1.3, f=1.0, h=0.1, R1=0.7, R2=0.7)
+    law = {"impacts_per_period_1": 1, "impacts_per_period_2": 1, "period_multiple": 1}
+    found = vp.design(exciter, {"f": (0.5, 1.2)}, {"impact_velocity_max_1": 0.7, **law}, samples=64)
+    designed = vp.Exciter(l=0.5, nu=1.3, f=float(found.f[0]), h=0.1, R1=0.7, R2=0.7)
+    assert np.abs(vp.symmetric_orbit(designed).impact_velocity - 0.7).min() < 1e-9
+
+
+def test_a_quantity_is_made_least():
+    # The least force with an impact velocity of 0.5 is where the bound is met exactly.
+    exciter = vp.Exciter(l=0.5, nu=1.3, h=0.1, R1=0.7, R2=0.7)
+    bounds = {"impact_velocity_max_1": "> 0.9", "impacts_per_period_1": (0.5, 1.5)}
+    found = vp.design(exciter, {"f": (0.5, 2.0)}, {}, bounds, minimise="f", samples=64)
+    best = found.isel(design=0)
+    assert float(best.impact_velocity_max.sel(support=1)) == pytest.approx(0.9, rel=1e-7)
+    over = vp.sweep(exciter, over={"f": np.linspace(0.5, 2.0, 200)})
+    struck = (over.impact_velocity_max.sel(support=1) > 0.9) & (
+        over.impacts_per_period.sel(support=1) == 1
+    )
+    assert float(best.f) <= float(over.f[struck & (over.stable == 1)].min())
+
+
+def test_a_front_is_not_dominated_by_the_samples():
+    exciter = vp.Exciter(l=0.5, nu=1.3, f=1.0, h=0.1, R1=0.7, R2=0.7)
+    vary = {"delta": (-0.1, 0.1), "f": (0.6, 1.2)}
+    bounds = {"impacts_per_period_1": (0.5, 1.5), "impacts_per_period_2": (0.5, 1.5)}
+    found = vp.design(
+        exciter,
+        vary,
+        {},
+        bounds,
+        ("impact_velocity_max_1", "-displacement_amplitude_1"),
+        samples=128,
+    )
+    costs = np.column_stack(
+        [found.impact_velocity_max.sel(support=1), -found.displacement_amplitude.sel(harmonic=1)]
+    )
+    assert len(costs) > 4
+    assert (np.diff(costs[:, 0]) > 0).all()
+    assert (np.diff(costs[:, 1]) < 0).all()
+    over = vp.sweep(exciter, over={name: np.linspace(*ends, 25) for name, ends in vary.items()})
+    kept = (over.impacts_per_period == 1).all("support") & (over.stable == 1)
+    swept = np.column_stack(
+        [
+            over.impact_velocity_max.sel(support=1).values[kept],
+            -over.displacement_amplitude.sel(harmonic=1).values[kept],
+        ]
+    )
+    # No point of a grid beats the front, drawn as steps, by more than the distance of its neighbours.
+    gap = np.abs(np.diff(costs, axis=0)).max(axis=0)
+    beaten = (swept[:, None] < costs[None] - gap).all(axis=2)
+    assert not beaten.any()
+
+
+def test_the_nearest_miss_has_its_reason():
+    with pytest.warns(UnsolvedWarning, match="lies at an end of a range of vary"):
+        found = vp.design(
+            EXCITER, {"delta": (-0.01, 0.01)}, {"displacement_mean": -0.3}, samples=32
+        )
+    assert int(found.design_result[0]) == DesignResult.AT_RANGE
+    assert float(found.design_miss[0]) > 0.1
+
+
+def test_conflicting_targets_are_met_in_least_squares():
+    exciter = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+    gain = 1 / np.hypot(1 - 0.49, 0.07)
+    wanted = {"displacement_amplitude_1": 0.5, "velocity_amplitude_1": 0.5}
+    with pytest.warns(UnsolvedWarning, match="what is wanted conflicts"):
+        found = vp.design(exciter, {"f": (0.05, 1.0)}, wanted, samples=32)
+    # Amplitudes a and 0.7 a that miss 0.5 and 0.5 least in squares.
+    assert float(found.f[0]) * gain == pytest.approx(0.5 * 1.7 / 1.49, rel=1e-6)
+
+
+def test_the_same_bits_on_one_thread():
+    import numba
+
+    threads = numba.get_num_threads()
+    runs = []
+    for n in (1, threads):
+        numba.set_num_threads(n)
+        runs.append(vp.design(EXCITER, VARY, WANTED, samples=64, designs=2))
+    numba.set_num_threads(threads)
+    assert runs[0].identical(runs[1])
+
+
+def test_progress_reaches_its_total():
+    heard = []
+    vp.design(
+        EXCITER, VARY, WANTED, samples=32, designs=1, progress=lambda *each: heard.append(each)
+    )
+    assert heard[-1][0] == heard[-1][1]
+    assert [done for done, _ in heard] == sorted(done for done, _ in heard)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"target": {"displacment_mean": 0}}, "target: must be a quantity .*did you mean"),
+        ({"target": {"displacement_mean": "-0.8 mm"}}, "target.displacement_mean: must be a finite number"),
+        ({"target": {"impact_velocity_max_1": -1}}, "target.impact_velocity_max_1: must be >= 0"),
+        ({"subject_to": {"impact_velocity_max_1": "0.8"}}, "must be a bound such as"),
+        ({"subject_to": {"impact_velocity_max_1": "> 0.8, < 0.1"}}, "lower bound below the upper"),
+        ({"target": WANTED, "subject_to": {"displacement_mean": "> 0"}},
+         "must agree with target.displacement_mean = -0.1"),
+        ({"minimise": ("f", "h", "nu")}, "minimise: must be one quantity or two"),
+        ({"minimise": "impacts_per_period_1"}, "must depend continuously on the parameters"),
+        ({"minimise": "displacement_mean_std"}, "tolerance: is required"),
+        ({}, "must have a target, a bound or a quantity to minimise"),
+    ],
+)  # fmt: skip
+def test_wrong_goals_are_refused(arguments, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.design(EXCITER, VARY, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ({}, "vary: must have at least one parameter"),
+        ({"mass": (0, 1)}, "vary: must have keys among nu, f, h"),
+        ({"R1": (0.4, 1.2)}, "vary.R1: must be within its range, a number from 0 to 1"),
+        ({"R1": (0.9, 0.4)}, "vary.R1: must be a pair of increasing numbers"),
+        ({"R1": 0.5}, "vary.R1: must be a pair of increasing numbers"),
+    ],
+)
+def test_wrong_ranges_are_refused(vary, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.design(EXCITER, vary, WANTED)
+
+
+def test_no_motion_with_the_quantity_is_an_error():
+    quiet = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+    with pytest.raises(vp.ParameterError, match="a stable orbit with impact_velocity_max_1"):
+        vp.design(quiet, {"f": (0.1, 0.3)}, {"impact_velocity_max_1": 1.0}, samples=16)
+
+
+def test_no_warning_where_designs_are_met():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        vp.design(EXCITER, VARY, WANTED, samples=64, designs=1)

@@ -1,0 +1,53 @@
+"""Names of quantities with index: the parts of vectors that targets, bounds and spreads name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.solve.named import SMOOTH, labels, named, outputs_of
+from vibropipe.solve.points import solve_points
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7)
+
+
+def test_every_name_is_the_column_of_a_table():
+    names = [
+        named(label, "target")
+        for variable in SMOOTH
+        if not variable.startswith("subharmonic")
+        for label in labels(variable)
+    ]
+    outputs = outputs_of(names)
+    row = [list(EXCITER.parameters())]
+    values = solve_points(np.array(row), (None, 0.0), outputs, 3).values(names)[0]
+    table = vp.table(vp.sweep(EXCITER, over={"nu": [1.0]}, outputs=outputs))
+    assert {name.name for name in names} <= {*table.columns}
+    assert [table[name.name][0] for name in names] == values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("impact_velocity_max", "must be one of impact_velocity_max_1, impact_velocity_max_2, got"),
+        ("impact_velocity_max_3", "must be one of impact_velocity_max_1, impact_velocity_max_2"),
+        ("displacement_amplitude_0", "displacement_amplitude_1, .* and so on"),
+        ("displacement_mean_1", "must have no number after displacement_mean"),
+        ("displacment_mean", "did you mean 'displacement_mean'"),
+        ("floquet_multiplier_1", "did you mean 'floquet_multiplier_1_re'"),
+        ("displacement_mean_sensitivity_R3", "must be a quantity of a steady state"),
+        ("regime", "must be a quantity of a steady state"),
+        (3, "must be names of quantities"),
+    ],
+)
+def test_a_wrong_name_is_refused_with_what_is_near(name, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        named(name, "target")
+
+
+def test_derived_quantities_have_their_suffix_before_the_number():
+    spread = named("impact_velocity_max_std_2", "minimise")
+    assert (spread.variable, spread.number, spread.derived) == ("impact_velocity_max", 2, "std")
+    slope = named("impact_velocity_max_sensitivity_1_R1", "minimise")
+    assert (slope.number, slope.derived, slope.parameter) == (1, "sensitivity", "R1")

@@ -1,0 +1,100 @@
+"""Tolerances: first order against samples, closed forms and large samples of the true model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7)
+SIGMA = {"delta": 0.0005, "R1": 0.002, "f": 0.002}
+
+
+@pytest.fixture(scope="module")
+def spread():
+    return vp.tolerance(EXCITER, SIGMA, samples=1024)
+
+
+def test_the_linear_motion_has_its_closed_form():
+    # Amplitude |f| / sqrt((1 - nu^2)^2 + h^2 nu^2) without impacts, by f alone.
+    exciter = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+    spread = vp.tolerance(exciter, {"f": 1e-3}, samples=64)
+    gain = 1 / np.hypot(1 - 0.49, 0.07)
+    first = spread.sel(harmonic=1, estimate="first_order")
+    assert float(first.displacement_amplitude_std) == pytest.approx(1e-3 * gain, rel=1e-8)
+    assert float(first.displacement_amplitude_worst) == pytest.approx(3e-3 * gain, rel=1e-8)
+    alone = spread.displacement_amplitude_deviation.sel(harmonic=1, parameter="f")
+    assert alone.values == pytest.approx([-3e-3 * gain, 3e-3 * gain], rel=1e-8)
+    assert float(spread.law_change_share) == 0
+    # None of n: the upper end of Wilson's interval is z^2 / (n + z^2).
+    assert float(spread.law_change_high) == pytest.approx(1.96**2 / (64 + 1.96**2), rel=1e-4)
+
+
+def test_both_estimates_agree_for_small_tolerances(spread):
+    for name in ("displacement_mean", "impact_velocity_max", "displacement_amplitude"):
+        std = spread[f"{name}_std"]
+        assert np.allclose(std.sel(estimate="samples"), std.sel(estimate="first_order"), rtol=0.02)
+
+
+def test_sensitivities_are_those_of_new_marches(spread):
+    for name in SIGMA:
+        value = getattr(EXCITER, name)
+        over = vp.sweep(EXCITER, over={name: [value - 1e-5, value + 1e-5]})
+        for quantity in ("displacement_mean", "impact_velocity_max"):
+            slope = over[quantity].diff(name).squeeze(name) / 2e-5
+            found = spread[f"{quantity}_sensitivity"].sel(parameter=name)
+            assert np.allclose(found, slope, rtol=1e-5)
+
+
+def test_contributions_are_shares(spread):
+    assert np.allclose(spread.impact_velocity_max_contribution.sum("parameter"), 1)
+    assert str(spread.displacement_mean_contribution.idxmax("parameter").item()) == "delta"
+
+
+def test_a_law_that_changes_is_counted():
+    # Just below the first impact of the linear motion, f = l sqrt((1 - nu^2)^2 + h^2 nu^2): half the samples strike.
+    first = 0.5 * np.hypot(1 - 0.49, 0.07)
+    linear = vp.steady_state(vp.Exciter(l=5.0, nu=0.7, f=first, h=0.1))
+    start = float(linear.displacement_strobe), float(linear.velocity_strobe)
+    exciter = vp.Exciter(l=0.5, nu=0.7, f=first * (1 - 1e-7), h=0.1, R1=0.7, R2=0.7)
+    spread = vp.tolerance(exciter, {"f": 1e-4}, *start, samples=512)
+    assert float(spread.law_change_low) < 0.5 < float(spread.law_change_high)
+    assert float(spread.law_change_corners) == 0.5
+
+
+@pytest.mark.slow
+def test_first_order_is_that_of_ten_thousand_random_samples():
+    spread = vp.tolerance(EXCITER, SIGMA)
+    generator = np.random.default_rng(1)
+    from vibropipe.solve.points import solve_points
+
+    rows = np.tile(np.array(EXCITER.parameters()), (10_000, 1))
+    for name, sigma in SIGMA.items():
+        column = list(EXCITER.parameters()._fields).index(name)
+        rows[:, column] += sigma * generator.standard_normal(10_000)
+    points = solve_points(rows, (None, 0.0), ("harmonics", "impacts"), 3)
+    for name in ("displacement_mean", "impact_velocity_max"):
+        drawn = np.std(points.variables[name][1], axis=0)
+        for estimate in spread.estimate.values:
+            # The standard deviation of a standard deviation of n samples is 1 / sqrt(2 n) of it.
+            assert np.allclose(spread[f"{name}_std"].sel(estimate=estimate), drawn, rtol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "message"),
+    [
+        ({}, "tolerance: must have at least one parameter"),
+        ({"mass": 0.1}, "tolerance: must have keys among nu, f"),
+        ({"R1": -0.1}, "tolerance.R1: must be a finite number > 0"),
+    ],
+)
+def test_wrong_tolerances_are_refused(tolerances, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.tolerance(EXCITER, tolerances)
+
+
+def test_a_chaotic_motion_has_no_tolerance():
+    chaotic = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=-0.1285714, R1=0.7, R2=0.7)
+    with pytest.raises(vp.ParameterError, match="settles on a stable orbit"):
+        vp.tolerance(chaotic, SIGMA)

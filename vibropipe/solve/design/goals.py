@@ -1,0 +1,183 @@
+"""What is wanted of a design: quantities that have given values, that keep to bounds, and that are least."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.exciter import ParameterError, as_float
+from vibropipe.solve.curve_fit import Curve, curve_of
+from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
+
+# A target is met, and a bound is kept, within this share of its scale.
+MET = 1e-9
+A_BOUND = 'a bound such as "< 0.8" or "> 0.1, < 0.8", or a pair of numbers'
+_BOUND = re.compile(r"\s*([<>])=?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*")
+# Key of a target that is a curve.
+CURVE = "displacement"
+
+
+class Bound(NamedTuple):
+    """Least and largest value of a quantity; both are the same for a target."""
+
+    quantity: Named
+    low: float
+    high: float
+
+    @property
+    def is_target(self) -> bool:
+        """Whether the quantity is to have one value."""
+        return self.low == self.high
+
+    @property
+    def text(self) -> str:
+        """The bound as it may be written."""
+        if self.is_target:
+            return f"{self.quantity.name} = {self.low:g}"
+        ends = [(">", self.low), ("<", self.high)]
+        signs = [f"{sign} {end:g}" for sign, end in ends if math.isfinite(end)]
+        return f"{self.quantity.name} {', '.join(signs)}"
+
+    def scale(self, half: float) -> float:
+        """Return what misses are relative to: the bound's own size, or that of its kind if it is 0; half is l."""
+        sizes = [abs(end) for end in (self.low, self.high) if math.isfinite(end)]
+        return max(sizes) or self.quantity.scale(half)
+
+
+class Objective(NamedTuple):
+    """A quantity to be least, or most: sign -1."""
+
+    quantity: Named
+    sign: float
+
+    @property
+    def text(self) -> str:
+        """The objective as it is written."""
+        return ("-" if self.sign < 0 else "") + self.quantity.name
+
+
+@dataclass(frozen=True)
+class Goals:
+    """All that is wanted."""
+
+    bounds: tuple[Bound, ...]
+    objectives: tuple[Objective, ...]
+    curve: Curve | None = None
+
+    @property
+    def names(self) -> list[Named]:
+        """All quantities, each once."""
+        wanted = [bound.quantity for bound in self.bounds]
+        return list(dict.fromkeys([*wanted, *(each.quantity for each in self.objectives)]))
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """What is wanted, as the attributes of a dataset have it."""
+        kept = [bound.text for bound in self.bounds if not bound.is_target]
+        targets = [bound.text for bound in self.bounds if bound.is_target]
+        curve = [f"{CURVE} at {self.curve.phase.size} phases"] if self.curve else []
+        least = [each.text for each in self.objectives]
+        words = {"target": targets + curve, "subject_to": kept, "minimise": least}
+        return {key: "; ".join(texts) for key, texts in words.items() if texts}
+
+
+def goals_of(
+    target: Mapping[str, Any] | None,
+    subject_to: Mapping[str, Any] | None,
+    minimise: str | Sequence[str] | None,
+    tolerance: Mapping[str, float] | None,
+) -> Goals:
+    """Return the goals of a design; ParameterError for unknown names, wrong bounds and contradictions."""
+    wanted = dict(target or {})
+    curve = curve_of("target.displacement", wanted.pop(CURVE)) if CURVE in wanted else None
+    bounds = [_target(name, value) for name, value in wanted.items()]
+    bounds += [_bound(name, value) for name, value in (subject_to or {}).items()]
+    _check_contradictions(bounds)
+    listed = [minimise] if isinstance(minimise, str) else list(minimise or ())
+    objectives = tuple(_objective(name) for name in listed)
+    if len(objectives) > 2:
+        raise ParameterError("minimise", minimise, "one quantity or two")
+    if not bounds and not objectives and curve is None:
+        must = "must have a target, a bound or a quantity to minimise"
+        raise ParameterError("target", target, must=must)
+    goals = Goals(tuple(bounds), objectives, curve)
+    for quantity in goals.names:
+        if quantity.derived == STD and not tolerance:
+            must = f"is required, since {quantity.name} is wanted"
+            raise ParameterError("tolerance", tolerance, must=must, got="")
+    return goals
+
+
+def _target(name: str, value: Any) -> Bound:
+    argument = f"target.{name}"
+    quantity = named(name, "target")
+    number = as_float(argument, value, "a finite number")
+    if not math.isfinite(number):
+        raise ParameterError(argument, value, "a finite number")
+    _check_sign(argument, quantity, number)
+    return Bound(quantity, number, number)
+
+
+def _bound(name: str, value: Any) -> Bound:
+    argument = f"subject_to.{name}"
+    quantity = named(name, "subject_to")
+    low, high = _ends(argument, value)
+    if not low < high:
+        raise ParameterError(argument, value, must="must have its lower bound below the upper one")
+    _check_sign(argument, quantity, high)
+    return Bound(quantity, low, high)
+
+
+def _ends(argument: str, value: Any) -> tuple[float, float]:
+    """Return the ends of a bound, infinite where it has none."""
+    if isinstance(value, str):
+        ends = {">": -math.inf, "<": math.inf}
+        for part in value.split(","):
+            match = _BOUND.fullmatch(part)
+            if match is None or math.isfinite(ends[match[1]]):
+                raise ParameterError(argument, value, A_BOUND)
+            ends[match[1]] = float(match[2])
+        return ends[">"], ends["<"]
+    if np.shape(value) != (2,):
+        raise ParameterError(argument, value, A_BOUND)
+    low, high = (as_float(argument, end, A_BOUND) for end in value)
+    return low, high
+
+
+def _check_sign(argument: str, quantity: Named, high: float) -> None:
+    is_size = quantity.variable in NOT_NEGATIVE and not quantity.derived
+    if (is_size or quantity.derived == STD) and high < 0:
+        must = f"must be >= 0, since {quantity.name} is never negative"
+        raise ParameterError(argument, high, must=must)
+
+
+def _check_contradictions(bounds: Sequence[Bound]) -> None:
+    """Raise a ParameterError where a target lies outside the bounds of the same quantity."""
+    targets = {bound.quantity: bound.low for bound in bounds if bound.is_target}
+    for bound in bounds:
+        value = targets.get(bound.quantity, bound.low)
+        if (
+            not bound.is_target
+            and bound.quantity in targets
+            and not bound.low <= value <= bound.high
+        ):
+            name = bound.quantity.name
+            must = f"must agree with target.{name} = {value:g}"
+            raise ParameterError(
+                f"subject_to.{name}", bound.text.removeprefix(f"{name} "), must=must
+            )
+
+
+def _objective(name: Any) -> Objective:
+    if not isinstance(name, str):
+        raise ParameterError("minimise", name, "names of quantities of a steady state")
+    quantity = named(name.removeprefix("-").strip(), "minimise")
+    if quantity.is_of_law:
+        must = "must depend continuously on the parameters; give it in target or subject_to"
+        raise ParameterError("minimise", name, must=must)
+    return Objective(quantity, -1.0 if name.startswith("-") else 1.0)

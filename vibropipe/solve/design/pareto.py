@@ -1,0 +1,100 @@
+"""The Pareto front of two quantities: designs of which none can lower one without raising the other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.refine import Search
+from vibropipe.solve.design.search import Candidate, Samples, Steps, checked
+from vibropipe.words.designs import DesignResult
+
+# Designs along the front, and samples from which its ends are sought.
+FRONT, ENDS = 16, 4
+
+
+def front(
+    problem: Problem, samples: Samples, found: list[Candidate], steps: Steps
+) -> list[Candidate]:
+    """Return the designs of the front in the order of the first objective.
+
+    The first objective is made least under a limit of the second one (epsilon constraint), for limits between the
+    ends of the front, from the best designs already known.
+    """
+    known = [candidate for candidate in found if candidate.is_met]
+    if not known:
+        return found
+    missed = np.abs(problem.misses(samples.values)).sum(axis=1)
+    feasible = Samples(*(part[missed == 0] for part in vars(samples).values()))
+    known += [_candidate(feasible, n) for n in range(len(feasible.share))]
+    for which in (0, 1):
+        for candidate in _best(problem, known, which, ENDS):
+            known += _moved(problem, candidate, which, {})
+            steps()
+    low, high = _ends(problem, known)
+    for limit in np.linspace(high, low, FRONT):
+        within = [each for each in known if problem.costs(each.values)[1] <= limit + 1e-12]
+        for candidate in _best(problem, within, 0, 2):
+            known += _moved(problem, candidate, 0, {1: float(limit)})
+        steps()
+    return thinned(problem, undominated(problem, known))
+
+
+def _candidate(samples: Samples, n: int) -> Candidate:
+    share, values, state, law = (
+        part[n] for part in (samples.share, samples.values, samples.state, samples.law)
+    )
+    return Candidate(share, values, state, law, DesignResult.MET)
+
+
+def _best(problem: Problem, known: list[Candidate], which: int, most: int) -> list[Candidate]:
+    """Return the designs of least cost, apart from each other in law or parameters."""
+    costs = np.array([problem.costs(each.values)[which] for each in known])
+    kept: list[Candidate] = []
+    for n in np.argsort(costs, kind="stable"):
+        near = [np.abs(known[n].share - other.share).max() < 0.1 for other in kept]
+        if not any(near):
+            kept.append(known[n])
+        if len(kept) == most:
+            break
+    return kept
+
+
+def _moved(
+    problem: Problem, candidate: Candidate, which: int, limits: dict[int, float]
+) -> list[Candidate]:
+    """Return the design of least cost along the law of another one, if the start leads to it."""
+    search = Search(problem, candidate.share, candidate.state, candidate.law)
+    if not search.last.valid:
+        return []
+    trial = search.improve(which, limits)
+    design = checked(problem, search, search.meet() if problem.goals.bounds else trial)
+    return [design] if design is not None and design.is_met else []
+
+
+def _ends(problem: Problem, known: list[Candidate]) -> tuple[float, float]:
+    """Return the least second cost, and that of the design of the least first cost."""
+    costs = np.array([problem.costs(each.values) for each in known])
+    return float(costs[:, 1].min()), float(costs[np.lexsort(costs.T[::-1])[0], 1])
+
+
+def undominated(problem: Problem, known: list[Candidate]) -> list[Candidate]:
+    """Return the designs that no other one beats in both costs, in the order of the first."""
+    costs = np.array([problem.costs(each.values) for each in known])
+    kept, least = [], np.inf
+    for n in np.lexsort((costs[:, 1], costs[:, 0])):
+        if costs[n, 1] < least:
+            kept.append(known[n])
+            least = costs[n, 1]
+    return kept
+
+
+def thinned(problem: Problem, designs: list[Candidate]) -> list[Candidate]:
+    """Return at most FRONT designs, evenly spread along the front, with both ends."""
+    costs = np.array([problem.costs(each.values) for each in designs])
+    spread = np.ptp(costs, axis=0)
+    steps = np.abs(np.diff(costs / np.where(spread > 0, spread, 1.0), axis=0)).sum(axis=1)
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    wanted = np.linspace(0.0, length[-1], FRONT)
+    chosen = np.unique([int(np.abs(length - each).argmin()) for each in wanted])
+    return [designs[n] for n in chosen]

@@ -1,0 +1,171 @@
+"""A design problem: points of the varied parameters, in shares of their ranges, and how far each misses its goals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.solve import curve_fit
+from vibropipe.solve.design.goals import MET, Goals
+from vibropipe.solve.gradient import STEP, values_and_jacobian
+from vibropipe.solve.named import SENSITIVITY, Named, harmonics_of, outputs_of
+from vibropipe.solve.points import Points, solve_points, within_ranges
+from vibropipe.words.outputs import OUTPUTS
+
+# Steps of differences of what is itself a difference.
+WIDE_STEP = 2e-3
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Goals, varied parameters and start.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        Parameters that are not varied.
+    vary : mapping of str to (float, float)
+        Ranges of the varied ones.
+    goals : Goals
+    x0, v0 : float or None, float
+        Start of every motion.
+    tolerance : mapping of str to float
+        Standard deviations of parameters.
+    """
+
+    exciter: Exciter
+    vary: Mapping[str, tuple[float, float]]
+    goals: Goals
+    x0: float | None
+    v0: float
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def columns(self) -> list[int]:
+        """Columns of the varied parameters."""
+        return [Parameters._fields.index(name) for name in self.vary]
+
+    @cached_property
+    def low(self) -> np.ndarray:
+        """Lower ends of the ranges."""
+        return np.array([ends[0] for ends in self.vary.values()])
+
+    @cached_property
+    def width(self) -> np.ndarray:
+        """Widths of the ranges."""
+        return np.array([ends[1] - ends[0] for ends in self.vary.values()])
+
+    @cached_property
+    def names(self) -> list[Named]:
+        """The wanted quantities."""
+        return self.goals.names
+
+    @cached_property
+    def smooth(self) -> list[int]:
+        """Bounds on quantities with a derivative."""
+        return [n for n, bound in enumerate(self.goals.bounds) if not bound.quantity.is_of_law]
+
+    @cached_property
+    def outputs(self) -> tuple[str, ...]:
+        """Outputs that the quantities need."""
+        wanted = {*outputs_of(self.names), *(curve_fit.OUTPUTS if self.goals.curve else ())}
+        return tuple(name for name in OUTPUTS if name in wanted)
+
+    @cached_property
+    def step(self) -> float:
+        """Relative step of differences."""
+        return WIDE_STEP if any(name.derived for name in self.names) else STEP
+
+    def parameters(self, shares: np.ndarray) -> np.ndarray:
+        """Return the parameters (n, p) of points (n, k) in shares of the ranges."""
+        rows = np.tile(np.array(self.exciter.parameters()), (len(shares), 1))
+        rows[:, self.columns] = self.low + shares * self.width
+        return rows
+
+    def shares(self, parameters: np.ndarray) -> np.ndarray:
+        """Return points (n, k) in shares of the ranges from their parameters (n, p)."""
+        return (parameters[:, self.columns] - self.low) / self.width
+
+    def from_start(self, parameters: np.ndarray) -> Points:
+        """Return the motions that settle from the start at parameters (n, p)."""
+        return solve_points(parameters, (self.x0, self.v0), self.outputs, harmonics_of(self.names))
+
+    def near(self, parameters: np.ndarray, states: np.ndarray) -> Points:
+        """Return the motions that settle from states (n, 2)."""
+        start = states[:, 0], states[:, 1]
+        return solve_points(parameters, start, self.outputs, harmonics_of(self.names))
+
+    def read(self, points: Points) -> np.ndarray:
+        """Return the wanted quantities (n, names) and then the misses of the curve, if one is wanted."""
+        values = points.values([name.plain() for name in self.names])
+        for column, name in enumerate(self.names):
+            if name.derived:
+                values[:, column] = self._derived(points, name)
+        if self.goals.curve is None:
+            return values
+        phase, wanted = self.goals.curve
+        found = curve_fit.displacement_at(points.variables, points.parameters, phase)
+        return np.hstack([values, found - wanted])
+
+    def _derived(self, points: Points, name: Named) -> np.ndarray:
+        """Return standard deviations or sensitivities (n,) of a quantity."""
+        plain = name.plain()
+        of = [name.parameter] if name.derived == SENSITIVITY else list(self.tolerance)
+        columns = [Parameters._fields.index(each) for each in of]
+        derived = np.full(len(points.parameters), np.nan)
+        for row in np.flatnonzero(points.is_stable):
+            _, _, jacobian = values_and_jacobian(
+                points.parameters[row], points.states[row], columns, self.near,
+                lambda solved: solved.values([plain]), plain.difference,
+            )  # fmt: skip
+            scaled = jacobian[0] * [self.tolerance.get(each, 1.0) for each in of]
+            derived[row] = scaled[0] if name.derived == SENSITIVITY else np.linalg.norm(scaled)
+        return derived
+
+    def difference(self, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+        """Return one - two of quantities as `read` returns them, phases between -pi and pi."""
+        apart = one - two
+        for column, name in enumerate(self.names):
+            apart[..., column] = name.difference(one[..., column], two[..., column])
+        return apart
+
+    def misses(self, values: np.ndarray) -> np.ndarray:
+        """Return by how much quantities (..., q) miss the targets and bounds (..., bounds), over their scales.
+
+        Positive above, negative below, 0 within.
+        """
+        missed = []
+        for bound in self.goals.bounds:
+            column = values[..., self.names.index(bound.quantity)]
+            scale = bound.scale(self.exciter.l)
+            # A bound is aimed at from within, so that what is met is met in the last digit.
+            inside = 0.0 if bound.is_target or bound.quantity.is_of_law else 2 * MET * scale
+            over = np.maximum(bound.quantity.difference(column, bound.high - inside), 0.0)
+            under = np.minimum(bound.quantity.difference(column, bound.low + inside), 0.0)
+            missed.append((over + under) / scale)
+        return np.stack(missed, axis=-1) if missed else np.zeros((*values.shape[:-1], 0))
+
+    def residuals(self, values: np.ndarray) -> np.ndarray:
+        """Return misses of bounds and targets and, over l, of the curve."""
+        misses = self.misses(values)
+        curve = values[..., len(self.names) :] / self.exciter.l
+        return np.concatenate([misses, curve], axis=-1)
+
+    def is_met(self, values: np.ndarray) -> np.ndarray:
+        """Return whether all targets and bounds are met (...,)."""
+        most = [MET if bound.is_target else 2 * MET for bound in self.goals.bounds]
+        return (np.abs(self.misses(values)) <= most).all(axis=-1)
+
+    def costs(self, values: np.ndarray) -> np.ndarray:
+        """Return the objectives (..., objectives), each to be least."""
+        signs = np.array([each.sign for each in self.goals.objectives])
+        columns = [self.names.index(each.quantity) for each in self.goals.objectives]
+        return values[..., columns] * signs
+
+    def is_valid(self, points: Points, values: np.ndarray) -> np.ndarray:
+        """Return which points (n,) are stable orbits in range that have all quantities."""
+        return points.is_stable & np.isfinite(values).all(axis=1) & within_ranges(points.parameters)

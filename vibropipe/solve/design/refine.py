@@ -1,0 +1,291 @@
+"""From a sample to a design: targets met, bounds kept and an objective lowered, along one law of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibropipe.solve.design.goals import MET
+from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.gradient import values_and_jacobian
+from vibropipe.solve.named import Named
+
+# Residual in place of that of a trial with another law of motion: steps that lead there are refused.
+REFUSED = 1e3
+# Refused trials after which a search for targets ends; trials of one, and steps that lower a cost.
+MAX_REFUSED = 12
+MAX_TRIALS, MAX_ITERATIONS = 60, 60
+# Reach of the first step in shares of the ranges, the reach and the predicted gain at which steps end.
+FIRST_REACH, LAST_REACH, LAST_GAIN = 0.05, 1e-6, 1e-9
+# Cost of a miss of 1 relative to that of a whole objective.
+PENALTY = 10.0
+# Steps of Newton's method that bring a trial back to what is to be met.
+CORRECTIONS = 4
+# Cost, its gradient, slopes and values of what must be 0 or at most 0, and which must be 0.
+Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+class _StuckError(Exception):
+    """A search stands at the end of its law of motion."""
+
+
+@dataclass
+class Trial:
+    """A point tried: its share of the ranges, quantities and their derivatives by the shares; `valid` if same law."""
+
+    share: np.ndarray
+    values: np.ndarray
+    jacobian: np.ndarray
+    state: np.ndarray
+    valid: bool
+
+
+@dataclass
+class Search:
+    """Searches from one sample on; each trial starts from the settled state of the last one.
+
+    Parameters
+    ----------
+    problem : Problem
+    share : (k,) array
+        The sample.
+    state : (2,) array
+        Its settled state.
+    law : (4,) int array
+        Its law of motion, which is kept.
+
+    Attributes
+    ----------
+    last : Trial
+        The last valid trial.
+    refused : int
+        Trials with another law of motion.
+    """
+
+    problem: Problem
+    share: np.ndarray
+    state: np.ndarray
+    law: np.ndarray
+    refused: int = 0
+    last: Trial = field(init=False)
+    _tried: dict[bytes, Trial] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.last = self.at(self.share)
+
+    def at(self, share: np.ndarray) -> Trial:
+        """Return the trial at a point."""
+        share = np.clip(share, 0.0, 1.0)
+        key = share.tobytes()
+        if key in self._tried:
+            return self._tried[key]
+        problem = self.problem
+        parameters = problem.parameters(share[None])[0]
+        point, values, jacobian = values_and_jacobian(
+            parameters, self.state, problem.columns, problem.near, problem.read,
+            problem.difference, problem.step,
+        )  # fmt: skip
+        valid = bool(problem.is_valid(point, values[None])[0] and (point.laws[0] == self.law).all())
+        trial = Trial(share, values, jacobian * problem.width, point.states[0], valid)
+        self._tried[key] = trial
+        if valid:
+            self.last, self.state = trial, trial.state
+        else:
+            self.refused += 1
+        return trial
+
+    def meet(self) -> Trial:
+        """Return the trial that meets targets, bounds and the curve, or misses them least in squares."""
+        from scipy.optimize import least_squares
+
+        problem = self.problem
+
+        def residuals(share: np.ndarray) -> np.ndarray:
+            trial = self.at(share)
+            if self.refused - refused > MAX_REFUSED:
+                raise _StuckError
+            found = problem.residuals(trial.values)[self._kept(trial)]
+            return found if trial.valid else np.full_like(found, REFUSED)
+
+        def slopes(share: np.ndarray) -> np.ndarray:
+            trial = self.at(share)
+            return self._slopes(trial)
+
+        begin, refused = self.last, self.refused
+        self._tried = {begin.share.tobytes(): begin}
+        if self._distance(begin) > 0:
+            with suppress(_StuckError):
+                least_squares(
+                    residuals, self._inside(begin.share), slopes, bounds=(0.0, 1.0),
+                    xtol=1e-14, ftol=1e-15, gtol=1e-15, max_nfev=MAX_TRIALS,
+                )  # fmt: skip
+        return self._settle(min(self._valid(), key=self._distance))
+
+    def improve(self, which: int = 0, limits: dict[int, float] | None = None) -> Trial:
+        """Return the trial of least cost that meets targets and bounds, from the last one on.
+
+        Successive linear programs within a reach that shrinks where they do not hold, or the law changes.
+
+        Parameters
+        ----------
+        which : int
+            Number of the objective.
+        limits : dict of int to float
+            Largest values of other objectives.
+        """
+        problem, limits = self.problem, limits or {}
+        best = self.last
+        scale = max(abs(float(problem.costs(best.values)[which])), 1e-3 * problem.exciter.l)
+
+        def merit(trial: Trial) -> float:
+            cost, _, _, misses, is_equal = self._linear(trial, which, limits, scale)
+            return cost + PENALTY * _violation(misses, is_equal) if trial.valid else np.inf
+
+        reach = FIRST_REACH
+        for _ in range(MAX_ITERATIONS):
+            _, gradient, rows, misses, is_equal = self._linear(best, which, limits, scale)
+            move = _least_move(gradient, rows, misses, is_equal, best.share, reach)
+            predicted = PENALTY * (
+                _violation(misses, is_equal) - _violation(misses + rows @ move, is_equal)
+            )
+            predicted -= float(gradient @ move)
+            trial = self.at(best.share + move)
+            trial = self._restored(
+                trial, merit, lambda each: self._linear(each, which, limits, scale)
+            )
+            gained = merit(best) - merit(trial)
+            best = trial if gained > 0 else best
+            reach = min(1.0, 2 * reach) if gained >= 0.5 * predicted else 0.35 * reach
+            if reach < LAST_REACH or predicted < LAST_GAIN:
+                break
+        return self._settle(best)
+
+    def _restored(
+        self, trial: Trial, merit: Callable[[Trial], float], linear: Callable[[Trial], Linear]
+    ) -> Trial:
+        """Return a trial moved back to what is to be met, which curves away from a linear step."""
+        for _ in range(CORRECTIONS):
+            if not trial.valid:
+                break
+            _, _, rows, left, is_equal = linear(trial)
+            active = is_equal | (left > 0)
+            if _violation(left, is_equal) < MET:
+                break
+            moved = self.at(trial.share - np.linalg.pinv(rows[active]) @ left[active])
+            if merit(moved) >= merit(trial):
+                break
+            trial = moved
+        return trial
+
+    def _cost(self, trial: Trial, which: int) -> float:
+        return float(self.problem.costs(trial.values)[which])
+
+    def _linear(self, trial: Trial, which: int, limits: dict[int, float], scale: float) -> Linear:
+        """Return the cost, its gradient, and the slopes and values of what must be 0 (equal) or at most 0."""
+        problem = self.problem
+        rows, values, is_equal = [], [], []
+
+        def add(equal: bool, quantity: Named, sign: float, end: float, size: float) -> None:
+            column = problem.names.index(quantity)
+            values.append(sign * float(quantity.difference(trial.values[column], end)) / size)
+            rows.append(sign * trial.jacobian[column] / size)
+            is_equal.append(equal)
+
+        for n in problem.smooth:
+            bound = problem.goals.bounds[n]
+            size = bound.scale(problem.exciter.l)
+            if bound.is_target:
+                add(True, bound.quantity, 1.0, bound.low, size)
+                continue
+            for sign, end in ((-1.0, bound.low), (1.0, bound.high)):
+                if np.isfinite(end):
+                    add(False, bound.quantity, sign, end - sign * 2 * MET * size, size)
+        for other, most in limits.items():
+            objective = problem.goals.objectives[other]
+            add(
+                False,
+                objective.quantity,
+                objective.sign,
+                objective.sign * most,
+                max(abs(most), 1e-12),
+            )
+        objective = problem.goals.objectives[which]
+        gradient = objective.sign * trial.jacobian[problem.names.index(objective.quantity)] / scale
+        slopes = np.array(rows).reshape(-1, trial.share.size)
+        return (
+            self._cost(trial, which) / scale,
+            gradient,
+            slopes,
+            np.array(values),
+            np.array(is_equal, bool),
+        )
+
+    def _valid(self) -> list[Trial]:
+        return [trial for trial in self._tried.values() if trial.valid] or [self.last]
+
+    def _settle(self, trial: Trial) -> Trial:
+        self.last, self.state = trial, trial.state
+        return trial
+
+    def _kept(self, trial: Trial) -> np.ndarray:
+        """Return the residuals that have derivatives."""
+        n_bounds = len(self.problem.goals.bounds)
+        n_curve = trial.values.size - len(self.problem.names)
+        return np.array([*self.problem.smooth, *range(n_bounds, n_bounds + n_curve)], int)
+
+    def _distance(self, trial: Trial) -> float:
+        residuals = self.problem.residuals(trial.values)[self._kept(trial)]
+        return float(np.linalg.norm(residuals))
+
+    def _slopes(self, trial: Trial) -> np.ndarray:
+        """Return the derivatives of the residuals; 0 of bounds that are kept."""
+        problem = self.problem
+        misses = problem.misses(trial.values)
+        rows = []
+        for n in problem.smooth:
+            bound = problem.goals.bounds[n]
+            slope = trial.jacobian[problem.names.index(bound.quantity)] / bound.scale(
+                problem.exciter.l
+            )
+            rows.append(slope if bound.is_target or misses[n] else 0 * slope)
+        rows += list(trial.jacobian[len(problem.names) :] / problem.exciter.l)
+        return np.array(rows).reshape(-1, trial.share.size)
+
+    @staticmethod
+    def _inside(share: np.ndarray) -> np.ndarray:
+        """Return a point moved off the ends of the ranges, where the search could not begin."""
+        return np.clip(share, 1e-6, 1 - 1e-6)
+
+
+def _violation(values: np.ndarray, is_equal: np.ndarray) -> float:
+    """Return by how much what must be 0, or at most 0, is missed."""
+    return float(np.where(is_equal, np.abs(values), np.maximum(values, 0.0)).sum())
+
+
+def _least_move(
+    gradient: np.ndarray,
+    rows: np.ndarray,
+    values: np.ndarray,
+    is_equal: np.ndarray,
+    share: np.ndarray,
+    reach: float,
+) -> np.ndarray:
+    """Return the move of least linear cost within a reach and the ranges; misses cost PENALTY each."""
+    from scipy.optimize import linprog
+
+    k, n = share.size, len(values)
+    # Unknowns: the move, then the miss of each row.
+    above = np.hstack([rows, -np.eye(n)])
+    below = np.hstack([-rows, -np.eye(n)])[is_equal]
+    ends = [(max(-reach, -u), min(reach, 1 - u)) for u in share.tolist()]
+    solved = linprog(
+        np.concatenate([gradient, np.full(n, PENALTY)]),
+        A_ub=np.vstack([above, below]) if n else None,
+        b_ub=np.concatenate([-values, values[is_equal]]) if n else None,
+        bounds=[*ends, *[(0.0, None)] * n],
+        method="highs-ds",
+    )
+    return np.zeros(k) if solved.x is None else solved.x[:k]

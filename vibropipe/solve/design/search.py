@@ -1,0 +1,229 @@
+"""The search for designs: samples of low discrepancy, refined along their laws of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.refine import Search, Trial
+from vibropipe.solve.points import within_ranges
+from vibropipe.words.designs import DesignResult
+from vibropipe.words.progress import Progress
+
+# Rounds of samples, as long as no design is met; samples refined in each; the least distance between them, and between
+# designs, in shares of the ranges.
+ROUNDS, REFINED = 3, 12
+APART, DISTINCT = 0.08, 0.02
+# A design reached from the start has the quantities of the search within this share of their scales.
+SAME = 1e-7
+# A share this near to an end of a range lies on it.
+AT_END = 1e-5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A design: its point, quantities as `Problem.read` returns them, law of motion, and how it ended."""
+
+    share: np.ndarray
+    values: np.ndarray
+    state: np.ndarray
+    law: np.ndarray
+    result: DesignResult
+
+    @property
+    def is_met(self) -> bool:
+        """Whether all that is wanted holds."""
+        return self.result == DesignResult.MET
+
+
+@dataclass
+class Samples:
+    """Stable motions among sampled points."""
+
+    share: np.ndarray
+    values: np.ndarray
+    state: np.ndarray
+    law: np.ndarray
+
+    def joined(self, other: Samples) -> Samples:
+        """Return both sets, one after the other."""
+        return Samples(
+            *(
+                np.concatenate([getattr(part, name) for part in (self, other)])
+                for name in vars(self)
+            )
+        )
+
+
+@dataclass
+class Steps:
+    """Counts the steps of a search for its progress."""
+
+    total: int
+    progress: Progress | None = None
+    done: int = field(default=0)
+
+    def __call__(self, n: int = 1) -> None:
+        """Count n steps more."""
+        self.done = min(self.done + n, self.total)
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+
+
+def find_candidates(
+    problem: Problem, n_samples: int, steps: Steps
+) -> tuple[list[Candidate], Samples]:
+    """Return the designs found, not yet ranked, and all stable samples.
+
+    Raises
+    ------
+    ParameterError
+        If no sample is a stable motion that has the quantities.
+    """
+    samples: Samples | None = None
+    candidates: list[Candidate] = []
+    for turn in range(ROUNDS):
+        fresh = sample(problem, n_samples, turn)
+        samples = fresh if samples is None else samples.joined(fresh)
+        steps(REFINED)
+        for index in seeds(problem, fresh, REFINED):
+            found = refined(problem, fresh, index)
+            candidates += [found] if found is not None else []
+            steps()
+        if any(candidate.is_met for candidate in candidates):
+            break
+    assert samples is not None
+    if not len(samples.share):
+        must = (
+            "must have an exciter whose motion from the start is a stable orbit with "
+            f"{', '.join(name.name for name in problem.names)}; none of {ROUNDS * n_samples} samples has"
+        )
+        raise ParameterError("vary", dict(problem.vary), must=must, got="")
+    if not candidates:
+        candidates = [unreached(problem, samples, index) for index in seeds(problem, samples, 1)]
+    return candidates, samples
+
+
+def sample(problem: Problem, n: int, turn: int) -> Samples:
+    """Return the stable motions at the n points of a turn of Sobol's sequence."""
+    from scipy.stats import qmc
+
+    k = len(problem.vary)
+    sequence = qmc.Sobol(k, scramble=False)
+    # The first point of the sequence is a corner.
+    sequence.fast_forward(1 + turn * n)
+    share = sequence.random(n)
+    share = share[within_ranges(problem.parameters(share))]
+    points = problem.from_start(problem.parameters(share))
+    values = problem.read(points)
+    valid = problem.is_valid(points, values)
+    return Samples(share[valid], values[valid], points.states[valid], points.laws[valid])
+
+
+def seeds(problem: Problem, samples: Samples, most: int) -> list[int]:
+    """Return the best samples, those of one law apart from each other; only such as have the wanted law, if any has."""
+    if not len(samples.share):
+        return []
+    missed = np.linalg.norm(problem.residuals(samples.values), axis=1)
+    of_law = [n for n in range(len(problem.goals.bounds)) if n not in problem.smooth]
+    wrong = np.abs(problem.misses(samples.values)[:, of_law]).sum(axis=1)
+    keys = [missed, wrong]
+    if problem.goals.objectives:
+        costs = problem.costs(samples.values)
+        spread = np.ptp(costs, axis=0)
+        keys[0] = missed + (costs / np.where(spread > 0, spread, 1.0)).sum(axis=1)
+    order = np.lexsort(keys)
+    if not wrong[order[0]] > 0:
+        order = order[wrong[order] == 0]
+    return apart(samples.share[order], samples.law[order], APART, most, order)
+
+
+def apart(
+    share: np.ndarray,
+    law: np.ndarray,
+    distance: float,
+    most: int,
+    numbers: Sequence[int] | np.ndarray,
+) -> list[int]:
+    """Return the numbers of points, in their order, without those near an earlier one of the same law."""
+    kept: list[int] = []
+    for n in range(len(share)):
+        near = (np.abs(share[kept] - share[n]).max(axis=1, initial=0.0) < distance) & (
+            law[kept] == law[n]
+        ).all(axis=1)
+        if not near.any():
+            kept.append(n)
+        if len(kept) == most:
+            break
+    return [int(numbers[n]) for n in kept]
+
+
+def refined(problem: Problem, samples: Samples, index: int) -> Candidate | None:
+    """Return the design that a sample leads to; None if the motion from the start is another one."""
+    search = Search(problem, samples.share[index], samples.state[index], samples.law[index])
+    if not search.last.valid:
+        return None
+    trial = search.meet()
+    if len(problem.goals.objectives) == 1 and problem.is_met(trial.values):
+        search.improve()
+        trial = search.meet()
+    return checked(problem, search, trial)
+
+
+def checked(problem: Problem, search: Search, trial: Trial) -> Candidate | None:
+    """Return a trial as a design if the motion from the start settles on it."""
+    points = problem.from_start(problem.parameters(trial.share[None]))
+    values = problem.read(points)
+    if not problem.is_valid(points, values)[0] or (points.laws[0] != search.law).any():
+        return None
+    scales = np.maximum(np.abs(trial.values), problem.exciter.l)
+    if (np.abs(problem.difference(values[0], trial.values)) > SAME * scales).any():
+        return None
+    result = result_of(problem, search, trial.share, values[0])
+    return Candidate(trial.share, values[0], points.states[0], search.law, result)
+
+
+def result_of(
+    problem: Problem, search: Search, share: np.ndarray, values: np.ndarray
+) -> DesignResult:
+    """Return whether a design is met or, if not, what keeps it from being met."""
+    if problem.is_met(values):
+        return DesignResult.MET
+    if (np.minimum(share, 1 - share) < AT_END).any():
+        return DesignResult.AT_RANGE
+    return DesignResult.LAW_CHANGES if search.refused else DesignResult.CONFLICTING
+
+
+def unreached(problem: Problem, samples: Samples, index: int) -> Candidate:
+    """Return a sample as the nearest miss, where no refined design is reached from the start."""
+    values = samples.values[index]
+    met = problem.is_met(values)
+    result = DesignResult.MET if met else DesignResult.NOT_REACHED
+    return Candidate(samples.share[index], values, samples.state[index], samples.law[index], result)
+
+
+def distinct(
+    problem: Problem, candidates: Sequence[Candidate], margins: Sequence[float]
+) -> list[int]:
+    """Return the numbers of distinct designs, the best first.
+
+    Those that are met, by the objective if there is one, and by their margin; if none is met, those that miss least.
+    """
+    met = np.array([candidate.is_met for candidate in candidates])
+    values = np.array([candidate.values for candidate in candidates])
+    missed = np.linalg.norm(problem.residuals(values), axis=1)
+    keys = [-np.array(margins)]
+    if problem.goals.objectives:
+        # Rounding must not decide the order of equal designs.
+        costs = problem.costs(values)[:, 0]
+        keys.append(np.round(costs / max(np.abs(costs).max(), 1e-300), 7))
+    if not met.any():
+        keys.append(np.round(missed, 9))
+    order = [int(n) for n in np.lexsort(keys) if met[n] or not met.any()]
+    share = np.array([candidates[n].share for n in order])
+    law = np.array([candidates[n].law for n in order])
+    return apart(share, law, DISTINCT, len(order), order)

@@ -95,7 +95,8 @@ def test_a_solving_process_imports_hashed_modules_only():
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
-    named = {f"vibropipe.words.{name}" for name in ("measurements", "bifurcations", "boundaries")}
+    codes = "measurements", "bifurcations", "boundaries", "designs"
+    named = {f"vibropipe.words.{name}" for name in codes}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 
 

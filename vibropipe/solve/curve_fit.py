@@ -2,38 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, Parameters
+from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import support_positions
 from vibropipe.solve.label import Variables, ragged_indices
 from vibropipe.solve.rows import PHASES
 from vibropipe.words.regimes import Regime
 
 OUTPUTS = ("impacts", "motion")
-A_CURVE = "a table with a column of phases, in forcing periods, and one of displacements"
-
-
-class Curve(NamedTuple):
-    """Displacements (n,) at phases (n,), in forcing periods after a rising zero of sin(nu tau)."""
-
-    phase: np.ndarray
-    displacement: np.ndarray
-
-
-def curve_of(argument: str, table: Any) -> Curve:
-    """Return a curve from an array (n, 2) or a pandas.DataFrame of `phase` and `displacement`."""
-    try:
-        if hasattr(table, "columns"):
-            table = table[["phase", "displacement"]]
-        values = np.asarray(table, dtype=float)
-    except (KeyError, TypeError, ValueError):
-        values = np.empty(0)
-    if values.ndim != 2 or values.shape[1] != 2 or not len(values) or not np.isfinite(values).all():
-        raise ParameterError(argument, table, A_CURVE, got="another value")
-    return Curve(values[:, 0], values[:, 1])
 
 
 def displacement_at(variables: Variables, parameters: np.ndarray, phase: np.ndarray) -> np.ndarray:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
-from vibropipe.solve.label import Variables
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.vocabulary import quantity
+
+if TYPE_CHECKING:
+    from vibropipe.solve.label import Variables
 
 # Quantities that depend smoothly on the parameters -> the output that has them, "" for every row.
 SMOOTH: Mapping[str, str] = {

@@ -12,6 +12,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError, si_value
 from vibropipe.physics.si import eigenfrequency
+from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy
@@ -20,6 +21,7 @@ from vibropipe.words.vocabulary import (
     attributes,
     physical_attributes,
     physical_name,
+    physical_quantity,
     quantity,
 )
 
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
 GIVEN = (*PARAMETERS, *STARTS, "tau_bar")
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
+# Attributes with goals, `impact_velocity_max_1 < 0.8; ...`, and the parts of one.
+GOALS = ("target", "subject_to")
+_GOAL, _NUMBER = re.compile(r"(\w+)( [=<>][^;]*)"), re.compile(r"[-+\d.][-+\d.e]*")
 _START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
 
 
@@ -123,13 +128,13 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
         dimension = quantity(name).dimension
     except KeyError:
         return values
-    factor = _factors(**numbers).get(dimension, 1.0)
+    factor = unit_factors(**numbers).get(dimension, 1.0)
     if factor == 1.0:
         return values
     return _tidy(values * factor) if name in GIVEN else values * factor
 
 
-def _factors(m: float, C: float) -> dict[str, float]:
+def unit_factors(m: float, C: float) -> dict[str, float]:
     """Return the SI values of the units of non-dimensional quantities with lengths in metres."""
     p = eigenfrequency(m, C)
     return {
@@ -163,12 +168,28 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
     except KeyError:
         words = {}
     attrs |= {key: words[key] for key in WORDS if key in words}
+    if name == "parameter":
+        data = [physical_name(str(each)) for each in data]
     return xr.Variable(dims, convert(name, data, numbers), attrs)
+
+
+def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
+    """Return the bound of a goal in SI, with its unit."""
+    found = named(name, "target")
+    words = physical_quantity(found.variable)
+    unit = "" if found.derived == SENSITIVITY or words.units == "1" else f" {words.units}"
+    if not unit:
+        return bound
+    return _NUMBER.sub(
+        lambda match: f"{float(convert(found.variable, float(match[0]), numbers)):g}{unit}", bound
+    )
 
 
 def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
     """Return an attribute of a dataset in SI: its start, and the parameters that it follows."""
-    if name == "boundary" and isinstance(text, str):
+    if name in GOALS and isinstance(text, str):
+        return _GOAL.sub(lambda match: match[1] + _goal_in_si(match[1], match[2], numbers), text)
+    if name in ("boundary", "vary") and isinstance(text, str):
         return " ".join(map(physical_name, text.split()))
     if name == "follow" and isinstance(text, str):
         parameter, space, direction = text.partition(" ")

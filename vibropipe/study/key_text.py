@@ -70,6 +70,8 @@ def _entries(annotation: Any) -> str:
         if get_origin(annotation) is list:
             return "pairs [low, high] by parameter"
         annotation = get_args(annotation)[0]
+    if issubclass(annotation, (float, str)):
+        return "numbers by name" if annotation is float else "text by name"
     if issubclass(annotation, MotionKeys):
         return "motions by name"
     if issubclass(annotation, BaseScene):

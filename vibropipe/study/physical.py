@@ -6,19 +6,24 @@ What follows reads, checks and solves non-dimensional studies only. Paths of lat
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import A_GRID, Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import REFUSED, UnitRule
+from vibropipe.solve.named import SENSITIVITY, named
+from vibropipe.solve.physical import unit_factors
 from vibropipe.study.pydantic_errors import plain_path
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, Range
 from vibropipe.words.units import UnitError, to_si
+from vibropipe.words.vocabulary import quantity
 
 # Parameters by their names with units -> without, and back.
 NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entry.non_dimensional}
@@ -39,10 +44,20 @@ BARE, COUNTS = ("tau_end",), ("points", "spacing")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
-VARIED = ("over", "along")  # mappings by parameter: grids, and where a branch begins and ends
+# Mappings by parameter: grids, where a branch begins and ends, ranges, and standard deviations.
+VARIED = ("over", "along", "vary", "tolerance")
+# Mappings by quantity of a steady state.
+GOALS = ("target", "subject_to", "allow")
 STARTS = ("x0", "v0")
 STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
+STAND_INS: dict[str, Any] = {
+    "over": [STAND_IN],
+    "along": {"from": STAND_IN, "to": STAND_IN},
+    "vary": [STAND_IN, 2 * STAND_IN],
+    "tolerance": STAND_IN,
+}
 
+_BOUND = re.compile(r"([<>])=?([^<>,]+)")
 _GRID: TypeAdapter[Any] = TypeAdapter(Grid)
 
 
@@ -138,7 +153,7 @@ class _Reader:
         over, physical, follow, along = (
             scene.get(key) for key in ("over", "physical", "follow", "along")
         )
-        for varied, verb in ((over, "swept"), (along, "followed")):
+        for varied, verb in ((over, "swept"), (along, "followed"), (scene.get("vary"), "varied")):
             if isinstance(varied, dict) and isinstance(physical, dict):
                 of_load = {"slope", "gravity"} & physical.keys() if "load" in varied else set()
                 for name in sorted(varied.keys() & physical.keys() | of_load):
@@ -162,12 +177,15 @@ class _Reader:
         """Return a mapping without units; quantities are known by their keys."""
         plain: dict[str, Any] = {}
         for key, value in node.items():
-            if path[-1:] in (("over",), ("along",)) and key not in (*SWEPT, *STARTS):
+            if key in GOALS and isinstance(value, dict):
+                plain[key] = {
+                    name: self.goal(name, v, (*path, key, name)) for name, v in value.items()
+                }
+            elif path[-1:] and path[-1] in VARIED and key not in (*SWEPT, *STARTS):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
                 self.problems.append(replace(problem, hint=hint or problem.hint))
-                stand_in = [STAND_IN] if path[-1] == "over" else {"from": STAND_IN, "to": STAND_IN}
-                plain.setdefault("nu", stand_in)
+                plain.setdefault("nu", STAND_INS[str(path[-1])])
             elif key in KEYS and key not in OTHERS:
                 plain[NAMES.get(key, key)] = self.quantity(key, value, (*path, key))
             elif key == "along" and isinstance(value, str):
@@ -189,17 +207,35 @@ class _Reader:
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
         found = len(self.problems)
-        if path[-2:-1] == ("over",) and not isinstance(value, (dict, list)):
-            self.problems.append(Problem(path, describe(value), A_GRID))
-            return [STAND_IN]
+        if path[-2:-1] in (("over",), ("vary",)) and not isinstance(value, (dict, list)):
+            allowed = A_GRID if path[-2] == "over" else "two increasing numbers"
+            self.problems.append(Problem(path, describe(value), allowed))
+            return STAND_INS[str(path[-2])]
         si = self.in_si(key, value, path)
         if path[-2:-1] == ("along",):
             return self.scaled(key, si)
         if isinstance(value, (dict, list)) and len(self.problems) == found:
             self.check_grid(si, path)
         if len(self.problems) > found:
+            if path[-2:-1] == ("vary",):
+                return STAND_INS["vary"]
             return [STAND_IN] if isinstance(value, (dict, list)) else STAND_IN
         return self.scaled(key, si)
+
+    def goal(self, name: str, value: Any, path: KeyPath) -> Any:
+        """Return a target, a bound or an allowance without units; unknown names are reported by the models."""
+        dimension = _goal_dimension(name)
+        if not dimension:
+            return value
+        if isinstance(value, str) and (bounds := _BOUND.findall(value)):
+            numbers = [(sign, self.goal(name, end.strip(), path)) for sign, end in bounds]
+            return ", ".join(f"{sign} {number!r}" for sign, number in numbers)
+        try:
+            number = to_si(value, dimension)
+        except UnitError as error:
+            self.problems.append(Problem(path, describe(value), error.allowed, error.hint))
+            return STAND_IN
+        return number / unit_factors(**self.units).get(dimension, 1.0)
 
     def in_si(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the numbers of a key in SI, in their lists and mappings."""
@@ -244,6 +280,15 @@ class _Reader:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
         p = eigenfrequency(**self.units)
         return {"velocity": si / p, "time": si * p}.get(KEYS[key][0], si)
+
+
+def _goal_dimension(name: str) -> str:
+    """Return the physical dimension of a quantity with index; "" of a pure number and of no quantity."""
+    try:
+        found = named(name, "target")
+    except ParameterError:
+        return ""
+    return "" if found.derived == SENSITIVITY else quantity(found.variable).dimension
 
 
 def _si(name: str, value: Any) -> float | None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+# Limits (least, largest) of the samples of a round, and of the designs of a search.
+DESIGN_SAMPLES, DESIGNS = (8, 10**6), (1, 100)
+
 
 class DesignResult(IntEnum):
     """Whether all that is wanted of a design holds, or what keeps it from holding; `reason` says it in words."""

@@ -16,18 +16,8 @@ from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, refused, required
-from vibropipe.scenes.keys.values import NameRule, Number, NumberRange, is_allowed, refuse
+from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange, is_allowed
 from vibropipe.words.parameters import PARAMETERS
-
-
-def _interval(ends: list[float]) -> list[float]:
-    if len(ends) != 2 or not ends[0] < ends[1]:
-        refuse("two increasing numbers", f"{ends!r}")
-    return ends
-
-
-Interval = Annotated[list[Number], AfterValidator(_interval)]
-
 
 BoundaryKinds = Annotated[
     list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated, Any, NoReturn
 
-from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, Range
@@ -250,3 +250,12 @@ NotNull = BeforeValidator(_written)
 Number = Annotated[float, NumberRange()]
 Measured = Annotated[float, NumberOrUnit()]
 Name = Annotated[str, NameRule()]
+
+
+def _interval(ends: list[float]) -> list[float]:
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        refuse("two increasing numbers", f"{ends!r}")
+    return ends
+
+
+Interval = Annotated[list[Number], AfterValidator(_interval)]

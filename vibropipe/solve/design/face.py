@@ -11,8 +11,9 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.solve import tolerance as spread
 from vibropipe.solve.checks import check_whole
-from vibropipe.solve.design.goals import Goals, goals_of
+from vibropipe.solve.design.goals import Goals, check_allow, goals_of
 from vibropipe.solve.design.margin import law_margin
+from vibropipe.solve.design.needed import needed_tolerances
 from vibropipe.solve.design.pareto import FRONT, front
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.search import (
@@ -26,7 +27,8 @@ from vibropipe.solve.design.search import (
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
-from vibropipe.words.designs import DesignResult
+from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
+from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.progress import Progress
@@ -36,8 +38,7 @@ from vibropipe.words.vocabulary import describe, quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-SAMPLES, SAMPLES_LIMITS = 512, (8, 10**6)
-DESIGNS, DESIGNS_LIMITS = 8, (1, 100)
+SAMPLES, DESIGNS = 512, 8
 # Harmonics of the stored designs, at least; samples of the spread of each.
 HARMONICS, SPREAD_SAMPLES = 3, 1024
 
@@ -51,6 +52,7 @@ def design(
     x0: float | None = None,
     v0: float = 0.0,
     tolerance: Mapping[str, float] | None = None,
+    allow: Mapping[str, float] | None = None,
     samples: int = SAMPLES,
     designs: int = DESIGNS,
     progress: Progress | None = None,
@@ -81,6 +83,8 @@ def design(
         Start of every motion, as for `steady_state`.
     tolerance : mapping of str to float, optional
         Standard deviations of parameters, for the spread of each design (`tolerance`).
+    allow : mapping of str to float, optional
+        How far each target may be off: asks for the tolerances that the parameters need.
     samples : int
         Samples of a round; there are up to three rounds, until a design is met.
     designs : int
@@ -102,6 +106,9 @@ def design(
         law_margin
             Distance, in shares of the ranges, to the nearest point found where the motion from the start has another
             law (regime, m, p1, p2).
+        <parameter>_tolerance
+            With `allow`: how far each parameter may be off, up or down, all at once, so that the law, the bounds and
+            the targets within `allow` hold, at all corners of this box; NaN where none does.
         <name>_target, <name>_lower, <name>_upper
             What is wanted, NaN where nothing is.
 
@@ -130,9 +137,10 @@ def design(
     """
     sigma = spread.check_tolerances(exciter, tolerance) if tolerance else {}
     goals = goals_of(target, subject_to, minimise, sigma)
-    check_whole("samples", samples, SAMPLES_LIMITS)
+    check_whole("samples", samples, DESIGN_SAMPLES)
     check_whole("designs", designs, DESIGNS_LIMITS)
-    problem = Problem(exciter, check_vary(exciter, vary), goals, x0, v0, sigma)
+    allowed = check_allow(goals, allow)
+    problem = Problem(exciter, check_vary(exciter, vary), goals, x0, v0, sigma, allowed)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
     steps = Steps(ROUNDS * 2 * REFINED + designs * 2 + is_front * (FRONT + 8), progress)
@@ -195,6 +203,18 @@ def design_dataset(
         "law_margin": ("design", np.array(margins)),
         **bound_variables(problem.goals, harmonics),
     }
+    if problem.allow:
+        widths = np.array(
+            [
+                needed_tolerances(problem, row, state)
+                for row, state in zip(parameters, points.states, strict=True)
+            ]
+        )
+        variables |= {
+            f"{name}_tolerance": ("design", column)
+            for name, column in zip(Parameters._fields, widths.T, strict=True)
+            if np.isfinite(column).any()
+        }
     dataset = dataset.assign(variables).assign_coords(design=np.arange(1, len(designs) + 1))
     if not problem.tolerance:
         return describe(dataset)

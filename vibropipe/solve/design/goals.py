@@ -10,16 +10,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, as_float
-from vibropipe.solve.curve_fit import Curve, curve_of
+from vibropipe.physics.exciter import ParameterError, as_float, number_within
 from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
+from vibropipe.words.parameters import POSITIVE
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9
 A_BOUND = 'a bound such as "< 0.8" or "> 0.1, < 0.8", or a pair of numbers'
 _BOUND = re.compile(r"\s*([<>])=?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*")
+A_CURVE = "a table with a column of phases, in forcing periods, and one of displacements"
 # Key of a target that is a curve.
 CURVE = "displacement"
+
+
+class Curve(NamedTuple):
+    """Displacements (n,) at phases (n,), in forcing periods after a rising zero of sin(nu tau)."""
+
+    phase: np.ndarray
+    displacement: np.ndarray
+
+
+def curve_of(argument: str, table: Any) -> Curve:
+    """Return a curve from an array (n, 2) or a pandas.DataFrame of `phase` and `displacement`."""
+    try:
+        if hasattr(table, "columns"):
+            table = table[["phase", "displacement"]]
+        values = np.asarray(table, dtype=float)
+    except (KeyError, TypeError, ValueError):
+        values = np.empty(0)
+    if values.ndim != 2 or values.shape[1] != 2 or not len(values) or not np.isfinite(values).all():
+        raise ParameterError(argument, table, A_CURVE, got="another value")
+    return Curve(values[:, 0], values[:, 1])
 
 
 class Bound(NamedTuple):
@@ -181,3 +202,18 @@ def _objective(name: Any) -> Objective:
         must = "must depend continuously on the parameters; give it in target or subject_to"
         raise ParameterError("minimise", name, must=must)
     return Objective(quantity, -1.0 if name.startswith("-") else 1.0)
+
+
+def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, float]:
+    """Return how far targets may be off, or raise a ParameterError."""
+    if allow is None:
+        return {}
+    targets = [
+        bound.quantity.name
+        for bound in goals.bounds
+        if bound.is_target and not bound.quantity.is_of_law
+    ]
+    if {*allow} != {*targets}:
+        must = f"must have the targets as keys ({', '.join(targets) or 'there are none'})"
+        raise ParameterError("allow", allow, must=must, got=", ".join(allow))
+    return {name: number_within(f"allow.{name}", allow[name], POSITIVE) for name in targets}

@@ -35,6 +35,8 @@ class Problem:
         Start of every motion.
     tolerance : mapping of str to float
         Standard deviations of parameters.
+    allow : mapping of str to float
+        How far targets may be off if parameters are.
     """
 
     exciter: Exciter
@@ -43,6 +45,7 @@ class Problem:
     x0: float | None
     v0: float
     tolerance: Mapping[str, float] = field(default_factory=dict)
+    allow: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def columns(self) -> list[int]:

@@ -1,0 +1,189 @@
+"""A scene of designs, from its keys to its pictures and tables, with and without units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawing import draw, picture_of
+from figures.figure_text import words
+
+import vibropipe as vp
+from vibropipe.cli import main
+from vibropipe.jobs.verify import verify
+from vibropipe.scenes.design.report import findings, sections
+from vibropipe.scenes.registry import kind_of
+from vibropipe.study import StudyError, load_study
+
+STUDY = """
+title: Wanted
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R2: 0.7}
+scenes:
+  shifted:
+    kind: design
+    vary: {delta: [-0.3, 0.3], R1: [0.4, 0.9]}
+    target: {displacement_mean: -0.1}
+    subject_to: {impact_velocity_max_1: "< 0.8"}
+    tolerance: {delta: 0.0002, R1: 0.002}
+    allow: {displacement_mean: 0.005}
+    samples: 64
+    designs: 3
+"""
+PHYSICAL = """
+title: Wanted
+physical: {m: 2 kg, C: 8 N/mm, H: 25 N s/m, F: -8 kN, omega: 10 Hz, l: 500 mm}
+exciter: {R2: 0.7}
+scenes:
+  shifted:
+    kind: design
+    vary: {delta: [-300 mm, 300 mm], R1: [0.4, 0.9]}
+    target: {displacement_mean: -100 mm}
+    subject_to: {impact_velocity_max_1: "< 50 m/s"}
+    tolerance: {F: 8 N, delta: 0.2 mm}
+    allow: {displacement_mean: 5 mm}
+    samples: 64
+    designs: 2
+"""
+
+
+def load(tmp_path, text=STUDY):
+    path = tmp_path / "wanted.yaml"
+    path.write_text(text)
+    return load_study(path)
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as end:
+        main([str(argument) for argument in arguments])
+    return end.value.code
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory):
+    scene = load(tmp_path_factory.mktemp("wanted")).scenes["shifted"]
+    return kind_of(scene).solve(scene)
+
+
+def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "wanted.yaml"
+    path.write_text(STUDY)
+    assert run("plan", path) == 0
+    assert "64 samples over delta, R1" in capsys.readouterr().out
+    assert run("solve", path, "--scene", "shifted", "--output", "results/wanted/shifted.nc") == 0
+    assert run("figure", path) == 0
+    assert run("report", path, "--output", "results/wanted/report.pdf") == 0
+    assert all(verdict.good and verdict.checked for verdict in verify("results/wanted"))
+    table = vp.table("results/wanted/shifted.nc")
+    assert (table.design_result == "met").all()
+    assert {"displacement_mean_std_first_order", "impact_velocity_max_contribution_1_R1"} <= {
+        *table
+    }
+
+
+def test_a_scene_is_the_call(tmp_path, dataset):
+    scene = load(tmp_path).scenes["shifted"]
+    called = vp.design(vp.Exciter(**scene.resolved_exciter()), **scene.arguments())
+    assert dataset.identical(called)
+
+
+def test_needed_tolerances_hold_at_random_corners(dataset):
+    best, generator = dataset.isel(design=0), np.random.default_rng(3)
+    names = ["nu", "f", "h", "l", "delta", "R1", "R2"]
+    for _ in range(20):
+        signs = dict(zip(names, generator.choice((-1, 1), len(names)), strict=True))
+        off = {name: float(best[name] + signs[name] * best[f"{name}_tolerance"]) for name in names}
+        orbit = vp.steady_state(vp.Exciter(**off))
+        assert np.array_equal(orbit.impacts_per_orbit, best.impacts_per_orbit)
+        assert abs(float(orbit.displacement_mean) + 0.1) <= 0.005
+        assert float(orbit.impact_velocity_max.sel(support=1)) <= 0.8
+
+
+@pytest.mark.parametrize("name", ["designs", "tornado", "sensitivities"])
+def test_every_picture_is_drawn(dataset, name):
+    picture = picture_of("design", dataset, name)
+    shown = words(picture.draw(dataset, None, {}))
+    assert "support 1" in shown
+    assert "displacement_mean" in picture.describe(dataset, None, {})
+
+
+def test_pictures_of_the_spread_say_what_to_add(dataset):
+    bare = dataset.drop_vars([name for name in dataset if "law_change" in name])
+    for name in ("tornado", "sensitivities"):
+        picture = picture_of("design", bare, name)
+        assert "add tolerance" in words(picture.draw(bare, None, {}))
+        assert "add tolerance" in picture.describe(bare, None, {})
+
+
+def test_the_front_is_drawn(tmp_path):
+    text = (
+        STUDY[: STUDY.index("    target")]
+        + "    minimise: [impact_velocity_max_1, -displacement_amplitude_1]\n    samples: 32\n"
+    )
+    scene = load(tmp_path, text).scenes["shifted"]
+    front = kind_of(scene).solve(scene)
+    assert len(draw("design", front).axes) == 1
+    assert "The front goes from design 1" in picture_of("design", front).describe(front, None, {})
+
+
+def test_the_table_tells_the_workshop_how_tight(dataset):
+    (section,) = sections({"shifted": dataset})
+    designs, tight = (table.as_data() for table in section.tables)
+    assert len(designs["rows"]) == dataset.sizes["design"]
+    assert [row[0] for row in tight["rows"]] == ["ν", "f", "h", "l", "δ", "R₁", "R₂"]
+    assert all(row[2].startswith("± ") for row in tight["rows"])
+    (finding,) = findings({"shifted": dataset})
+    assert any("its law changes in 0 %" in text for text in finding.texts)
+
+
+def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
+    study = load(tmp_path, PHYSICAL)
+    scene = study.scenes["shifted"]
+    p = np.sqrt(8000 / 2)
+    assert float(scene.subject_to["impact_velocity_max_1"].removeprefix("< ")) == pytest.approx(
+        50 / p
+    )
+    assert scene.tolerance == {"f": pytest.approx(1e-3), "delta": pytest.approx(2e-4)}
+    found = kind_of(scene).solve(scene)
+    assert found.attrs["subject_to"] == "impact_velocity_max_1 < 50 m s-1"
+    assert (abs(found.displacement_mean + 0.1) < 1e-9).all()
+    assert (found.impact_velocity_max.sel(support=1) < 50).all()
+    assert found.impact_velocity_max_std.attrs["units"] == "m s-1"
+    assert found.F_tolerance.attrs["units"] == "N"
+    assert {*found.parameter.values} == {"F", "delta"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("displacement_mean: -0.1", "displacment_mean: -0.1", "target: must be a quantity"),
+        ("displacement_mean: -0.1", "displacement_mean: -1 mm", "units are for a study with `physical`"),
+        ('"< 0.8"', '"0.8"', "subject_to.impact_velocity_max_1: must be a bound such as"),
+        ("R1: [0.4, 0.9]", "R1: [0.4, 1.9]", "vary.R1: must be a number from 0 to 1"),
+        ("R1: [0.4, 0.9]", "R2: [0.9, 0.4]", "vary.R2: must be two increasing numbers"),
+        ("allow: {displacement_mean: 0.005}", "allow: {f: 0.005}", "allow: must have the targets as keys"),
+        ("tolerance: {delta: 0.0002,", "tolerance: {delta: -1,", "tolerance.delta: must be a finite number > 0"),
+        ("samples: 64", "exciter: {R1: 0.5}", "exciter.R1: must be left out, since R1 stands in vary"),
+        ("samples: 64", "start: {x0: 0.3}", "start.x0: must be"),
+    ],
+)  # fmt: skip
+def test_a_wrong_key_is_named(tmp_path, old, new, message):
+    assert old in STUDY
+    with pytest.raises(StudyError) as error:
+        load(tmp_path, STUDY.replace(old, new))
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("-100 mm}", "-0.1}", "target.displacement_mean: must be a length with its unit"),
+        ('"< 50 m/s"', '"< 50 mm"', "subject_to.impact_velocity_max_1: must be a velocity"),
+        ("[-300 mm, 300 mm]", "[-300, 300]", "vary.delta"),
+        ("F: 8 N, delta", "f: 8, delta", "tolerance.f: is an unknown key"),
+    ],
+)
+def test_a_wrong_unit_is_named(tmp_path, old, new, message):
+    assert old in PHYSICAL
+    with pytest.raises(StudyError) as error:
+        load(tmp_path, PHYSICAL.replace(old, new))
+    assert message in str(error.value)

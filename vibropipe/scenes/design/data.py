@@ -1,0 +1,114 @@
+"""What pictures and tables of designs show: the wanted quantities, and parameters by name."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import symbol_of
+from vibropipe.figures.units import unit_text
+from vibropipe.words.vocabulary import PHYSICAL_NAMES
+
+# Quantities shown where no goal names any.
+USUAL = ("displacement_mean", "displacement_amplitude_1", "impact_velocity_max_1")
+INNER = ("support", "harmonic", "multiplier")
+ENDS = ("target", "lower", "upper")
+
+
+class Part(NamedTuple):
+    """One number of a vector quantity: its variable, and the label along its own dimension, if any."""
+
+    variable: str
+    dim: str = ""
+    label: int = 0
+
+    @property
+    def name(self) -> str:
+        """Its name with index."""
+        return f"{self.variable}_{self.label}" if self.dim else self.variable
+
+    def of(self, dataset: xr.Dataset, suffix: str = "") -> xr.DataArray:
+        """Return its values, or those of a quantity derived from it."""
+        values = dataset[self.variable + suffix]
+        return values.sel({self.dim: self.label}) if self.dim else values
+
+    def symbol(self, dataset: xr.Dataset) -> str:
+        """Return its symbol as mathtext."""
+        return symbol_of(dataset[self.variable], self.label or None)
+
+    def words(self, dataset: xr.Dataset) -> str:
+        """Return its long name and symbol, with the support that it is of."""
+        return (
+            f"{dataset[self.variable].attrs.get('long_name', self.variable)} {self.short(dataset)}"
+        )
+
+    def short(self, dataset: xr.Dataset) -> str:
+        """Return its symbol, with the support that it is of."""
+        return self.symbol(dataset) + (f", support {self.label}" if self.dim == "support" else "")
+
+    def label_text(self, dataset: xr.Dataset, short: bool = False) -> str:
+        """Return the label of an axis: words or symbol, and the unit."""
+        unit = unit_text(str(dataset[self.variable].attrs.get("units", "1")))
+        text = self.short(dataset) if short else self.words(dataset)
+        return f"{text} ({unit})" if unit else text
+
+    def end(self, dataset: xr.Dataset, which: str) -> float:
+        """Return its target, lower or upper bound; NaN without one."""
+        if f"{self.variable}_{which}" not in dataset:
+            return float("nan")
+        return float(self.of(dataset, f"_{which}"))
+
+
+def wanted_parts(dataset: xr.Dataset) -> list[Part]:
+    """Return the parts with a target or a bound, then those to be least; the usual ones if there are none."""
+    found: list[Part] = []
+    for name in map(str, dataset.data_vars):
+        stem, _, end = name.rpartition("_")
+        if end in ENDS and stem in dataset:
+            values = dataset[name]
+            dim = str(values.dims[0]) if values.dims else ""
+            labels = (
+                [int(n) for n in values[dim].values[np.isfinite(values.values)]] if dim else [0]
+            )
+            found += [Part(stem, dim, label) for label in labels]
+    named = [text.removeprefix("-") for text in objectives(dataset)]
+    found += [part for name in named for part in [part_of(dataset, name)] if part]
+    if not found:
+        found = [part for name in USUAL for part in [part_of(dataset, name)] if part]
+    return list(dict.fromkeys(found))
+
+
+def objectives(dataset: xr.Dataset) -> list[str]:
+    """Return the quantities to be least, as they are written."""
+    return str(dataset.attrs.get("minimise", "")).split("; ") if "minimise" in dataset.attrs else []
+
+
+def part_of(dataset: xr.Dataset, name: str) -> Part | None:
+    """Return a quantity of a dataset by its name with index; None if it is another one."""
+    if name in dataset:
+        return Part(name)
+    if PHYSICAL_NAMES.get(name) in dataset:
+        return Part(PHYSICAL_NAMES[name])
+    stem, _, label = name.rpartition("_")
+    if stem in dataset and label.isdigit():
+        dims = [str(dim) for dim in dataset[stem].dims if dim in INNER]
+        return Part(stem, dims[0], int(label)) if dims else None
+    return None
+
+
+def varied(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the varied parameters."""
+    return str(dataset.attrs["vary"]).split()
+
+
+def law_text(dataset: xr.Dataset, row: int) -> str:
+    """Write the law of motion (m; p1, p2) of a design."""
+    p1, p2 = dataset["impacts_per_orbit"].transpose("design", "support").values[row]
+    return f"({int(dataset['period_multiple'].values[row])}; {p1:g}, {p2:g})"
+
+
+def has_spread(dataset: xr.Dataset) -> bool:
+    """Return whether tolerances of parameters were given."""
+    return "law_change_share" in dataset

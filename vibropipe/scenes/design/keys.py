@@ -1,0 +1,178 @@
+"""Keys of design scenes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.scenes.keys.base import BaseScene, each_once, plain
+from vibropipe.scenes.keys.checks import EXCITER, Check
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
+from vibropipe.scenes.keys.problems import KeyPath, Problem, refused, required
+from vibropipe.scenes.keys.values import Interval, Measured, NumberRange, TextRule, is_allowed
+from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.parameters import PARAMETERS
+
+Text = Annotated[str, TextRule(200)]
+NAMES_SCHEMA = {
+    "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "maxItems": 2}]
+}
+Sigma = Annotated[float, NumberRange(0, above=True)]
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
+
+
+class DesignFigure(FigureOptions):
+    """Options of the pictures of designs."""
+
+    pictures: Annotated[
+        list[Literal["designs", "front", "tornado", "sensitivities"]], AfterValidator(each_once)
+    ] = Field(
+        default=[],
+        description="Pictures: the designs beside each other, the Pareto front, what each parameter alone does within "
+        "its tolerance, or the share that each has in the spread (default: the front or the designs, as fits).",
+    )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
+
+
+class DesignScene(BaseScene):
+    """Parameters that give a wanted law of motion."""
+
+    kind: Literal["design"] = Field(description="Parameters that give a wanted law of motion.")
+    figure: DesignFigure = Field(
+        default_factory=DesignFigure,
+        description="Options of the pictures; data do not depend on them.",
+    )
+    vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
+        description="Ends of each parameter that may be varied."
+    )
+    target: dict[Text, Measured] = Field(
+        default={},
+        description="Values of quantities, named as columns of tables are: `impact_velocity_max_1`.",
+    )
+    subject_to: dict[Text, Text] = Field(
+        default={}, description='Bounds of quantities: `"< 0.8"`, `"> 0.1, < 0.8"`.'
+    )
+    minimise: Annotated[
+        list[Text],
+        BeforeValidator(_as_list),
+        Field(max_length=2),
+        WithJsonSchema(NAMES_SCHEMA),
+    ] = Field(
+        default=[],
+        description="A quantity to be least, or a list of two for a Pareto front; `-name` for largest.",
+    )
+    tolerance: dict[ParameterName, Sigma] = Field(
+        default={}, description="Standard deviations of parameters, for the spread of each design."
+    )
+    allow: dict[Text, Sigma] = Field(
+        default={},
+        description="How far each target may be off; asks for the tolerances that the parameters need.",
+    )
+    start: Start = Field(default_factory=Start, description="Start of every motion.")
+    samples: Annotated[int, NumberRange(*DESIGN_SAMPLES, whole=True)] = Field(
+        default=512, description="Samples of a round."
+    )
+    designs: Annotated[int, NumberRange(*DESIGNS, whole=True)] = Field(
+        default=8, description="Largest number of designs; a front has up to 16."
+    )
+
+    @property
+    def row_count(self) -> int:  # noqa: D102 - as BaseScene
+        return self.samples
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        lowest = {str(name): ends[0] for name, ends in self.vary.items()}
+        return {**super().resolved_exciter(), **lowest}
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {n: v for n, v in self.resolved_exciter().items() if n not in self.vary}
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        # The equilibrium may lie beyond a support for some of the varied parameters: x0 stays as it is.
+        return {**super().data_keys(), "start": plain(self.start)}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return all effects: which of them occur depends on the design."""
+        return EFFECT_NAMES
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the keyword arguments of `vibropipe.design` other than the exciter."""
+        return {
+            "vary": {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()},
+            "target": dict(self.target),
+            "subject_to": dict(self.subject_to),
+            "minimise": list(self.minimise),
+            "x0": self.start.x0,
+            "v0": self.start.v0,
+            "tolerance": {str(name): value for name, value in self.tolerance.items()} or None,
+            "allow": dict(self.allow) or None,
+            "samples": self.samples,
+            "designs": self.designs,
+        }
+
+
+def _parameters(scene: DesignScene) -> Iterator[Problem]:
+    """Check that ranges are in range and that no parameter is given twice."""
+    stated = scene.exciter.explicit()
+    for name, ends in scene.vary.items():
+        for value in ends:
+            if not is_allowed(name, value):
+                yield Problem(("vary", name), repr(value), PARAMETERS[name].range.text)
+                break
+        if name in stated:
+            must = f"must be left out, since {name} stands in vary"
+            yield Problem(("exciter", name), repr(stated[name]), must=must)
+
+
+def _exciter(scene: DesignScene) -> Iterator[Problem]:
+    """Check that l is given, and that every corner of the ranges has supports and a start between them."""
+    if not (scene.has_l() or "l" in scene.vary):
+        where = ", in the scene or in the study"
+        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        return
+    varied = {str(n): ends for n, ends in scene.vary.items() if n in ("l", "delta")}
+    for corner in itertools.product(*varied.values()):
+        values = {**scene.resolved_exciter(), **dict(zip(varied, corner, strict=True))}
+        try:
+            exciter = Exciter(**values)
+        except ParameterError as error:
+            yield refused(("exciter", "l"), error)
+            return
+        try:
+            exciter.check_start(scene.start.x0, scene.start.v0)
+        except ParameterError as error:
+            yield refused(("start", "x0"), error)
+            return
+
+
+def _goals(scene: DesignScene) -> Iterator[Problem]:
+    """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
+    from vibropipe.solve.design.goals import check_allow, goals_of
+
+    arguments = scene.arguments()
+    try:
+        goals = goals_of(
+            *(arguments[key] for key in ("target", "subject_to", "minimise", "tolerance"))
+        )
+        check_allow(goals, arguments["allow"])
+    except ParameterError as error:
+        key, _, name = error.name.partition(".")
+        path: KeyPath = (key, name) if name else (key,)
+        yield refused(path, error)
+
+
+CHECKS = (
+    Check((("vary",),), _parameters),
+    Check((*EXCITER, ("vary",), ("start",)), _exciter),
+    Check((("target",), ("subject_to",), ("minimise",), ("tolerance",), ("allow",)), _goals),
+)

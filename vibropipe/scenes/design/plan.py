@@ -1,0 +1,35 @@
+"""Cost of a design scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned, steady_bytes
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.design.keys import DesignScene
+
+# Seconds of a sample, of a search from one, of the margin and spread of a design; searches of a front.
+SAMPLE_SECONDS, SEARCH_SECONDS, DESIGN_SECONDS = 1e-4, 0.15, 0.1
+SEARCHES, FRONT_SEARCHES = 12, 40
+OUTPUTS = ("harmonics", "impacts", "stability", "energy")
+
+
+def plan(scene: DesignScene) -> Work:
+    """Return the work of a search of usual length, which is not known before."""
+    searches = SEARCHES + (FRONT_SEARCHES if len(scene.minimise) == 2 else 0)
+    seconds = scene.samples * SAMPLE_SECONDS + searches * SEARCH_SECONDS * (1 + len(scene.minimise))
+    names = ", ".join(map(str, scene.vary))
+    return Work(
+        size=f"{scene.samples} samples over {names}",
+        rows=scene.row_count,
+        method="exact",
+        outputs=OUTPUTS,
+        seconds=seconds + scene.designs * DESIGN_SECONDS,
+        bytes=HEAD_BYTES + scene.designs * steady_bytes(OUTPUTS, 3),
+    )
+
+
+def estimate(scene: DesignScene, sampler: Sampler) -> Estimate:
+    """Estimate a scene by its plan: how long a search takes is known at its end only."""
+    return planned(plan(scene))

@@ -20,7 +20,7 @@ from vibropipe.physics.effects import (
     missing_effect,
     resolve_effects,
 )
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 
 FORCED = {"nu": 1.0, "f": -1.0, "h": 0.2, "l": 0.5, "delta": 0.0, "R1": 0.7, "R2": 0.7}
 FAR_2 = {"l": 100.0, "delta": -99.5}  # support 1 at 0.5, support 2 at -199.5
@@ -30,13 +30,13 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
 @pytest.mark.parametrize(
     ("changed", "start", "called_for"),
     [
-        ({}, (0.0, 0.0), set(EFFECT_NAMES)),
-        ({"h": 0.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"damping"}),
+        ({}, (0.0, 0.0), set(COMMON_EFFECTS)),
+        ({"h": 0.0}, (0.0, 0.0), set(COMMON_EFFECTS) - {"damping"}),
         ({"f": 0.0}, (0.0, 0.6), {"damping", "support_1", "support_2", "restitution"}),
         ({"f": 0.0}, (0.0, 0.4), {"damping"}),
         ({"f": 0.0, "delta": 0.5}, (0.2, 0.6), {"damping", "support_2", "restitution", "rest"}),
-        ({"f": 0.4}, (0.0, 0.6), set(EFFECT_NAMES) - {"rest"}),
-        ({"R1": 1.0, "R2": 1.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"restitution"}),
+        ({"f": 0.4}, (0.0, 0.6), set(COMMON_EFFECTS) - {"rest"}),
+        ({"R1": 1.0, "R2": 1.0}, (0.0, 0.0), set(COMMON_EFFECTS) - {"restitution"}),
         ({"f": 0.01}, (0.0, 0.0), {"damping", "forcing"}),
         ({**FAR_2, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_1", "restitution"}),
         ({**FAR_1, "f": 0.3}, (0.0, 0.0), {"damping", "forcing", "support_2", "restitution"}),
@@ -46,7 +46,7 @@ FAR_1 = {"l": 100.0, "delta": 99.5}
             (0.0, 0.0),
             {"damping", "forcing", "support_1"},
         ),
-        ({**FAR_2, "h": 0.0}, (0.0, 0.0), set(EFFECT_NAMES) - {"damping"}),
+        ({**FAR_2, "h": 0.0}, (0.0, 0.0), set(COMMON_EFFECTS) - {"damping"}),
     ],
 )
 def test_effects_follow_from_parameters_and_start(
@@ -65,7 +65,7 @@ def test_a_short_motion_cannot_reach_the_supports() -> None:
 
 def test_a_grid_has_the_effects_of_all_its_rows() -> None:
     grid = {**FORCED, "f": [0.0, 0.1], "h": [0.0, 0.3], "R2": [0.5, 1.0]}
-    assert set(effect_names(effects_of(grid, 0.0, 0.4))) == set(EFFECT_NAMES) - {"rest"}
+    assert set(effect_names(effects_of(grid, 0.0, 0.4))) == set(COMMON_EFFECTS) - {"rest"}
     # resonance lies inside the range, not at its ends
     nu = np.linspace(0.5, 1.5, 101)
     off = {**FORCED, "f": 0.06, "nu": [0.5, 1.5]}
@@ -81,13 +81,13 @@ def test_rows_that_follow_each_other_have_no_bound() -> None:
 
 def test_all_effects_where_nothing_is_stated() -> None:
     assert resolve_effects(None, FORCED, 0.0, 0.0) == ALL_EFFECTS
-    assert effect_names(ALL_EFFECTS) == EFFECT_NAMES
-    assert effects_from_names(EFFECT_NAMES) == ALL_EFFECTS
+    assert effect_names(ALL_EFFECTS) == COMMON_EFFECTS
+    assert effects_from_names(COMMON_EFFECTS) == ALL_EFFECTS
 
 
 @pytest.mark.parametrize("name", ["damping", "forcing", "restitution", "rest"])
 def test_an_effect_that_the_parameters_need_cannot_be_left_out(name: str) -> None:
-    names = [other for other in EFFECT_NAMES if other != name]
+    names = [other for other in COMMON_EFFECTS if other != name]
     must, found = missing_effect(names, FORCED, 0.0, 0.0) or ("", "")
     assert must.startswith(f"must include {name} unless ")
     assert found.startswith(f"{', '.join(names)} with ")
@@ -97,7 +97,7 @@ def test_an_effect_that_the_parameters_need_cannot_be_left_out(name: str) -> Non
 
 
 def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
-    names = [name for name in EFFECT_NAMES if name != "support_2"]
+    names = [name for name in COMMON_EFFECTS if name != "support_2"]
     watched = resolve_effects(names, FORCED, 0.0, 0.0)
     assert watched == ALL_EFFECTS._replace(watched=2)
     assert "support_2" not in effect_names(watched)
@@ -106,7 +106,7 @@ def test_a_support_left_out_is_watched_unless_it_is_out_of_reach() -> None:
 
 
 def test_effects_that_are_not_needed_may_be_stated() -> None:
-    assert resolve_effects(EFFECT_NAMES, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
+    assert resolve_effects(COMMON_EFFECTS, {**FORCED, "f": 0.0, "h": 0.0}, 0.0, 0.0) == ALL_EFFECTS
 
 
 def test_an_unknown_effect_is_named() -> None:
@@ -154,3 +154,21 @@ def test_no_motion_leaves_its_bounds(**drawn: Any) -> None:
 
 def test_the_linear_bound_is_infinite_at_resonance() -> None:
     assert linear_bound([0.5, 1.0], 0.0, 0.1, 0.0).tolist() == [pytest.approx(4 / 15), math.inf]
+
+
+def test_a_load_is_an_effect_without_a_kernel_of_its_own() -> None:
+    loaded = {**FORCED, "load": 0.2}
+    assert effects_of(loaded, -0.2, 0.0) == ALL_EFFECTS
+    assert effect_names(ALL_EFFECTS, loaded) == (*COMMON_EFFECTS, "load")
+    with pytest.raises(vp.ParameterError, match=r"must include load unless load = 0, .* 0\.2$"):
+        resolve_effects(COMMON_EFFECTS, loaded, -0.2, 0.0)
+    assert resolve_effects((*COMMON_EFFECTS, "load"), loaded, -0.2, 0.0) == ALL_EFFECTS
+
+
+def test_a_load_moves_a_support_within_and_out_of_reach() -> None:
+    weak = {**FORCED, "nu": 3.0, "f": 0.4, "load": 0.0}
+    off = {"support_1", "support_2"} & {*effect_names(effects_of(weak, 0.0, 0.0))}
+    assert not off
+    assert "support_1" in effect_names(effects_of({**weak, "load": 0.45}, 0.0, 0.0))
+    # The load of all rows counts, those that press on a support included.
+    assert "rest" in effect_names(effects_of({**weak, "load": [0.0, 0.45]}, 0.0, 0.0))

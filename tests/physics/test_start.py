@@ -8,6 +8,7 @@ import yaml
 
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import parse_study
 from vibropipe.words.status import Status
@@ -89,7 +90,7 @@ def test_a_moving_start_close_to_a_support_is_not_moved() -> None:
 
 def test_starts_of_many_rows_equal_those_of_each() -> None:
     rng = np.random.default_rng(3)
-    rows = np.zeros((500, 7))
+    rows = np.zeros((500, len(PARAMETERS)))
     rows[:, 3], rows[:, 4] = rng.uniform(0.1, 1, 500), rng.uniform(-2, 2, 500)
     starts = row_starts(rows, None, 0.5)
     assert (starts[:, 1] == 0.5).all()

@@ -13,11 +13,11 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.run import MotionRequest, closed_form_solver, run_motion
 from vibropipe.solve.sweep import solve_shard
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.status import Status
 
 FORCED = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
-ALL_BUT_1 = [name for name in EFFECT_NAMES if name != "support_1"]
+ALL_BUT_1 = [name for name in COMMON_EFFECTS if name != "support_1"]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_what_the_parameters_have_can_not_be_left_out() -> None:
     with pytest.raises(
         vp.ParameterError, match=r"must include damping unless h = 0, .* with h = 0\.4"
     ):
-        vp.sweep(exciter, {"h": [0.0, 0.4]}, effects=list(EFFECT_NAMES)[1:])
+        vp.sweep(exciter, {"h": [0.0, 0.4]}, effects=list(COMMON_EFFECTS)[1:])
 
 
 def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
@@ -83,7 +83,7 @@ def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
     exciter, over = vp.Exciter(**FORCED), {"h": [0.0, 0.1, 0.3]}
     options: dict[str, Any] = {"outputs": ("impacts",)}
     with pytest.raises(vp.ParameterError, match="must include damping"):
-        solve_shard(exciter, over, 0, 1, **options, effects=list(EFFECT_NAMES)[1:])
+        solve_shard(exciter, over, 0, 1, **options, effects=list(COMMON_EFFECTS)[1:])
     whole = solve_shard(exciter, over, 0, 3, **options)
     parts = [solve_shard(exciter, over, row, row + 1, **options) for row in range(3)]
     assert {part.attrs["effects"] for part in parts} == {whole.attrs["effects"]}

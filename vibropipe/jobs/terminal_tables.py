@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.scenes.costs import Estimate
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.wording import aligned, count, method_text
@@ -76,7 +76,7 @@ def plan_text(study: Study, estimates: Mapping[str, Estimate] | None = None) -> 
 
 def effects_text(effects: Sequence[str]) -> str:
     """Return the names of the effects of a scene; `all` or `none` for all or none of them."""
-    if set(effects) == set(EFFECT_NAMES):
+    if set(effects) == set(COMMON_EFFECTS):
         return "all"
     return " ".join(effects) if effects else "none"
 

@@ -132,7 +132,7 @@ def case_values(
         "periods_timed": [work.units * work.periods for work in work_by_kernel],
         "impacts_per_period": [work.impacts for work in work_by_kernel],
         "rests_per_period": [work.rests for work in work_by_kernel],
-        "effects_present": ", ".join(effect_names(case.effects)),
+        "effects_present": ", ".join(effect_names(case.effects, vars(case.motion.exciter))),
         "outputs_asked": ", ".join([*(["steady state"] if case.row else []), *case.outputs]),
     }  # fmt: skip
 

@@ -53,7 +53,7 @@ class TimingCase(NamedTuple):
         """Effects of the motion, derived as for a scene."""
         exciter, x0, v0, _periods = self.motion
         span = math.inf if self.row else self.motion.tau_end
-        return effects_of(exciter.parameters()._asdict(), x0, v0, span)
+        return effects_of(exciter.parameters()._asdict(), x0 - exciter.load, v0, span)
 
 
 class TimedWork(NamedTuple):
@@ -119,6 +119,7 @@ def row_calls(
     case: TimingCase, motion: BenchmarkMotion, effects: Effects
 ) -> tuple[Repeat, Repeat, RowResults]:
     """Return the call that marches the row of a motion, the one that solves it as a sweep does, and their results."""
+    motion = motion.about_equilibrium()
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, new_impact_buffer(ROWS_PER_CALL))
@@ -156,6 +157,7 @@ def motion_work(
     case: TimingCase, motion: BenchmarkMotion, effects: Effects, closed: bool
 ) -> TimedWork:
     """Return the work of a motion over its periods, sampled if its outputs include the motion."""
+    motion = motion.about_equilibrium()
     (exciter, x0, v0, periods), sampled = motion, "motion" in case.outputs
     request = motion.request(SAMPLES * sampled)
     if closed and closed_form_solver(exciter, request):

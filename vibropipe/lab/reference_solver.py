@@ -70,6 +70,7 @@ class ReferenceSolver:
         self.nu, self.f, self.h = Decimal(exciter.nu), Decimal(exciter.f), Decimal(exciter.h)
         # supports at their positions in double precision, as in the other methods
         self.bound = {1: Decimal(exciter.upper), 2: Decimal(exciter.lower)}
+        self.load = Decimal(exciter.load)
         self.restitution = {1: Decimal(exciter.R1), 2: Decimal(exciter.R2)}
         self.half_distance = Decimal(exciter.l)
         self.reach = ONE / max(self.nu, self.h, ONE)
@@ -136,7 +137,11 @@ class ReferenceSolver:
 
     def pressing_force(self, support: int) -> Decimal:
         """Return the force that presses the mass into the support it touches."""
-        return SIDE[support] * (self.force[0] - self.bound[support] - self.h * self.v)
+        return SIDE[support] * (self.force[0] + self.pull(support) - self.h * self.v)
+
+    def pull(self, support: int) -> Decimal:
+        """Return the force of the spring and the load at a support."""
+        return self.load - self.bound[support]
 
     def resolve_contact(self, support: int) -> bool:
         """Reset the velocity at a support; return whether the mass sticks, its chatter completed."""
@@ -163,7 +168,8 @@ class ReferenceSolver:
         square, power, n = self.nu * self.nu, self.reach * self.reach, 0
         while True:
             scale = (n + 1) * (n + 2)
-            x.append((force[n] - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
+            constant = self.load if n == 0 else ZERO
+            x.append((force[n] + constant - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
             force.append(-square * force[n] / scale)
             tail = (abs(x[-1]) + abs(x[-2])) * power + (abs(force[-1]) + abs(force[-2])) * power
             if n > 8 and tail <= self.half_distance.scaleb(-DIGITS):
@@ -187,13 +193,13 @@ class ReferenceSolver:
         """Stick to a support until the release or the last requested time."""
         start, side = self.tau, SIDE[support]
         while self.times_left:
-            if side * self.bound[support] + abs(self.f) <= 0 or self.f == 0:
-                # the force cannot overcome the spring
+            if -side * self.pull(support) + abs(self.f) <= 0 or self.f == 0:
+                # the force cannot overcome the spring and the load
                 self.pass_time(self.times_left[-1] - self.tau + ONE, [self.bound[support]])
                 break
             _x, force = self.series()
             pressing_force = [
-                side * (force[0] - self.bound[support]),
+                side * (force[0] + self.pull(support)),
                 *(side * c for c in force[1:]),
             ]
             release = self.first_zero(pressing_force, self.reach)

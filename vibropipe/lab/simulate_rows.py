@@ -15,11 +15,13 @@ from vibropipe.march.grid import grid_time
 from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
 from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
 from vibropipe.march.state import REST
+from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load import sincos_tables
 from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion import check_steps
+from vibropipe.solve.rows import from_equilibrium
 from vibropipe.words.parameters import FURTHER
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
@@ -153,6 +155,7 @@ def march_rows(
         The variables of `simulate_rows`.
     """
     ends = np.array([grid_time(turn, steps) for turn in turns], float)
+    starts = from_equilibrium(starts, parameters[:, LOAD])
     sines, cosines = sincos_tables(effects, steps)
     shared = (steps, max_impacts, sines, cosines, np.zeros((0, 0)))
     finished: list[dict[str, np.ndarray]] = []
@@ -177,7 +180,9 @@ def march_rows(
             finished.append(_compact(rows_of_call, results, logs, ~is_full))
         waiting, capacity = np.concatenate(unfinished), capacity * CAPACITY_GROWTH
     columns = {name: np.concatenate([part[name] for part in finished]) for name in finished[0]}
-    return _in_order(columns, 2 * math.pi / parameters[:, 0])
+    ordered = _in_order(columns, 2 * math.pi / parameters[:, 0])
+    ordered["displacement_end"] -= 0.0 - parameters[:, LOAD]
+    return ordered
 
 
 def _empty_results(rows: int, capacity: int) -> tuple[LaneResult, Log]:

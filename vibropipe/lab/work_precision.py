@@ -51,6 +51,7 @@ class MotionReference:
     """The 40-digit reference of one motion, and the errors of results against it."""
 
     def __init__(self, motion: BenchmarkMotion) -> None:
+        motion = motion.about_equilibrium()
         self.motion, period = motion, period_of(motion.exciter.nu)
         start = period * (motion.periods - 1)
         times = [start + period * k / SAMPLES for k in range(SAMPLES + 1)]
@@ -122,7 +123,8 @@ def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidat
 
 
 def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
-    """Return an installed method with its setting on a motion."""
+    """Return an installed method with its setting on a motion, counted from its equilibrium."""
+    motion = motion.about_equilibrium()
     if method == "exact":
         return own_methods.exact(motion)
     if method in OWN_METHODS:

@@ -18,6 +18,7 @@ from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.equilibrium import about_equilibrium, from_equilibrium
 from vibropipe.solve.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
@@ -40,6 +41,11 @@ class BenchmarkMotion(NamedTuple):
     def tau_end(self) -> float:
         """Time at the end of the motion."""
         return self.periods * self.exciter.period
+
+    def about_equilibrium(self) -> BenchmarkMotion:
+        """Return the same motion counted from the equilibrium, so that no method has to know of a constant load."""
+        x0 = from_equilibrium(self.exciter, self.x0)
+        return self._replace(exciter=about_equilibrium(self.exciter), x0=x0)
 
     def request(self, samples_per_period: int = 0) -> MotionRequest:
         """Return the request for this motion, with samples per forcing period."""

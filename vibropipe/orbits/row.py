@@ -36,6 +36,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
+LOAD = Parameters._fields.index("load")
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
 # Steps of a forcing period above which a row is not marched: a period takes half a second, the row some minutes.
 MAX_STEPS_PER_PERIOD, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
@@ -189,6 +190,9 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         p = row_parameters(parameters, row)
         if row % chain_length == 0:
             x, v = starts[row, 0], starts[row, 1]
+        elif parameters[row, LOAD] != parameters[row - 1, LOAD]:
+            # The same state, counted from another equilibrium.
+            x += parameters[row - 1, LOAD] - parameters[row, LOAD]
         x = min(max(x, support_position(p, 2)), support_position(p, 1))
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)

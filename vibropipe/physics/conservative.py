@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler import jit
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.load import largest_force
 
 Array = NDArray[np.float64]
@@ -109,8 +109,9 @@ def is_conservative(p, x, v) -> bool:
 @jit
 def _is_mirrored(p, x, v) -> bool:
     """Return whether `arc` mirrors x: for delta < 0 or, without offset, by the start."""
-    if p.delta != 0.0:
-        return p.delta < 0.0
+    offset = support_offset(p)
+    if offset != 0.0:
+        return offset < 0.0
     return x < 0.0 or (x == 0.0 and v < 0.0)
 
 

@@ -14,8 +14,17 @@ CHATTER_TOLERANCE = 1e-14
 
 @jit_inline
 def support_position(p, support):
-    """Return x of a support (1 or 2), eq. (1)."""
-    return p.l + p.delta if support == 1 else p.delta - p.l
+    """Return the displacement of a support (1 or 2) from the equilibrium, which a constant load moves to x = load.
+
+    All kernels count displacements from there: a load is an offset of the supports and nothing else.
+    """
+    return (p.l + p.delta if support == 1 else p.delta - p.l) - p.load
+
+
+@jit_inline
+def support_offset(p):
+    """Return the displacement of the middle between the supports from the equilibrium."""
+    return p.delta - p.load
 
 
 class Frame(NamedTuple):

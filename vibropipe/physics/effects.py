@@ -14,8 +14,10 @@ import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS, EFFECT_NAMES
 
+# Effects without machine code of their own, and their parameters: a load is an offset of the supports.
+BY_PARAMETER = {"load": "load"}
 # The bit of each support in `Effects.watched`.
 WATCHED = {"support_1": 1, "support_2": 2}
 
@@ -41,7 +43,6 @@ ALL_EFFECTS = Effects()
 # Parameters whose effect is not computed, and what it is.
 NOT_COMPUTED = {
     **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
-    "load": "a constant load is",
     "friction": "dry friction is",
     **dict.fromkeys(("f2", "phi2"), "a second harmonic of the force is"),
 }
@@ -57,14 +58,24 @@ def all_effects(values: Mapping[str, Any]) -> Effects:
     return ALL_EFFECTS
 
 
-def effect_names(effects: Effects) -> tuple[str, ...]:
-    """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports."""
+def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> tuple[str, ...]:
+    """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports.
+
+    Effects without machine code of their own (`BY_PARAMETER`) are present where the parameters `values` have them.
+    """
     watched = effects.watched or 0
+    of_parameters = {name for name, key in BY_PARAMETER.items() if np.any((values or {}).get(key, 0.0))}
     return tuple(
         name
         for name in EFFECT_NAMES
-        if getattr(effects, name) is not None and not watched & WATCHED.get(name, 0)
+        if name in of_parameters
+        or (getattr(effects, name, None) is not None and not watched & WATCHED.get(name, 0))
     )
+
+
+def all_effect_names(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of `all_effects`."""
+    return effect_names(all_effects(values), values)
 
 
 def effects_from_names(names: Iterable[str]) -> Effects:
@@ -74,7 +85,7 @@ def effects_from_names(names: Iterable[str]) -> Effects:
         raise ParameterError(
             "effects", names, must=f"must be among {', '.join(EFFECT_NAMES)}", got=repr(name)
         )
-    return Effects(*(1 if name in chosen else None for name in EFFECT_NAMES))
+    return Effects(*(1 if name in chosen else None for name in COMMON_EFFECTS))
 
 
 def effects_of(
@@ -98,7 +109,7 @@ def effects_of(
     values : mapping of str to array_like
         Values of each parameter over the grid.
     x, v : float
-        Start.
+        Start; x is the displacement from the equilibrium.
     span : float
         Duration of the motions in tau.
     exact : bool
@@ -120,12 +131,16 @@ def effects_of(
     """
     all_effects(values)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
+    # A constant load moves the equilibrium, from which x and the supports count.
+    load = p.pop("load", np.zeros(1))
+    offset = {"low": p["delta"].min() - load.max(), "high": p["delta"].max() - load.min()}
+    p["delta"] = np.array([*offset.values()])
     bound = state_norm_bound(p, x, v, span, followed) if exact else math.inf
     force = largest_force(p)
     # Smallest distance of each support from the equilibrium over the grid.
     distances = {
-        "support_1": p["l"].min() + p["delta"].min(),
-        "support_2": p["l"].min() - p["delta"].max(),
+        "support_1": p["l"].min() + offset["low"],
+        "support_2": p["l"].min() - offset["high"],
     }
     reached = {
         name for name, distance in distances.items() if not bound * (1 + ROUNDING) < distance
@@ -186,17 +201,18 @@ def missing_effect(
     Example: ("must include forcing unless f = 0", "damping with f = 1.0").
     """
     derived = effects_of(values, *at, **how, left_out=absent_supports(names))
-    called_for = [name for name in EFFECT_NAMES if getattr(derived, name) is not None]
-    missing = [name for name in called_for if name not in (*names, *WATCHED)]
+    missing = [name for name in effect_names(derived, values) if name not in (*names, *WATCHED)]
     if not missing:
         return None
 
     effect = missing[0]
+    pull = "l - |delta - load|" if np.any(values.get("load", 0.0)) else "l - |delta|"
     parameters, otherwise = {
         "damping": (["h"], "h = 0"),
         "forcing": (["f"], "f = 0"),
         "restitution": (["R1", "R2"], "R = 1 on the supports included"),
-        "rest": (["f"], "|f| < l - |delta|"),
+        "rest": (["f"], f"|f| < {pull}"),
+        "load": (["load"], "load = 0"),
     }[effect]
     # what is farthest from an absent effect
     farthest = np.min if effect == "restitution" else np.max

@@ -129,7 +129,7 @@ class Exciter:
         Stiffness and damping of soft supports, >= 0: beyond support i, at x = b, the force ki (x - b) + hi x' acts on
         the mass. A support with ki = 0 is rigid and has hi = 0.
     load : float
-        Constant force.
+        Constant force; it moves the equilibrium to x = load.
     friction : float
         Dry friction (Coulomb), >= 0.
     f2, phi2 : float
@@ -161,11 +161,16 @@ class Exciter:
     def __post_init__(self) -> None:
         for name, known in PARAMETERS.items():
             object.__setattr__(self, name, number_within(name, getattr(self, name), known.range))
-        if not self.lower < self.upper:
+        if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
             allowed = (
                 "at least 1e-15 |delta| so that the supports are distinct floating-point numbers"
             )
             got = f"l = {self.l!r}, delta = {self.delta!r}"
+            if self.load:
+                allowed, got = (
+                    allowed.replace("|delta|", "|delta - load|"),
+                    f"{got}, load = {self.load!r}",
+                )
             raise ParameterError("l", self.l, allowed, got=got)
         for k, h in (("k1", "h1"), ("k2", "h2")):
             if getattr(self, h) > 0.0 and getattr(self, k) == 0.0:
@@ -230,7 +235,7 @@ class Exciter:
         """Warn if a support is so far that l, in metres, was probably meant in millimetres."""
         linear = math.hypot(1.0 - self.nu**2, self.h * self.nu)
         reach = abs(self.f) * max(1.0, 1.0 / linear if linear else math.inf)
-        distance = min(self.upper, -self.lower)
+        distance = min(self.upper - self.load, self.load - self.lower)
         if 0.0 < FAR_SUPPORT * reach < distance:
             warnings.warn(
                 f"l: the nearer support is {distance:.3g} m away, but the mass swings by {reach:.2g} m without "
@@ -293,4 +298,4 @@ class Exciter:
             least, most = start_room(self.l, self.delta)
             if not least <= x <= most:
                 raise ParameterError("x0", x, allowed)
-        return float(start_at(self.l, self.delta, x, v)), v
+        return float(start_at(self.l, self.delta, x, v, self.load)), v

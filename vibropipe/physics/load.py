@@ -1,8 +1,9 @@
 """The load of eq. (5): the force f sin(nu tau) and its constant part. No other module holds its form.
 
 A phase is counted in turns (forcing periods), so its reduction is exact. In the frame y = sigma (x - x_ref) of a motion
-the load is a constant part plus the `Force` sigma f sin(nu tau). A constant external load would enter at
-`constant_load`; a second harmonic as further parts of `Force`, with further columns beside the two of the first.
+the load is a constant part plus the `Force` sigma f sin(nu tau). Displacements of kernels are counted from the
+equilibrium, so an external constant load is in the positions of the supports (`contact.support_position`). A second
+harmonic would enter as further parts of `Force`, with further columns beside the two of the first.
 """
 
 from __future__ import annotations

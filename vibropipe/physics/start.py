@@ -7,6 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from vibropipe.words.parameters import PARAMETERS
+
+# Parameters that a start depends on, and their columns.
+OF_START = ("l", "delta", "load")
+COLUMNS = tuple(list(PARAMETERS).index(name) for name in OF_START)
 # Largest distance from a support at which a start is moved on to it, as a share of max(l, |delta|): 4 ulps, since
 # l + delta, delta - l and a start in decimals are rounded. A start between the supports is moved only if it has no
 # velocity: with one it is in flight, and a motion may be continued from any state, however close to a support.
@@ -25,8 +30,8 @@ def start_room(half: Any, delta: Any) -> tuple[Any, Any]:
     return lower - rounding, upper + rounding
 
 
-def start_at(half: Any, delta: Any, x0: Any, v0: Any) -> Any:
-    """Return the displacement that motions start from, for each l and delta.
+def start_at(half: Any, delta: Any, x0: Any, v0: Any, load: Any = 0.0) -> Any:
+    """Return the displacement that motions start from, for each l, delta and load.
 
     Parameters
     ----------
@@ -36,6 +41,8 @@ def start_at(half: Any, delta: Any, x0: Any, v0: Any) -> Any:
         Displacement; None is the equilibrium, or the support nearest to it where that lies beyond.
     v0 : float or ndarray
         Velocity.
+    load : float or ndarray
+        Constant force; the equilibrium is there.
 
     Returns
     -------
@@ -43,7 +50,7 @@ def start_at(half: Any, delta: Any, x0: Any, v0: Any) -> Any:
         x0, or the position of a support within START_ROUNDING of it.
     """
     upper, lower = support_positions(half, delta)
-    x = flying = np.minimum(np.maximum(0.0 if x0 is None else x0, lower), upper)
+    x = flying = np.minimum(np.maximum(load if x0 is None else x0, lower), upper)
     if np.ndim(v0) == 0 and v0 != 0.0:
         return x
     rounding = START_ROUNDING * np.maximum(np.abs(half), np.abs(delta))
@@ -59,6 +66,7 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
     Parameters
     ----------
     parameters : ndarray, shape (rows, parameters)
+        In the order of `PARAMETERS`.
     x0, v0 : float, ndarray of shape (rows,), or None
         As in `start_at`.
 
@@ -68,12 +76,13 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
         Displacement and velocity.
     """
     starts = np.empty((len(parameters), 2))
-    starts[:, 0], starts[:, 1] = start_at(parameters[:, 3], parameters[:, 4], x0, v0), v0
+    half, delta, load = (parameters[:, column] for column in COLUMNS)
+    starts[:, 0], starts[:, 1] = start_at(half, delta, x0, v0, load), v0
     return starts
 
 
 def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
-    """Return the start farthest from the equilibrium over a grid.
+    """Return the displacement from the equilibrium of the start farthest from it over a grid.
 
     Parameters
     ----------
@@ -85,14 +94,16 @@ def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
     Returns
     -------
     float
-        x0; for None 0 where the default start is the equilibrium in every row.
+        For None 0 where the default start is the equilibrium in every row.
     """
+    half, delta, load = (np.asarray(values.get(name, 0.0), float) for name in OF_START)
     if "x0" in values:
-        return float(np.abs(values["x0"]).max())
+        return float(np.abs(values["x0"]).max() + np.abs(load).max())
     if x0 is not None:
-        return x0
-    half, delta = (np.asarray(values[name], float) for name in ("l", "delta"))
-    return max(0.0, float(np.abs(delta).max() - half.min()))
+        ends = x0 - load.min(), x0 - load.max()
+        return float(max(ends, key=abs))
+    offset = max(delta.max() - load.min(), load.max() - delta.min())
+    return max(0.0, float(offset - half.min()))
 
 
 def largest_velocity(values: Mapping[str, Any], v0: float) -> float:
@@ -102,10 +113,12 @@ def largest_velocity(values: Mapping[str, Any], v0: float) -> float:
 
 def start_text(values: Mapping[str, Any], x0: float | None, v0: float) -> str:
     """Return a start as text for the attributes of a dataset; arguments are those of `largest_start`."""
-    x0_text = f"= {0.0 if x0 is None else float(x0):g}"
+    load = np.asarray(values.get("load", 0.0), float)
+    equilibrium = f"{float(load.max()):g}" if load.min() == load.max() else "load"
+    x0_text = f"= {equilibrium if x0 is None else f'{float(x0):g}'}"
     if "x0" in values:
         x0_text = "swept"
     elif x0 is None and largest_start(values, None) > 0.0:
-        x0_text = "= 0 or the support nearest to it"
+        x0_text = f"= {equilibrium} or the support nearest to it"
     v0_text = "swept" if "v0" in values else f"= {float(v0):g}"
     return f"x0 {x0_text}, v0 {v0_text}"

@@ -12,6 +12,7 @@ from vibropipe.physics.bounds import ultimate_bound
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.attractor_set import Attractor, AttractorSet
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.equilibrium import about_equilibrium
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.vocabulary import describe
 
@@ -83,6 +84,7 @@ def reachable_velocity(exciter: Exciter) -> float:
     Energy of the start and of the force bounds the first; `ultimate_bound` is the second, which needs the equilibrium
     between the supports.
     """
+    exciter = about_equilibrium(exciter)
     farthest = max(abs(exciter.upper), abs(exciter.lower))
     bound = farthest + abs(exciter.f) * exciter.period
     if exciter.h > 0 and exciter.lower <= 0 <= exciter.upper:

@@ -111,7 +111,9 @@ def boundary(
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
     symmetric = (
-        exciter.delta == 0.0 and exciter.R1 == exciter.R2 and set(names) <= set(KEEP_SYMMETRY)
+        exciter.delta == exciter.load
+        and exciter.R1 == exciter.R2
+        and set(names) <= set(KEEP_SYMMETRY)
     )
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
     box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)

@@ -12,7 +12,7 @@ from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.physics.effects import ALL_EFFECTS, effect_names
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.branch_dataset import solve_points
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
@@ -73,7 +73,9 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
         for other, value in without_absent(Parameters(*box.values)._asdict()).items()
         if other not in names
     }
-    attrs = origin_attrs(effect_names(ALL_EFFECTS), "orbits that settle on a grid of lines")
+    of_box = dict(zip(names, np.stack([box.low, box.high], axis=1), strict=True))
+    effects = all_effect_names({**Parameters(*box.values)._asdict(), **of_box})
+    attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
     return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))

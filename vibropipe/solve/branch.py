@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
-from vibropipe.physics.effects import ALL_EFFECTS, all_effects, effect_names
+from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
@@ -131,7 +131,8 @@ def branch(
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)
-    attrs = origin_attrs(effect_names(ALL_EFFECTS), start_text(values, x0, v), follow=follow)
+    effects = all_effect_names({**values, along: np.array([problem.low, problem.high])})
+    attrs = origin_attrs(effects, start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST:
         return rest_dataset(
             problem, follow_rest(exciter, problem, signs, start, harmonics), harmonics, attrs
@@ -178,7 +179,9 @@ def _problem(
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = exciter.delta == 0.0 and exciter.R1 == exciter.R2 and along in KEEP_SYMMETRY
+    symmetric = (
+        exciter.delta == exciter.load and exciter.R1 == exciter.R2 and along in KEEP_SYMMETRY
+    )
     values = np.array(exciter.parameters())
     index = Parameters._fields.index(along)
     return Problem(values, index, low, high, tuple(sorted(set(wanted))), symmetric, length), signs

@@ -14,12 +14,13 @@ from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rest_branch import RestBranch
-from vibropipe.solve.rows import ImpactBuffer, compact_impacts, new_rows
+from vibropipe.solve.rows import ImpactBuffer, add_load, compact_impacts, new_rows
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import without_absent
@@ -176,4 +177,5 @@ def solve_points(
         ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
+    add_load(out, parameters[:, LOAD])
     return compact_impacts(out)

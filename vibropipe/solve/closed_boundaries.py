@@ -10,7 +10,6 @@ import numpy as np
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.closed_flights import (
-    CLOSED_EFFECTS,
     Family,
     fly,
     one_sided_family,
@@ -118,10 +117,11 @@ def _boundaries(family: Family, nu: Any) -> xr.Dataset:
         ]
         variables[f"{name}_f"], variables[f"{name}_velocity"] = force, v
         variables[f"{name}_admissible"] = np.array(admissible, np.int8)
-    original = e if family.sign > 0 else e.mirrored()
     coords: dict[str, Any] = {
-        name: ((), value) for name, value in original.stated().items() if name not in ("nu", "f")
+        name: ((), value)
+        for name, value in family.given.stated().items()
+        if name not in ("nu", "f")
     }
-    attrs = origin_attrs(CLOSED_EFFECTS, "none: closed form")
+    attrs = origin_attrs(family.effects, "none: closed form")
     every = {name: ("nu", numbers) for name, numbers in variables.items()}
     return describe(xr.Dataset(every, {**coords, "nu": values}, attrs))

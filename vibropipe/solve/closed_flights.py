@@ -9,16 +9,14 @@ import numpy as np
 
 from vibropipe.orbits.extremes import flight_extremes
 from vibropipe.physics import closed_orbits as closed
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import Effects, all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.equilibrium import about_equilibrium
 from vibropipe.solve.run import MotionRequest, run_motion
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.status import Status
 
-# Effects that the closed forms contain: all but rest, which no orbit with one impact in a flight has.
-CLOSED_EFFECTS = tuple(name for name in EFFECT_NAMES if name != "rest")
 # Largest period multiple.
 MAX_MULTIPLE = 1000
 # Steps of the march of a flight: some seconds.
@@ -34,15 +32,24 @@ class Family(NamedTuple):
     Attributes
     ----------
     exciter : Exciter
+        Without load: x counts from the equilibrium.
     n : int
         Half forcing periods from an impact to the next.
     sign : float
         1, or -1 if x is mirrored.
+    given : Exciter
+        The exciter as it was given.
     """
 
     exciter: Exciter
     n: int
     sign: float
+    given: Exciter
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of the closed forms: all but rest, which no orbit with one impact in a flight has."""
+        return effect_names(Effects(rest=None), vars(self.given))
 
     @property
     def is_symmetric(self) -> bool:
@@ -58,32 +65,36 @@ class Family(NamedTuple):
 
 def symmetric_family(exciter: Exciter, m: int) -> Family:
     """Return the symmetric orbits of an exciter, or raise a ParameterError."""
-    if exciter.delta != 0.0:
-        raise ParameterError("delta", exciter.delta, must="must be 0 for a symmetric orbit")
+    if exciter.delta != exciter.load:
+        got = f"delta = {exciter.delta!r}, load = {exciter.load!r}" if exciter.load else None
+        must = f"must be {'the load' if exciter.load else '0'} for a symmetric orbit"
+        raise ParameterError("delta", exciter.delta, must=must, got=got)
     if exciter.R1 != exciter.R2:
         got = f"R1 = {exciter.R1!r}, R2 = {exciter.R2!r}"
         raise ParameterError("R2", exciter.R2, must="must equal R1 for a symmetric orbit", got=got)
     m = check_whole("m", m, (1, MAX_MULTIPLE))
     if m % 2 == 0:
         raise ParameterError("m", m, must="must be odd for a symmetric orbit")
-    return Family(_forced(exciter), m, 1.0)
+    return Family(_forced(exciter), m, 1.0, exciter)
 
 
 def one_sided_family(exciter: Exciter, support: int, m: int) -> Family:
     """Return the one-sided orbits of an exciter, or raise a ParameterError."""
     support = check_whole("support", support, (1, 2))
     m = check_whole("m", m, (1, MAX_MULTIPLE))
-    exciter = _forced(exciter)
-    return Family(exciter, 2 * m, 1.0) if support == 1 else Family(exciter.mirrored(), 2 * m, -1.0)
+    about = _forced(exciter)
+    if support == 1:
+        return Family(about, 2 * m, 1.0, exciter)
+    return Family(about.mirrored(), 2 * m, -1.0, exciter)
 
 
 def _forced(exciter: Exciter) -> Exciter:
-    """Return the exciter, or raise a ParameterError if it has no force or an effect that is not computed."""
+    """Return the exciter about its equilibrium; ParameterError if it has no force or an effect that is not computed."""
     all_effects(vars(exciter))
     if exciter.f == 0.0:
         must = "must not be 0, since these orbits have the period of the force (free motions: amplitude_frequency)"
         raise ParameterError("f", exciter.f, must=must)
-    return exciter
+    return about_equilibrium(exciter)
 
 
 class Flight(NamedTuple):

@@ -9,12 +9,12 @@ import numpy as np
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.closed_flights import (
-    CLOSED_EFFECTS,
     Family,
     fly,
     one_sided_family,
     symmetric_family,
 )
+from vibropipe.solve.equilibrium import displaced
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.vocabulary import describe
 
@@ -120,7 +120,7 @@ def _orbits(family: Family) -> xr.Dataset:
     arguments = e.nu, e.upper, e.R1, v, terms, r
     name = "pitchfork_condition" if family.is_symmetric else "flip_condition"
     of_solution = {
-        "displacement_strobe": strobe[:, 0],
+        "displacement_strobe": displaced(family.given, strobe[:, 0]),
         "velocity_strobe": strobe[:, 1],
         "stable": (abs(multipliers) < 1).all(axis=1).astype(np.int8),
         "fold_condition": closed.fold_condition(*arguments),
@@ -133,14 +133,13 @@ def _orbits(family: Family) -> xr.Dataset:
         "floquet_multiplier": (("solution", "multiplier"), multipliers),
         **{name: ("solution", values) for name, values in of_solution.items()},
     }
-    original = e if family.sign > 0 else e.mirrored()
     coords = {
-        **{name: ((), value) for name, value in original.stated().items()},
+        **{name: ((), value) for name, value in family.given.stated().items()},
         "solution": [1, 2],
         "support": np.array([1, 2], np.int8),
         "multiplier": [1, 2],
     }
-    attrs = origin_attrs(CLOSED_EFFECTS, "none: closed form")
+    attrs = origin_attrs(family.effects, "none: closed form")
     return describe(xr.Dataset(variables, coords, attrs))
 
 

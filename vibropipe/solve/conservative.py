@@ -9,11 +9,13 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.physics.conservative import Arc, arc, arc_harmonic, backbone_velocity, top_support
-from vibropipe.physics.effects import WATCHED, all_effects
+from vibropipe.physics.effects import WATCHED, Effects, all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.checks import check_whole
+from vibropipe.solve.equilibrium import about_equilibrium
 from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.words.parameters import without_absent
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -121,10 +123,10 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     Parameters
     ----------
     exciter : Exciter
-        Only its supports are used; damping, force and restitution are ignored.
+        Only its supports and load are used; damping, force and restitution are ignored.
     amplitude : float or array_like
-        Values of sqrt(x^2 + x'^2), in the unit of l; at most one-dimensional, > 0. If the equilibrium lies beyond a
-        support, each value exceeds the distance to that support.
+        Values of sqrt((x - load)^2 + x'^2), in the unit of l; at most one-dimensional, > 0. If the equilibrium lies
+        beyond a support, each value exceeds the distance to that support.
     harmonics : int
         Number of multiples of the eigenfrequency, from 1 to 1000.
 
@@ -154,7 +156,8 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     import xarray as xr
 
     all_effects(vars(exciter))
-    lower, upper = exciter.lower, exciter.upper
+    about = about_equilibrium(exciter)
+    lower, upper = about.lower, about.upper
     least = max(0.0, lower, -upper)
     amplitudes = finite_values(
         "amplitude", amplitude, f"a list of finite numbers > {least!r}", least
@@ -162,7 +165,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     harmonics = check_whole("harmonics", harmonics, HARMONICS)
     frequency, meets = np.empty(amplitudes.size), np.empty((amplitudes.size, 2), np.int64)
     coefficients = np.empty((amplitudes.size, harmonics + 1))
-    _arcs(exciter.parameters(), amplitudes, harmonics, frequency, meets, coefficients)
+    _arcs(about.parameters(), amplitudes, harmonics, frequency, meets, coefficients)
     order = np.arange(1, harmonics + 1)
     # The velocity is -sum c_k k w sin(k w tau) = sum c_k k w cos(k w tau + pi/2).
     dims = ("amplitude", "harmonic")
@@ -181,7 +184,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     variables = {
         "eigenfrequency": ("amplitude", frequency),
         "regime": ("amplitude", regime.astype(np.int8)),
-        "displacement_mean": ("amplitude", coefficients[:, 0]),
+        "displacement_mean": ("amplitude", coefficients[:, 0] + exciter.load),
         "displacement_amplitude": (dims, np.abs(x_amplitudes)),
         "displacement_phase": (dims, x_phases),
         "velocity_mean": ("amplitude", np.zeros(amplitudes.size)),
@@ -189,9 +192,8 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
         "velocity_phase": (dims, np.where(x_amplitudes < 0, -0.5 * np.pi, 0.5 * np.pi)),
         "impact_velocity_max": (("amplitude", "support"), speeds),
     }
-    coords = {
-        "amplitude": amplitudes, "harmonic": order, "support": [1, 2], "l": exciter.l,
-        "delta": exciter.delta,
-    }  # fmt: skip
-    attrs = origin_attrs(WATCHED, "free vibration, tau = 0 at its end towards support 1")
+    used = without_absent({name: getattr(exciter, name) for name in ("l", "delta", "load")})
+    coords = {"amplitude": amplitudes, "harmonic": order, "support": [1, 2], **used}
+    effects = effect_names(Effects(None, None, restitution=None, rest=None), used)
+    attrs = origin_attrs(effects, "free vibration, tau = 0 at its end towards support 1")
     return describe(xr.Dataset(variables, coords, attrs))

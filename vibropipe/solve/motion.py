@@ -47,7 +47,7 @@ def simulate(
     tau_end : float
         End; at least `tau_start`.
     x0 : float, optional
-        Displacement at `tau_start`. The default is the equilibrium or, if the equilibrium lies beyond a support, that
+        Displacement at `tau_start`. The default is the equilibrium, x = load, or, if that lies beyond a support, that
         support. A value within 4 ulps of a support is moved onto it.
     v0 : float
         Velocity at `tau_start`.
@@ -89,8 +89,8 @@ def simulate(
         displacement_end, velocity_end
             State at `tau_end`, after an impact at `tau_end` itself.
         energy_input, energy_damping, energy_impact (support), energy_change, energy_residual
-            With `energy`: work of the force, losses, change of stored energy, and the residual of the balance, which
-            is rounding.
+            With `energy`: work of the force, losses, change of stored energy (of motion, spring and load), and the
+            residual of the balance, which is rounding.
         status
             `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
             support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from
@@ -130,7 +130,7 @@ def simulate(
         v,
         samples_per_period,
         max_impacts,
-        effects=resolve_effects(effects, values, x, v, span, exact=is_exact),
+        effects=resolve_effects(effects, values, x - exciter.load, v, span, exact=is_exact),
         energy=energy,
         progress=progress,
     )

@@ -41,7 +41,7 @@ def to_dataset(
     if "tau" in variables:
         coords["tau"] = variables.pop("tau")
     start = start_text(exciter.parameters()._asdict(), request.x, request.v)
-    attrs = origin_attrs(effect_names(request.effects), start, steps_per_period)
+    attrs = origin_attrs(effect_names(request.effects, vars(exciter)), start, steps_per_period)
     return describe(xr.Dataset(variables, coords, attrs))
 
 
@@ -54,7 +54,9 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
     variables["velocity_end"] = ((), run.end[1])
     variables["status"] = ((), np.int8(run.status))
     if run.energy_terms is not None:
-        terms = balance(run.energy_terms, (request.x, request.v), run.end)
+        # The spring and the load together pull towards the equilibrium.
+        states = [(x - exciter.load, v) for x, v in ((request.x, request.v), run.end)]
+        terms = balance(run.energy_terms, *states)
         variables |= dict(zip(TERMS, terms, strict=True))
     if request.samples_per_period > 0:
         start, end = run.turns

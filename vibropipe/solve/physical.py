@@ -198,7 +198,7 @@ def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
     if match is None:
         return text
     x0, v0 = match[1], match[2]
-    if x0 != "swept":
+    if x0 not in ("swept", "= load"):
         x0 += " m"
     if v0 != "swept":
         velocity = convert("velocity", float(match[3]), numbers)

@@ -16,7 +16,13 @@ import numpy as np
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.orbits.row import row_parameters, sample_row, sample_sections, solve_row_chains
+from vibropipe.orbits.row import (
+    LOAD,
+    row_parameters,
+    sample_row,
+    sample_sections,
+    solve_row_chains,
+)
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
@@ -109,6 +115,21 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
     )
 
 
+def from_equilibrium(states: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Return states (rows, 2) as kernels count them, from the equilibrium at x = load (rows,)."""
+    return states - np.column_stack([load, np.zeros_like(load)]) if load.any() else states
+
+
+def add_load(rows: RowResults, load: np.ndarray) -> None:
+    """Count the displacements of results from x = 0 instead of the equilibrium at x = load (rows,), in place."""
+    if not load.any():
+        return
+    rows.section[:, 0] += load
+    for means in (rows.amplitudes[:, :1], rows.motion[:, 0], rows.poincare[:, 0]):
+        if means.size > 0:
+            means += load[:, None]
+
+
 @jit_nogil
 def solve_piece(
     e: Effects,
@@ -165,10 +186,13 @@ class _Solver:
         if not hasattr(self.of_thread, "buffer"):
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
         out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer)
+        load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
-        solve_piece(self.effects, values, seeds, chain, self.max_periods, self.patience, out)
+        starts = from_equilibrium(seeds, load)
+        solve_piece(self.effects, values, starts, chain, self.max_periods, self.patience, out)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out)
+        add_load(out, load)
         return mask_unsolved(compact_impacts(out))
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:

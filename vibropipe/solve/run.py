@@ -29,6 +29,7 @@ from vibropipe.solve.checks import check_whole, span_in_turns
 from vibropipe.solve.conservative_motion import contacts, positions
 from vibropipe.solve.contacts import Contacts, contacts_of, drain_log
 from vibropipe.solve.energy import work_of_flights, work_of_steps
+from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.words.status import Status
 
 # Contacts in the log of a march, which is emptied when full and at each progress report. Results do not depend on it.
@@ -117,6 +118,8 @@ def run_motion(
     ParameterError
         If the times, or the number of steps or samples, are out of range.
     """
+    if exciter.load != 0.0:
+        return _run_about_equilibrium(exciter, request, grid)
     if not request.energy:
         return _run(exciter, request, grid)
     newmark = None if grid is None or grid.exact is not None else grid
@@ -139,6 +142,17 @@ def run_motion(
         states = np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1])
         energy_terms = work_of_steps(exciter, step_turns, *states, run.contacts)
     return run._replace(energy_terms=energy_terms)
+
+
+def _run_about_equilibrium(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid | None
+) -> MotionResult:
+    """Compute one motion under a constant load."""
+    about = request._replace(x=from_equilibrium(exciter, request.x))
+    run = run_motion(about_equilibrium(exciter), about, grid)
+    xs = displaced(exciter, run.displacement)
+    xs[:1] = request.x
+    return run._replace(displacement=xs, end=(float(displaced(exciter, run.end[0])), run.end[1]))
 
 
 def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> MotionResult:
@@ -176,11 +190,11 @@ def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[...
     callable or None
         f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
     """
-    p = exciter.parameters()
-    if request.effects.watched is None and is_conservative(p, request.x, request.v):
+    p, x = exciter.parameters(), request.x - exciter.load
+    if request.effects.watched is None and is_conservative(p, x, request.v):
         return _conservative
     phase = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
-    return _linear if stays_off_supports(p, request.x, request.v, phase) else None
+    return _linear if stays_off_supports(p, x, request.v, phase) else None
 
 
 def _linear(

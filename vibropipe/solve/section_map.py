@@ -22,6 +22,7 @@ from vibropipe.orbits.basins import (
     section_jacobian,
 )
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
@@ -29,6 +30,7 @@ from vibropipe.solve.rows import (
     NO_IMPACT_BUFFER,
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
+    add_load,
     concatenate_solutions,
     new_rows,
     solve_piece,
@@ -108,23 +110,28 @@ class SectionMap:
     def __init__(self, exciter: Exciter) -> None:
         self.exciter = exciter
         self._parameters = all_effects(exciter.stated()), exciter.parameters()
+        self._equilibrium = np.array([exciter.load, 0.0])
+        self._origin = 0.0 - self._equilibrium
         self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
 
     def jacobian(self, point: np.ndarray, m: int) -> np.ndarray:
         """Return the Jacobian (2, 2) of the m-period return map at a state (2,)."""
-        return np.reshape(_jacobian(*self._parameters, point[0], point[1], m), (2, 2))
+        x, v = point - self._equilibrium
+        return np.reshape(_jacobian(*self._parameters, x, v, m), (2, 2))
 
     def images(self, states: np.ndarray, m: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the images (n, 2) of states under the m-period return map, and their contacts (`map_states`)."""
         images, sequence = np.empty_like(states), np.empty(len(states), np.int64)
-        _map_piece(*self._parameters, np.ascontiguousarray(states), m, images, sequence)
-        return images, sequence
+        starts = np.ascontiguousarray(states - self._equilibrium)
+        _map_piece(*self._parameters, starts, m, images, sequence)
+        return images - self._origin, sequence
 
     def sections(self, start: np.ndarray, n: int, phase: float = 0.0) -> np.ndarray:
         """Return the next n sections of the motion from a start (2,); fewer if its march fails."""
         sections = np.empty((n, 2))
-        written = _record_piece(*self._parameters, start[0], start[1], phase, sections)
-        return sections[:written]
+        x, v = start - self._equilibrium
+        written = _record_piece(*self._parameters, x, v, phase, sections)
+        return sections[:written] - self._origin
 
     def steady_states(self, starts: np.ndarray, max_periods: int) -> RowResults:
         """Return the steady states, without outputs, that motions from starts (n, 2) at the phase 0 settle on."""
@@ -134,7 +141,9 @@ class SectionMap:
         def solve(first: int) -> list[RowResults]:
             part = slice(first, first + ROWS_PIECE)
             rows = new_rows(len(starts[part]), 1, ("stability",), NO_IMPACT_BUFFER)
-            solve_piece(e, parameters[part], starts[part].copy(), 1, max_periods, max_periods, rows)
+            seeds = starts[part] - self._equilibrium
+            solve_piece(e, parameters[part], seeds, 1, max_periods, max_periods, rows)
+            add_load(rows, parameters[part, LOAD])
             return [mask_unsolved(rows)]
 
         pieces = [solve(len(starts)), *self._on_threads(solve, len(starts), ROWS_PIECE)]
@@ -162,7 +171,9 @@ class SectionMap:
             Attractor of each start, and forcing periods marched. Each start is marched by itself, so they do not
             depend on the number of threads.
         """
-        n = len(starts)
+        n, starts = len(starts), starts - self._equilibrium
+        ellipses = ellipses._replace(center=ellipses.center - self._equilibrium)
+        cells = cells._replace(corner=cells.corner - self._equilibrium)
         owner, periods = np.empty(n, np.int64), np.empty(n, np.int64)
 
         def solve(first: int) -> None:

@@ -204,7 +204,7 @@ def solve_blocks(
     values = {**grid.shared, **grid.values}
     farthest = largest_start(values, x0), largest_velocity(values, v0)
     e = resolve_effects(effects, values, *farthest, followed=follow is not None)
-    attrs = origin_attrs(effect_names(e), start_text(values, x0, v0), follow=grid.follow)
+    attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)

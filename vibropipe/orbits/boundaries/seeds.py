@@ -16,6 +16,7 @@ from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
 from vibropipe.orbits.row import row_parameters
+from vibropipe.physics.contact import support_offset
 from vibropipe.physics.linear import linear_amplitude
 from vibropipe.physics.load import TWO_PI
 
@@ -83,7 +84,7 @@ def _begin_linear(
     amplitude = linear_amplitude(p)
     # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
     top = (-cmath.phase(amplitude) / TWO_PI) % 1.0
-    side = 2 if p.delta > 0.0 else 1
+    side = 2 if support_offset(p) > 0.0 else 1
     time = top if side == 1 else top + 0.5
     sequence = Sequence(1, 0, np.zeros(0, np.int8))
     curve = BoundaryCurve(box, GRAZINGS, sequence, Touch(0, side), 1.0)

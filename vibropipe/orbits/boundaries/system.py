@@ -36,7 +36,7 @@ from vibropipe.orbits.branches.steps import (
     fill_tangent,
 )
 from vibropipe.orbits.row import row_parameters
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.linear import steady_at
 from vibropipe.physics.load import forcing_period
@@ -203,7 +203,8 @@ def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
     if n == 0:
         sign = 1.0 if side == 1 else -1.0
         # Without an offset the linear motion touches both supports at once.
-        other = 2.0 * p.l if p.delta == 0.0 else -2.0 * sign * p.delta
+        offset = support_offset(p)
+        other = 2.0 * p.l if offset == 0.0 else -2.0 * sign * offset
         return min(other, sign * support_position(p, side)), 0.0, 3 - side, -1
     gap, time, support, at = 2.0 * p.l, 0.0, 0, -1
     for i in range(n):

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
 from vibropipe.orbits.branches.sequence import Sequence, parameters_at
+from vibropipe.physics.contact import support_offset
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude
 from vibropipe.physics.load import TWO_PI
@@ -24,9 +25,9 @@ def parameters_of(problem: Problem, value: float) -> Parameters:
 
 
 def linear_gap(problem: Problem, value: float) -> float:
-    """Return the least distance of the motion without impacts from a support, l - |delta| - 2 |X|."""
+    """Return the least distance of the motion without impacts from a support, l - |delta - load| - 2 |X|."""
     p = parameters_of(problem, value)
-    return p.l - abs(p.delta) - 2.0 * abs(linear_amplitude(p))
+    return p.l - abs(support_offset(p)) - 2.0 * abs(linear_amplitude(p))
 
 
 def _zero(problem: Problem, inside: float, outside: float) -> float:
@@ -118,14 +119,15 @@ def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | 
     p = parameters_of(problem, value)
     # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
     top = (-cmath.phase(linear_amplitude(p)) / TWO_PI) % 1.0
-    if p.delta != 0.0:
-        support = 1 if p.delta < 0.0 else 2
+    offset = support_offset(p)
+    if offset != 0.0:
+        support = 1 if offset < 0.0 else 2
         supports, times = [support], [top if support == 1 else (top + 0.5) % 1.0]
     elif problem.symmetric:
         supports, times = [1], [top]
     else:
         supports, times = [1, 2], [top, top + 0.5]
-    mirrored = int(problem.symmetric and p.delta == 0.0)
+    mirrored = int(problem.symmetric and offset == 0.0)
     # Impacts will have velocities of the order of the motion's largest one.
     speed = max(2.0 * p.nu * abs(linear_amplitude(p)), p.l)
     sequence = Sequence(1, mirrored, np.array(supports, np.int8))

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
@@ -22,7 +23,6 @@ from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, SweptName
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, required
 from vibropipe.scenes.keys.values import NameRule, NumberRange
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS, STARTS
 
 
@@ -85,7 +85,7 @@ class BasinsScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: which of them occur depends on the start."""
-        return EFFECT_NAMES
+        return all_effect_names(self.resolved_exciter())
 
 
 def _over(scene: BasinsScene) -> Iterator[Problem]:

@@ -90,7 +90,8 @@ class BoundaryScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits within the box may need."""
-        return effect_names(effects_of(self.values(), 0.0, 0.0, math.inf, followed=True))
+        values = self.values()
+        return effect_names(effects_of(values, 0.0, 0.0, math.inf, followed=True), values)
 
 
 def _parameters(scene: BoundaryScene) -> Iterator[Problem]:

@@ -129,7 +129,8 @@ class BranchScene(BaseScene):
         """Return the effects that orbits between the ends may need."""
         values = self.values()
         start = largest_start(values, self.start.x0)
-        return effect_names(effects_of(values, start, self.start.v0, math.inf, followed=True))
+        effects = effects_of(values, start, self.start.v0, math.inf, followed=True)
+        return effect_names(effects, values)
 
 
 def _parameters(scene: BranchScene) -> Iterator[Problem]:

@@ -17,7 +17,7 @@ from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motion
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.outputs import OF_MOTION, OF_STEADY_STATE, Output
 
 
@@ -78,9 +78,8 @@ class EffectsScene(SetOfMotions):
         """Return the effects that the parameters of one motion require."""
         timed, values = self.motions[motion], self.exciter_of(motion)
         span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
-        return effect_names(
-            effects_of(values, largest_start(values, timed.start.x0), timed.start.v0, span)
-        )
+        start = largest_start(values, timed.start.x0), timed.start.v0
+        return effect_names(effects_of(values, *start, span), values)
 
 
 def _timed(scene: EffectsScene) -> Iterator[Problem]:
@@ -91,7 +90,7 @@ def _timed(scene: EffectsScene) -> Iterator[Problem]:
         allowed = f"a motion of this scene ({', '.join(scene.motions)})"
         yield Problem(("full",), repr(scene.full), allowed, did_you_mean(scene.full, scene.motions))
     elif not faults:
-        missing = [name for name in EFFECT_NAMES if name not in scene.effects_of(scene.full)]
+        missing = [name for name in COMMON_EFFECTS if name not in scene.effects_of(scene.full)]
         if missing:
             found = f"a motion without {', '.join(missing)}"
             full: KeyPath = ("motions", scene.full, "exciter")

@@ -11,7 +11,7 @@ from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.measurements import Passed
 
 VERDICTS = {Passed.NOT_PASSED: "missed", Passed.PASSED: "met"}
@@ -108,7 +108,7 @@ def effects_text(names: str) -> str:
     """Write the effects of a motion, 'all' for all of them."""
     if not names:
         return DASH
-    return "all" if set(names.split(", ")) == set(EFFECT_NAMES) else breakable(names)
+    return "all" if set(names.split(", ")) == set(COMMON_EFFECTS) else breakable(names)
 
 
 REPORT = ReportPart(sections, findings=findings)

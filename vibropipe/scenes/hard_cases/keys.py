@@ -12,7 +12,7 @@ from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 
 
 class HardCasesFigure(FigureOptions):
@@ -43,7 +43,7 @@ class HardCasesScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since each occurs in some case."""
-        return EFFECT_NAMES
+        return COMMON_EFFECTS
 
 
 def _cases(scene: HardCasesScene) -> Iterator[Problem]:

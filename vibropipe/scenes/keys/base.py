@@ -170,4 +170,5 @@ def plain(value: Any) -> Any:
 def resolved_start(start: dict[str, Any], values: dict[str, Any]) -> dict[str, Any]:
     """Return a start with x0 = 0 where it is left out and the equilibrium is free in every row."""
     is_equilibrium = start["x0"] is None and largest_start(values, None) == 0.0
-    return {**start, "x0": 0.0} if is_equilibrium else start
+    at_zero = is_equilibrium and not np.any(values.get("load", 0.0))
+    return {**start, "x0": 0.0} if at_zero else start

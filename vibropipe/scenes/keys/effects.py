@@ -51,7 +51,7 @@ class ForcedScene(BaseScene):
         if self.effects is not None:
             return tuple(self.effects)
         arguments, keywords = self.effect_arguments()
-        return effect_names(effects_of(*arguments, **keywords))
+        return effect_names(effects_of(*arguments, **keywords), arguments[0])
 
 
 def check_effects(scene: ForcedScene) -> Iterator[Problem]:

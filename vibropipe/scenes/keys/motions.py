@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
@@ -15,7 +15,6 @@ from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 
 
@@ -56,7 +55,10 @@ class SetOfMotions(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since the motions compare them."""
-        return EFFECT_NAMES
+        exciters = [self.exciter_of(name) for name in self.motions]
+        return all_effect_names(
+            {name: [each.get(name, 0.0) for each in exciters] for name in FURTHER}
+        )
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()

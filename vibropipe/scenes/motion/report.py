@@ -29,7 +29,7 @@ STEADY_CAPTION = (
     "harmonics of displacement, Floquet multipliers."
 )
 STEADY_TITLE, ASYMMETRY_TITLE = "Steady states of the motions", "Effect of each asymmetry"
-ASYMMETRIES = {"delta", "R1", "R2"}
+ASYMMETRIES = {"delta", "R1", "R2", "load", "f2", "phi2", "F2"}
 HARMONICS = 3  # rows of the table
 DIGITS = 4  # significant digits
 
@@ -170,18 +170,22 @@ def comparison(datasets: Datasets) -> dict[str, Any]:
 
 
 def is_symmetric(dataset: xr.Dataset) -> bool:
-    """Return whether the exciter is symmetric: delta = 0 and R1 = R2."""
+    """Return whether the exciter is symmetric: equal supports about the equilibrium, and no second harmonic."""
     values = scalar_parameters(dataset)
-    return values.get("delta") == 0.0 and values.get("R1") == values.get("R2")
+    is_centred = values.get("delta") == 0.0 and not any(values.get(n) for n in ("load", "f2", "F2"))
+    pairs = (("R1", "R2"), ("k1", "k2"), ("C1", "C2"), ("h1", "h2"), ("H1", "H2"))
+    return is_centred and all(values.get(one) == values.get(other) for one, other in pairs)
 
 
 def compare(base: xr.Dataset, other: xr.Dataset) -> str:
     """Write in one sentence how the steady state of another scene differs."""
     values, base_values = scalar_parameters(other), scalar_parameters(base)
     changed = series(
-        f"{PLAIN_SYMBOLS[key]} = {value_text(other[key], value)} instead of {value_text(base[key], base_values[key])}"
-        for key, value in values.items()
-        if value != base_values.get(key)
+        f"{PLAIN_SYMBOLS[key]} = {value_text(array, value)} instead of {value_text(array, before)}"
+        for key in dict.fromkeys((*values, *base_values))
+        for value, before in [(values.get(key, 0.0), base_values.get(key, 0.0))]
+        for array in [other[key] if key in values else base[key]]
+        if value != before
     )
     changes = []
     if int(base["regime"]) != int(other["regime"]):

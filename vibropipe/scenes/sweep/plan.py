@@ -85,7 +85,8 @@ def max_impacts(scene: SweepScene) -> float:
     restitution = np.concatenate([values["R1"], values["R2"]])
     lossy = restitution[(restitution > 0) & (restitution < 1)]
     is_slow = values["nu"].min() < SLOW
-    is_pressed = np.abs(values["delta"]).max() >= values["l"].min()
+    load = np.abs(values.get("load", np.zeros(1))).max()
+    is_pressed = np.abs(values["delta"]).max() + load >= values["l"].min()
     if "rest" not in scene.called_effects() or not lossy.size or not (is_slow or is_pressed):
         return APERIODIC_IMPACTS
     first, last = CHATTER

@@ -97,10 +97,12 @@ def perturbed(
     values = {name: getattr(exciter, name) * (1 + ULP * signs[name]) for name in PARAMETERS}
     if touches:
         # The tolerance of the search for contacts scales with the lengths that occur in a step.
-        lengths = exciter.l + abs(exciter.delta) + abs(exciter.f) / max(1.0, exciter.nu) ** 2
+        offsets = abs(exciter.delta) + abs(exciter.load)
+        lengths = exciter.l + offsets + abs(exciter.f) / max(1.0, exciter.nu) ** 2
         values["l"] = exciter.l + 8 * GRAZING_TOLERANCE * lengths * (-1) ** copy
-    if abs(exciter.delta) == exciter.l:
-        values["delta"] = math.copysign(values["l"], exciter.delta)
+    offset = exciter.delta - exciter.load
+    if abs(offset) == exciter.l:
+        values["delta"] = values["load"] + math.copysign(values["l"], offset)
     for name in ("R1", "R2"):
         values[name] = 1.0 if getattr(exciter, name) == 1.0 else min(values[name], 1.0)
     other = Exciter(**values)
@@ -117,6 +119,7 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     """Return the least error of each quantity: some roundings of its scale, and its change over one rounding of tau."""
     scales = motion_scales(exciter, request, variables)
     max_acceleration = scales.displacement + exciter.h * scales.velocity + abs(exciter.f)
+    max_acceleration += abs(exciter.load)
     tau_error = ULP * request.tau_end
     x = 4 * ULP * scales.displacement + tau_error * scales.velocity
     v = 4 * ULP * scales.velocity + tau_error * max_acceleration

@@ -36,9 +36,12 @@ def perturbed_rows(parameters: np.ndarray) -> np.ndarray:
         perturbed[:, column] = np.where(
             parameters[:, column] == 1, 1.0, np.minimum(perturbed[:, column], 1)
         )
-    delta, half = Parameters._fields.index("delta"), Parameters._fields.index("l")
-    tied = np.abs(parameters[:, delta]) == parameters[:, half]
-    perturbed[tied, delta] = np.copysign(perturbed[tied, half], parameters[tied, delta])
+    delta, half, load = (Parameters._fields.index(name) for name in ("delta", "l", "load"))
+    offset = parameters[:, delta] - parameters[:, load]
+    tied = np.abs(offset) == parameters[:, half]
+    perturbed[tied, delta] = perturbed[tied, load] + np.copysign(
+        perturbed[tied, half], offset[tied]
+    )
     return perturbed
 
 

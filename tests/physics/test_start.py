@@ -8,9 +8,9 @@ import yaml
 
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
-from vibropipe.words.parameters import PARAMETERS
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import parse_study
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 
 BEYOND = {"l": 0.5, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}

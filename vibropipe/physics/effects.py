@@ -64,7 +64,9 @@ def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> t
     Effects without machine code of their own (`BY_PARAMETER`) are present where the parameters `values` have them.
     """
     watched = effects.watched or 0
-    of_parameters = {name for name, key in BY_PARAMETER.items() if np.any((values or {}).get(key, 0.0))}
+    of_parameters = {
+        name for name, key in BY_PARAMETER.items() if np.any((values or {}).get(key, 0.0))
+    }
     return tuple(
         name
         for name in EFFECT_NAMES

@@ -21,7 +21,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load import sincos_tables
 from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion import check_steps
-from vibropipe.solve.rows import from_equilibrium
+from vibropipe.solve.rows import columns_of, from_equilibrium
 from vibropipe.words.parameters import FURTHER
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe
@@ -98,7 +98,7 @@ def simulate_rows(
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
     turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
-    all_effects(dict(zip(Parameters._fields, parameters.T, strict=True)))
+    all_effects(columns_of(parameters))
     columns = march_rows(parameters, starts, turns, steps, max_impacts)
     variables = {name: (_dim_of(name), values) for name, values in columns.items()}
     coords = {

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.physics.effects import ALL_EFFECTS, effect_names
+from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.solve.attractor_families import Families
 from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import shares, states_at_section
 from vibropipe.solve.label import Variables, coordinates, label_rows
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.rows import solve_rows
+from vibropipe.solve.rows import columns_of, solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -97,7 +97,7 @@ def shares_dataset(
         key: ((name, "attractor_id", *dims[1:]) if dims[0] == "row" else dims, array)
         for key, (dims, array) in variables.items()
     }
-    attrs = origin_attrs(effect_names(ALL_EFFECTS), start)
+    attrs = origin_attrs(all_effect_names({**first, name: values}), start)
     plain = {key: entry for key, entry in labelled.items() if "visit" not in entry[0]}
     dataset = xr.Dataset(labelled | coords, coordinates(plain, harmonics), attrs)
     dataset = describe(dataset.set_coords([*coords, f"bifurcation_{name}"]))
@@ -152,6 +152,7 @@ def _solve(parameters: np.ndarray, states: np.ndarray, harmonics: int) -> RowRes
         lambda first, stop: [parameters[first:stop]],
         lambda first, stop: (states[first:stop, 0], states[first:stop, 1]),
         1, MAX_PERIODS, MAX_PERIODS, harmonics, OF_STEADY_STATE,
+        effects=all_effects(columns_of(parameters)),
     )  # fmt: skip
     return rows
 

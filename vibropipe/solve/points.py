@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.named import Named
-from vibropipe.solve.rows import Start, solve_rows
+from vibropipe.solve.rows import Start, columns_of, solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.parameters import PARAMETERS
@@ -101,7 +102,8 @@ def solve_points(
         return x0, v0
 
     solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress
-    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver)) as blocks:
+    effects = all_effects(columns_of(parameters))
+    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver, effects)) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
             parts.append(label_rows(solved, parameters[begin:stop]))

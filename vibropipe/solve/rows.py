@@ -115,6 +115,11 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
     )
 
 
+def columns_of(parameters: np.ndarray) -> dict[str, np.ndarray]:
+    """Return parameters (rows, parameters) by name, as `physics.effects` takes them."""
+    return dict(zip(Parameters._fields, parameters.T, strict=True))
+
+
 def from_equilibrium(states: np.ndarray, load: np.ndarray) -> np.ndarray:
     """Return states (rows, 2) as kernels count them, from the equilibrium at x = load (rows,)."""
     return states - np.column_stack([load, np.zeros_like(load)]) if load.any() else states

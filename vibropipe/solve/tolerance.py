@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.attractors import shares
@@ -17,7 +18,6 @@ from vibropipe.solve.label import Variables
 from vibropipe.solve.named import Named, labels, named
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.vocabulary import describe, quantity
 
@@ -122,7 +122,7 @@ def tolerance(
     if not point.is_stable[0]:
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
-    attrs = origin_attrs(EFFECT_NAMES, f"x0 = {x0 or 0.0:g}, v0 = {v0:g}")
+    attrs = origin_attrs(all_effect_names(vars(exciter)), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}")
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     spread = spread_variables(base, point, sigma, samples, reach, harmonics, from_start)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())

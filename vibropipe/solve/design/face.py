@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.solve import tolerance as spread
 from vibropipe.solve.checks import check_whole
@@ -27,9 +28,9 @@ from vibropipe.solve.design.search import (
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
+from vibropipe.solve.rows import columns_of
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
@@ -193,7 +194,10 @@ def design_dataset(
     start = problem.x0, problem.v0
     points = solve_points(parameters, start, spread.OUTPUTS, harmonics)
     start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
-    attrs = {**origin_attrs(EFFECT_NAMES, start_words), **problem.goals.texts}
+    attrs = {
+        **origin_attrs(all_effect_names(columns_of(parameters)), start_words),
+        **problem.goals.texts,
+    }
     attrs["vary"] = " ".join(problem.vary)
     dataset = points_dataset(points, "design", harmonics, attrs, list(problem.vary))
     misses = problem.misses(np.array([candidate.values for candidate in designs]))

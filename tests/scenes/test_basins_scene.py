@@ -13,8 +13,10 @@ from vibropipe.figures.style import house_style
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
-from vibropipe.scenes.basins.text import describe_basins, sections
+from vibropipe.scenes.basins.text import describe_basins, findings, sections
+from vibropipe.scenes.registry import kinds
 from vibropipe.study import StudyError, load_study
+from vibropipe.words.bifurcations import Bifurcation
 
 STUDY = """
 title: Starts
@@ -118,3 +120,92 @@ def test_table_lists_every_attractor(dataset):
     assert [row[2] for row in table["rows"]] == ["two-sided", "no impact", "one-sided, support 2"]
     assert [row[3] for row in table["rows"]] == ["1", "1", "3"]
     assert table["rows"][1][6] == "–"
+
+
+OVER = """
+title: Shares
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 60 N}
+exciter: {R1: 0.7, R2: 0.7}
+scenes:
+  shares:
+    kind: basins
+    over:
+      omega: {start: 80 rad/s, stop: 140 rad/s, points: 4}
+      x0: {start: -8 mm, stop: 8 mm, points: 8}
+      v0: {start: -1 m/s, stop: 1 m/s, points: 9}
+    starts: 32
+    figure: {pictures: [shares, maps], branches: laws}
+  laws: {kind: branch, along: {omega: {from: 81 rad/s, to: [80 rad/s, 140 rad/s]}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def over_omega(tmp_path_factory):
+    """Return a study of shares over a frequency in rad/s, and its datasets."""
+    path = tmp_path_factory.mktemp("shares") / "shares.yaml"
+    path.write_text(OVER)
+    study = load_study(path)
+    kind = kinds()
+    return study, {name: kind[scene.kind].solve(scene) for name, scene in study.scenes.items()}
+
+
+def test_shares_over_a_parameter_with_units(over_omega):
+    study, datasets = over_omega
+    data = datasets["shares"]
+    assert data["attractor"].dims == ("omega", "x0", "v0")
+    assert (data.omega.values[0], data.omega.attrs["units"]) == (80.0, "rad s-1")
+    with house_style():
+        figure = draw("basins", data, study.scenes["shares"].figure, datasets)
+        shown = words(figure)
+    assert "two-sided" in shown
+    assert "unstable orbit" in shown
+    assert "rad/s" in shown
+    (section,) = sections({"shares": data})
+    rows = section.tables[0].as_data()["rows"]
+    # The motion with impacts vanishes at the fold of its branch, the other one downwards at the grazing.
+    branches = datasets["laws"]
+    places = dict(
+        zip(branches.bifurcation_kind.values, branches.bifurcation_omega.values, strict=True)
+    )
+    assert rows[0][3].startswith(f"{places[Bifurcation.FOLD]:.4g} rad/s")
+    assert rows[1][2].startswith(f"{places[Bifurcation.GRAZING]:.4g} rad/s")
+    (finding,) = findings({"shares": data})
+    assert "vanishes at" in finding.texts[1]
+    table = vp.table(data)
+    assert len(table) == int(data.basin_share.count())
+    assert len(vp.table(data, impacts=True)) == data.sizes["impact"]
+
+
+def test_pictures_of_a_parameter_are_drawn(over_omega):
+    study, datasets = over_omega
+    scene = study.scenes["shares"]
+    for picture in kinds()["basins"].pictures_of(datasets["shares"], scene.figure.chosen()):
+        with house_style():
+            figure = picture.draw(datasets["shares"], scene.figure, datasets)
+        assert figure.legends
+        assert "attractor" in picture.describe(datasets["shares"], scene.figure, datasets).lower()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "must"),
+    [
+        ("x0: {start: -8 mm, stop: 8 mm, points: 8}", "", "over.x0: is required"),
+        ("R1: 0.7", "R1: 0.7, delta: 2 mm", "delta"),
+        ("branches: laws", "branches: shares", "figure.branches: must be a branch scene along"),
+        ("[shares, maps]", "[basins]", "figure.pictures: must be chosen without a parameter"),
+        ("pictures: [shares, maps]", "show: [attractor]", "figure.show: must be left out"),
+        ("v0: {", "R1: [0.5, 0.6]\n      v0: {", "at most one parameter"),
+    ],
+)
+def test_bad_keys_over_a_parameter_are_refused(tmp_path, old, new, must):
+    path = tmp_path / "shares.yaml"
+    path.write_text(OVER.replace(old, new))
+    with pytest.raises(StudyError, match=must):
+        load_study(path)
+
+
+def test_lines_are_told_only_where_they_are_drawn(dataset):
+    with_lines = dataset.assign(border=dataset.border * 0)
+    crowded = dataset.assign(border=dataset.border * 0 + 1)
+    assert "lines separate basins" in describe_basins(with_lines)
+    assert "lines separate basins" not in describe_basins(crowded)

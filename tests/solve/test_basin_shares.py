@@ -113,6 +113,15 @@ def test_threads_and_the_order_of_values_change_nothing():
     assert datasets[0].identical(datasets[1])
 
 
+def test_another_process_of_dask_finds_the_same():
+    delayed = pytest.importorskip("dask").delayed
+    arguments = {"starts": 64, "over": {"nu": [1.7, 1.9]}}
+    there = delayed(vp.basins)(PAPER, *STARTS, **arguments)
+    assert there.compute(scheduler="processes", num_workers=1).identical(
+        vp.basins(PAPER, *STARTS, **arguments)
+    )
+
+
 def test_a_parameter_that_moves_the_supports():
     over = {"delta": [-0.1, 0.0, 0.1]}
     starts = np.linspace(-0.4, 0.4, 8), np.linspace(-2, 2, 8)

@@ -16,7 +16,8 @@ from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, physical_name
 from vibropipe.words.wording import count, series
 
-GRID_OF = ("regime", "velocity_over_l")  # variables whose dimensions are the grids of a scene
+# Variables whose dimensions are the grids of a scene.
+GRID_OF = ("periods_to_attractor", "regime", "velocity_over_l")
 PHYSICAL = {name: physical_name(name) for name in PARAMETERS if physical_name(name) != name}
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "free_period", "amplitude")
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # States at the section stored for each attractor at each value.
-VISITS = 64
+VISITS = 128
 
 
 class _Member(NamedTuple):

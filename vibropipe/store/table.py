@@ -29,6 +29,8 @@ COMPONENTS = (
     "side",
 )
 # Dimensions whose length differs from row to row, or that list events.
+# States at the section of an attractor fill more columns than a table is read with.
+MAX_COMPONENTS = 64
 RAGGED = ("impact", "rest", "grazing", "orbit_impact")
 
 
@@ -50,8 +52,9 @@ def table(
         A row for each point of the grid (of a motion: for each sample), the swept parameters first, then those that
         are the same in every row, then the quantities. Codes such as regimes stand by their names. A quantity over
         support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a complex one has
-        two, `_re` and `_im`. Samples of the orbits of a sweep are left out. With `impacts`, a row for each impact, at
-        its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
+        two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts, the states at the
+        section, and attractors at values of the parameter where they are not. With `impacts`, a row for each impact,
+        at its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
 
     Raises
     ------
@@ -71,6 +74,8 @@ def table(
     frame = pd.DataFrame(
         {name: np.broadcast_to(values, (length,)) for name, values in columns.items()}
     )
+    if "basin_share" in frame:  # over a parameter, an attractor is not everywhere
+        frame = frame[frame["basin_share"].notna()].reset_index(drop=True)
     if is_physical(dataset):
         frame.attrs["units"] = {name: _units(dataset, name) for name in columns}
     return frame
@@ -112,7 +117,7 @@ def _point_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str
     for name in _ordered(dataset, grid):
         values = dataset[name].variable
         inner = [dim for dim in values.dims if dim not in grid]
-        if any(dim not in COMPONENTS for dim in inner):
+        if any(dim not in COMPONENTS or dataset.sizes[dim] > MAX_COMPONENTS for dim in inner):
             continue  # events, or another grid: not one value a row
         if not values.dims:
             columns += _named(name, values)

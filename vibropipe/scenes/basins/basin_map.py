@@ -92,6 +92,8 @@ def draw_attractor_map(
     write_numbers(ax, dataset, attractor)
     if float(dataset["start_phase"]) == 0.0:
         draw_attractors(ax, dataset)
+        if "border_orbit" not in dataset.dims:
+            return
         points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
         for style in CROSSES:
             ax.plot(*points, **style)

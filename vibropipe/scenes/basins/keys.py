@@ -27,7 +27,15 @@ from vibropipe.words.parameters import PARAMETERS, STARTS
 
 
 class BasinsFigure(FigureOptions):
-    """Options of the picture of basins."""
+    """Options of the pictures of basins."""
+
+    pictures: Annotated[list[Literal["basins", "shares", "maps"]], AfterValidator(each_once)] = (
+        Field(
+            default=[],
+            description="Pictures: the map of the starts (`basins`); with a parameter in `over` the shares over it, or "
+            "maps at up to six of its values (default: basins or shares, as fits).",
+        )
+    )
 
     show: Annotated[
         list[Literal["attractor", "periods_to_attractor"]], AfterValidator(each_once)
@@ -39,6 +47,9 @@ class BasinsFigure(FigureOptions):
         default=None,
         description="Scene of kind `branch` along the parameter in `over`, drawn under the amplitudes.",
     )
+
+    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
+        return tuple(self.pictures)
 
 
 class BasinsScene(BaseScene):
@@ -124,6 +135,14 @@ def _figure(scene: BasinsScene) -> Iterator[Problem]:
     if scene.swept and scene.figure.show:
         must = f"must be left out, since shares over {scene.swept} are drawn"
         yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
+    fits = {"shares", "maps"} if scene.swept else {"basins"}
+    for name in scene.figure.pictures:
+        if name not in fits:
+            without = (
+                "without a parameter in `over`" if scene.swept else "with a parameter in `over`"
+            )
+            must = f"must be chosen {without}"
+            yield Problem(("figure", "pictures"), repr(name), must=must)
     if not scene.swept and scene.figure.branches is not None:
         must = "must be left out unless `over` has a parameter"
         yield Problem(("figure", "branches"), repr(scene.figure.branches), must=must)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from vibropipe.figures.style import BLACK, GREY, SMALL_FONT_SIZE, legend, new_figure
+from vibropipe.figures.style import BLACK, GREY, LINE_MARKERS, SMALL_FONT_SIZE, legend, new_figure
 from vibropipe.figures.text import ORDINALS, axis_label, parameter_line, symbol_of, with_units
 from vibropipe.scenes.basins.basin_map import COLOURS
 from vibropipe.scenes.basins.laws import changes_of, laws_text, swept_name
@@ -24,7 +24,6 @@ HEIGHT_CM, LEGEND_CM = 13.0, 0.5
 MAX_LISTED = 10
 # Share of the height and of the values that a band needs for its number.
 LEAST_HEIGHT = 0.07
-MARKERS = "osD^vPX*"
 # Marks of an attractor along its curve.
 MARKS = 6
 CHANGE_STYLE: dict[str, Any] = {
@@ -78,7 +77,7 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
 def style_of(index: int) -> dict[str, Any]:
     """Return the marks of an attractor: they differ in grey as well."""
     return {
-        "marker": MARKERS[index % len(MARKERS)], "markersize": 4.5, "markeredgecolor": BLACK,
+        "marker": LINE_MARKERS[index % len(LINE_MARKERS)], "markersize": 4.5, "markeredgecolor": BLACK,
         "markeredgewidth": 0.6, "markerfacecolor": COLOURS[index % len(COLOURS)], "color": BLACK,
     }  # fmt: skip
 
@@ -159,17 +158,20 @@ def write_number(
     ax.text(values[at], 0.5 * (bottom + top)[at], str(index), **style)
 
 
-def handles_of(dataset: xr.Dataset, branches: xr.Dataset | None) -> list[Artist]:
-    """Return legend entries: the attractors with the largest shares, and the lines of branches."""
+def handles_of(
+    dataset: xr.Dataset, branches: xr.Dataset | None, shown: np.ndarray | None = None
+) -> list[Artist]:
+    """Return legend entries: of the attractors (or those of `shown`) the largest, and the lines of branches."""
     mean = dataset["basin_share"].fillna(0.0).mean(str(swept_name(dataset))).values
-    listed = np.sort(np.argsort(-mean, kind="stable")[:MAX_LISTED])
+    own = np.arange(mean.size) if shown is None else shown
+    listed = np.sort(own[np.argsort(-mean[own], kind="stable")[:MAX_LISTED]])
     handles: list[Artist] = []
     for index in listed.tolist():
         laws = laws_text(dataset, index).replace("m = ", "$m$ = ")
         style = {**style_of(index), "markersize": 7.0, "linestyle": "none"}
         handles.append(Line2D([], [], label=f"{index}: {laws}", **style))
-    if len(listed) < mean.size:
-        text = f"{mean.size - len(listed)} more with smaller shares"
+    if listed.size < own.size:
+        text = f"{own.size - listed.size} more with smaller shares"
         handles.append(Patch(facecolor="none", edgecolor="none", label=text))
     if branches is not None:
         handles.append(Line2D([], [], linewidth=3.0, alpha=0.5, label="stable orbit", color=GREY))

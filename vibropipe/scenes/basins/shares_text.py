@@ -38,6 +38,18 @@ def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> 
     )
 
 
+def describe_share_maps(dataset: xr.Dataset) -> str:
+    """Return the caption of the maps at some values of the parameter."""
+    axis = dataset[swept_name(dataset)]
+    phase = float(dataset["start_phase"])
+    started = f"The motions start at {format_number(phase)} of a forcing period" if phase else ""
+    return sentences(
+        f"Attractor that the motion from each start settles on, at some values of {symbol_text(axis)}",
+        started or "Markers show the states of the attractors at the section",
+        missing_text(dataset),
+    )
+
+
 def missing_text(dataset: xr.Dataset) -> str:
     """Write the share of starts for which no attractor was found."""
     none = float((dataset["attractor"] < 0).mean())

@@ -89,6 +89,17 @@ def test_an_attractor_keeps_its_number_through_a_cascade():
     assert multiples[1:] == [4, 2, 1]
 
 
+def test_mirrored_attractors_merge_at_the_pitchforks_of_the_branch():
+    start = vp.Exciter(**{**vars(PAPER), "nu": 1.0})
+    pitchforks = np.unique(vp.branch(start, "nu", (0.9, 1.6)).bifurcation_nu.values.round(9))
+    over = {"nu": np.linspace(1.0, 1.5, 6)}
+    basins = vp.basins(PAPER, *STARTS, starts=64, over=over)
+    assert basins.attractor_change.values.tolist() == [1, 0]
+    assert (basins.changed_attractor == basins.changed_attractor[0]).all()
+    for value in basins.bifurcation_nu.values:
+        assert np.abs(pitchforks - value).min() < 2e-3 * 0.1
+
+
 def test_an_impact_that_passes_the_section_is_no_jump():
     """At 3.64 an impact is at the phase of the section, where the velocity changes its sign."""
     exciters = [vp.Exciter(**{**vars(PAPER), "nu": nu}) for nu in (3.63, 3.645)]
@@ -113,6 +124,7 @@ def test_threads_and_the_order_of_values_change_nothing():
     assert datasets[0].identical(datasets[1])
 
 
+@pytest.mark.slow
 def test_another_process_of_dask_finds_the_same():
     delayed = pytest.importorskip("dask").delayed
     arguments = {"starts": 64, "over": {"nu": [1.7, 1.9]}}

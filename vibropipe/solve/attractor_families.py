@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.attractor_set import AttractorSet
+from vibropipe.solve.attractor_set import SAME_ORBIT, AttractorSet
 from vibropipe.solve.section_map import SectionMap
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.words.regimes import Regime
@@ -186,33 +186,52 @@ def _number(
             if numbers[k][index] < 0:
                 numbers[k][index], n_families = n_families, n_families + 1
         if k:
-            changes += _changes(numbers[k - 1], numbers[k], links, k, _middle(sets, k, name))
+            changes += _changes(sets, numbers, links, k, name)
     return Families(numbers, changes)
 
 
-def _middle(sets: Sequence[AttractorSet], k: int, name: str) -> float:
-    """Return the middle of two values, where attractors without a jump are said to part or to merge."""
-    before, after = (getattr(each.section.exciter, name) for each in (sets[k - 1], sets[k]))
-    return float(0.5 * (before + after))
-
-
 def _changes(
-    before: np.ndarray,
-    after: np.ndarray,
+    sets: Sequence[AttractorSet],
+    numbers: Sequence[np.ndarray],
     links: dict[tuple[int, int, int], Link],
     k: int,
-    middle: float,
+    name: str,
 ) -> list[Change]:
-    """Return what vanishes and appears between the values k - 1 and k, from the numbers there."""
+    """Return what vanishes and appears between the values k - 1 and k."""
     changes = []
-    ends = ((False, before, after, k - 1, 1), (True, after, before, k, -1))
-    for appears, own, others, at, way in ends:
+    for appears, at, way in ((False, k - 1, 1), (True, k, -1)):
+        own, others = numbers[at], numbers[at + way]
         for index in np.flatnonzero(~np.isin(own, others)).tolist():
             link = links[at, index, way]
             other = int(others[link.target]) if link.target >= 0 else -1
-            value = middle if link.jump is None else float(link.jump)
+            value = link.jump
+            if value is None:  # it merges with the one that goes on
+                rival = np.flatnonzero(own == other).tolist()
+                value = _merges(sets[at], [index, *rival], sets[at + way].section.exciter, name)
             changes.append(Change(appears, value, int(own[index]), other))
     return sorted(changes, key=lambda change: change.value)
+
+
+def _merges(found: AttractorSet, indices: list[int], end: Exciter, name: str) -> float:
+    """Return where two attractors become one on the way to other parameters, by bisection."""
+    exciter = found.section.exciter
+    apart, together = getattr(exciter, name), getattr(end, name)
+    least = LEAST_STEP * abs(together - apart)
+    states = [_states(found, index) for index in indices]
+    while abs(together - apart) > least and len(states) == 2:
+        middle = 0.5 * (apart + together)
+        one, other = (_settled(replace(exciter, **{name: middle}), each[0]) for each in states)
+        if one is None or other is None or _is_one(one, other, found.section):
+            together = middle
+        else:
+            apart, states = middle, [one, other]
+    return float(0.5 * (apart + together))
+
+
+def _is_one(states: np.ndarray, others: np.ndarray, section: SectionMap) -> bool:
+    """Return whether the states of two attractors are those of one."""
+    limit = CONTINUOUS if max(len(states), len(others)) == STATES else SAME_ORBIT
+    return distance(states, others, section) <= limit
 
 
 def _matched(

@@ -90,8 +90,8 @@ def basins(
         and its regime is unresolved. Borders have no orbits then, but there is, over `bifurcation`,
 
         bifurcation_<parameter>
-            Value at which an attractor appears or vanishes: where it jumps, to 1/1000 of the distance of two values;
-            half-way between two values where two attractors merge.
+            Value at which an attractor appears or vanishes, where it jumps or two merge: to 1/1000 of the distance of
+            two values.
         attractor_change, changed_attractor
             appears or vanishes, with increasing parameter; and its `attractor_id`.
         other_attractor

@@ -292,6 +292,13 @@ def view(
         typer.Argument(metavar="RESULTS", help="A study's folder, a .nc file of it, or a study."),
     ],
     folder: ResultsFolder = Path("results"),
+    scene: Annotated[
+        str | None, typer.Option("--scene", metavar="S", help="Scene to begin with.")
+    ] = None,
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", metavar="F", help="Write a sweep as one page, F.html, and end."),
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, metavar="N", help="Port; 0 is a free one.")
     ] = 0,
@@ -305,7 +312,13 @@ def view(
     check_installed()
     from vibropipe.view.results import open_results
 
-    opened = open_results(results, folder)
+    opened = open_results(results, folder, scene)
+    if save is not None:
+        from vibropipe.view.save import save_page
+
+        save_page(opened, save)
+        typer.echo(save)
+        return
     from vibropipe.view.server import serve
 
     serve(

@@ -22,7 +22,8 @@ from vibropipe.scenes.sweep.quantities import SIGNED, Series
 from vibropipe.scenes.sweep.regime_map import HIGHEST_SHARE
 from vibropipe.view.plane import Plane
 
-WIDTH, HEIGHT = 560, 390
+# Of the frame of the map, which the slices share, and of what is left of it.
+FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 320, 70
 NO_VALUE = "#FFFFFF"
 # Cells of a side of the image of an irregular grid.
 FINE = 800
@@ -44,6 +45,17 @@ def even_cells(values: NDArray[np.float64]) -> NDArray[np.intp]:
     n = max(FINE, values.size)
     centres = edges[0] + (np.arange(n) + 0.5) * (edges[-1] - edges[0]) / n
     return np.clip(np.searchsorted(edges, centres) - 1, 0, values.size - 1)
+
+
+def limits_of(name: str, values: NDArray) -> tuple[float, float]:
+    """Return the ends of the colour scale of a quantity: from 0 unless it has both signs, less the largest values."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return 0.0, 1.0
+    is_signed = name in SIGNED or bool((finite < 0).any())
+    low = float(np.quantile(finite, 1 - HIGHEST_SHARE)) if is_signed else 0.0
+    high = float(np.quantile(finite, HIGHEST_SHARE))
+    return low, high if high > low else low + 1.0
 
 
 class MapPanel:
@@ -77,7 +89,8 @@ class MapPanel:
         self.words = ColumnDataSource({"x": [], "y": [], "text": []})
         self.regions = ColumnDataSource({"text": []})
         self.figure = figure(
-            width=WIDTH, height=HEIGHT, x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
+            frame_width=FRAME_WIDTH, frame_height=FRAME_HEIGHT,
+            min_border_left=LEFT_BORDER, x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
             x_axis_type=scale_of(x), y_axis_type=scale_of(y), tools="pan,wheel_zoom,box_zoom,reset,save",
             active_drag=None, active_scroll="wheel_zoom", y_axis_label=plane.labels[1],
             output_backend="webgl", toolbar_location="above", name="map",
@@ -132,13 +145,8 @@ class MapPanel:
 
     def _show_values(self, series: Series) -> None:
         values = self.plane.field(series)
-        finite = values[np.isfinite(values)]
-        low, high = 0.0, 1.0
-        if finite.size:
-            is_signed = series.name in SIGNED or bool((finite < 0).any())
-            low = float(np.quantile(finite, 1 - HIGHEST_SHARE)) if is_signed else 0.0
-            high = float(np.quantile(finite, HIGHEST_SHARE))
-        self.mapper.update(palette=cividis(256), low=low, high=high if high > low else low + 1.0)
+        low, high = limits_of(series.name, values)
+        self.mapper.update(palette=cividis(256), low=low, high=high)
         self.bar.visible = True
         self.regions.data = {"text": []}
         self.words.data = {"x": [], "y": [], "text": []}

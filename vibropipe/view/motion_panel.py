@@ -17,6 +17,10 @@ from vibropipe.view.words import label_of
 CURVE, JUMPS = ("time", "x", "v"), ("time", "x", "before", "after", "colour")
 SECTION = ("x", "v")
 MARGIN = 0.12
+WALL = {
+    "fill_color": "#D8D8D8", "fill_alpha": 0.6, "hatch_pattern": "/", "hatch_color": "#808080",
+    "hatch_alpha": 0.7, "line_color": "#7F7F7F", "level": "underlay",
+}  # fmt: skip
 # Stored motion, ghost, pinned motion: colour, dashes, width.
 STYLES = {
     "ghost": ("#9A9A9A", "solid", 2.5),
@@ -85,15 +89,18 @@ class MotionPanel:
         )
         for panel, x, y in ((self.curves, "time", "x"), (self.portrait, "x", "v")):
             panel.scatter(x, y, size=10, color="#E69F00", line_color="black", source=self.dot)
-        look = {"fill_color": "#D8D8D8", "fill_alpha": 0.6, "hatch_pattern": "/", "hatch_color": "#808080",
-                "hatch_alpha": 0.7, "line_color": "#7F7F7F", "level": "underlay"}  # fmt: skip
         self.walls = {
-            1: (BoxAnnotation(**look), BoxAnnotation(**look)),
-            2: (BoxAnnotation(**look), BoxAnnotation(**look)),
+            1: (BoxAnnotation(**WALL), BoxAnnotation(**WALL)),
+            2: (BoxAnnotation(**WALL), BoxAnnotation(**WALL)),
         }
         for level, upright in self.walls.values():
             self.curves.add_layout(level)
             self.portrait.add_layout(upright)
+
+    @property
+    def boxes(self) -> list[BoxAnnotation]:
+        """What is beyond the supports: of the curves, then of the portrait, support 1 first."""
+        return [self.walls[support][n] for n in (0, 1) for support in (1, 2)]
 
     def show(self, motion: Motion | None, name: str = "motion") -> None:
         """Show a motion under one of the names of STYLES; None clears it."""
@@ -125,6 +132,7 @@ class MotionPanel:
         self.x_range.update(start=low - margin, end=high + margin)
         for support, (level, upright) in self.walls.items():
             at = motion.walls[support]
-            ends = (at, None) if support == 1 else (None, at)
-            level.update(bottom=ends[0], top=ends[1])
-            upright.update(left=ends[0], right=ends[1])
+            if support == 1:
+                level.bottom = upright.left = at
+            else:
+                level.top = upright.right = at

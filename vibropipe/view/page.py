@@ -3,36 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from functools import partial
 from typing import Any
+from urllib.parse import urlencode
 
+import xarray as xr
 from bokeh.events import DocumentReady, Pan, Tap
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, CustomJS, Div, InlineStyleSheet, Select, Span
+from bokeh.models import ColumnDataSource, CustomJS, Select, Span
 from bokeh.plotting import figure
 
-from vibropipe.scenes.sweep.quantities import DIRECTION, Series
+from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.border import Borders
 from vibropipe.view.map_panel import MapPanel
-from vibropipe.view.motion_panel import MotionPanel
-from vibropipe.view.numbers import law_text, lines_of, momentum_lines, table_html
+from vibropipe.view.overlays import Overlays, starts_on_map
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import Motion, motion_of
+from vibropipe.view.point import PointPanel, values_at
 from vibropipe.view.results import Results
-from vibropipe.view.slices import Slice
-from vibropipe.view.words import html, number, symbol
+from vibropipe.view.scripts import script
+from vibropipe.view.slices import Slice, shown_series
+from vibropipe.view.what_if import Background, in_thread, solve_anew
+from vibropipe.view.words import number, symbol
 
 REGIONS = "regimes and laws of motion"
-NUMBERS_CSS = """
-.numbers {border-collapse: collapse; font-size: 11px} .numbers td {padding: 0 6px 0 0; vertical-align: top}
-.law {font-size: 13px; margin: 0 0 4px 0}
-"""
 Later = Callable[[Callable[[], None]], Any]
-
-
-def script(name: str, **arguments: Any) -> CustomJS:
-    """Return a script of this folder as a callback."""
-    return CustomJS(args=arguments, code=Path(__file__).with_name(name).read_text(encoding="utf-8"))
 
 
 def at_once(work: Callable[[], None]) -> None:
@@ -50,31 +44,34 @@ class Page:
         Takes work to do after the events that wait, so that a fast mouse costs one answer.
     chosen : mapping of str to str
         Scene and point to begin with: `scene`, and a number by the name of each dimension.
+    background : callable
+        Takes work to do beside the page: a map that is solved anew.
     """
 
     def __init__(
-        self, results: Results, later: Later = at_once, chosen: Mapping[str, str] | None = None
+        self,
+        results: Results,
+        later: Later = at_once,
+        chosen: Mapping[str, str] | None = None,
+        background: Background = in_thread,
     ) -> None:
-        self.results, self._later = results, later
+        self.datasets, self._later, self._background = dict(results.datasets), later, background
         self._is_waiting = self._is_opening = False
         self.upright = Span(dimension="height", line_color="#CC0000", line_width=1.5)
         self.across = Span(dimension="width", line_color="#CC0000", line_width=1.5)
         self.x_axis, self.y_axis = ColumnDataSource({"at": []}), ColumnDataSource({"at": []})
-        self.motion_panel = MotionPanel()
-        self.motion: Motion | None = None
-        sheet = InlineStyleSheet(css=NUMBERS_CSS)
-        self.numbers = Div(width=280, height=255, disable_math=True, stylesheets=[sheet], name="numbers",
-                           styles={"overflow-y": "auto"})  # fmt: skip
-        self.law = Div(width=560, height=52, disable_math=True, stylesheets=[sheet], name="law")
+        self.point = PointPanel(self.solve_map)
         names = results.explorable
-        self.scene = Select(title="scene", options=names, value=names[0], width=180, name="scene")
-        self.quantity = Select(title="map", width=330, name="quantity")
+        self.scene = Select(
+            title="scene", options=names, value=results.first or names[0], width=220, name="scene"
+        )
+        self.quantity = Select(title="map", width=380, name="quantity")
         self.others = row()
         self.left = column()
-        right = column(
-            self.law, self.motion_panel.curves, row(self.motion_panel.portrait, self.numbers)
+        head = row(self.scene, self.quantity, self.others)
+        self.root = column(
+            head, row(self.left, self.point.root), self.point.what_if.root, name="page"
         )
-        self.root = column(row(self.scene, self.quantity, self.others), row(self.left, right))
         for span in (self.upright, self.across):
             span.on_change("location", lambda attr, old, new: self._moved())
         self.scene.on_change("value", lambda attr, old, new: self.open_scene({}))
@@ -94,20 +91,21 @@ class Page:
     def open_scene(self, chosen: dict[str, str]) -> None:
         """Show a scene, at a point if its numbers are chosen."""
         name = chosen.get("scene", self.scene.value)
-        if name in self.results.explorable and name != self.scene.value:
-            self.scene.value = name  # comes back here
+        if self._is_opening:
             return
         self._is_opening = True
-        self.plane = Plane(self.results.datasets[self.scene.value])
+        if name in self.scene.options:
+            self.scene.value = name
+        self.plane = Plane(self.datasets[self.scene.value])
         self._take(chosen)
         self.x_axis.data = {"at": self.plane.values[0]}
         is_map = len(self.plane.axes) > 1
         self.y_axis.data = {"at": self.plane.values[1] if is_map else []}
         self.across.visible = is_map
         self._build(is_map)
+        self.point.what_if.open(self.plane)
         self.at: tuple[int, ...] | None = None
-        options = [REGIONS, *self.plane.series]
-        self.quantity.update(options=options, value=REGIONS)
+        self.quantity.update(options=[REGIONS, *self.plane.series], value=REGIONS)
         self._is_opening = False
         self._show_quantity()
 
@@ -119,8 +117,7 @@ class Page:
                 middle[n] = float(chosen[name])
             except (KeyError, ValueError):
                 continue
-        at = self.plane.nearest(*middle)
-        point = [float(values[n]) for values, n in zip(self.plane.values, at, strict=True)]
+        point = values_at(self.plane, self.plane.nearest(*middle))
         self.upright.location = point[0]
         self.across.location = point[1] if len(point) > 1 else 0.0
         for name in self.plane.further_dims:
@@ -134,30 +131,27 @@ class Page:
         self.map = MapPanel(self.plane, self.across, self.upright) if is_map else None
         beside = None if self.map is None else self.map.figure
         self.slices = [Slice(self.plane, 0, self.upright, beside)]
-        self._listen(self.slices[0].figure, "x")
+        level = self.slices[0].figure
+        self._listen(level, "x")
+        self.overlays = Overlays(beside or level)
         if self.map is None:
-            self.left.children = [self.slices[0].figure]
+            self.left.children = [level]
         else:
             self.slices.append(Slice(self.plane, 1, self.across, beside))
             self._listen(self.slices[1].figure, "y")
             self._listen(self.map.figure, "both")
-            self.left.children = [
-                row(self.map.figure, self.slices[1].figure), self.slices[0].figure
-            ]  # fmt: skip
-        self.others.children = [
-            self._select(name) for name in self.plane.further_dims if name != DIRECTION or is_map
-        ]
+            self.left.children = [row(self.map.figure, self.slices[1].figure), level]
+        self.others.children = [self._select(name) for name in self.plane.further_dims]
 
     def _select(self, name: str) -> Select:
         """Return the menu of a dimension that is no axis."""
-        values = self.plane.dataset[name].values
-        texts = [str(value) for value in values]
+        texts = [str(value) for value in self.plane.dataset[name].values]
         title = symbol(self.plane.dataset[name])
         select = Select(
-            title=title, options=texts, value=texts[self.plane.further[name]], width=110
+            title=title, options=texts, value=texts[self.plane.further[name]], width=110, name=name
         )
 
-        def choose(_attr: str, _old: str, new: str) -> None:
+        def choose(attr: str, old: str, new: str) -> None:
             self.plane.further[name] = texts.index(new)
             self.borders = Borders(self.plane)
             self.at = None
@@ -181,6 +175,8 @@ class Page:
             return
         if self.map is not None:
             self.map.show(self.series)
+        shown = shown_series(self.plane, self.series)
+        self.overlays.show(self.datasets, self.plane, shown[0] if shown else None)
         self._follow(is_new=True)
 
     def _moved(self) -> None:
@@ -199,26 +195,68 @@ class Page:
         for each in self.slices:
             each.show(self.series, at)
         if is_moved:
-            self._show_row(self.plane.row_number(at))
+            self._show_row(at)
 
-    def _show_row(self, row_number: int) -> None:
-        """Show the motion and the numbers of a row; -1 is none."""
-        self.motion = None
-        if row_number < 0:
-            self.law.text, self.numbers.text = "No attractor was found from this start.", ""
-            self.motion_panel.show(None)
-            return
-        stored = self.plane.row(row_number)
-        self.motion = motion_of(stored)
-        self.motion_panel.show(self.motion)
-        point = tuple(float(v[n]) for v, n in zip(self.plane.values, self.at or (), strict=True))
-        where = ", ".join(
-            f"{symbol(self.plane.dataset[name])} = {number(value)}"
-            for name, value in zip(self.plane.axes, point, strict=True)
+    def _show_row(self, at: tuple[int, ...]) -> None:
+        """Show the motion and the numbers of the row at indices of the axes."""
+        number_of_row, point = self.plane.row_number(at), values_at(self.plane, at)
+        values = dict(zip(self.plane.axes, point, strict=True))
+        for name in self.others_shown:
+            values[name] = self.plane.dataset[name].values[self.plane.further[name]]
+        marks = [
+            f"{symbol(self.plane.dataset[name])} = {value if isinstance(value, str) else number(value)}"
+            for name, value in values.items()
+        ]
+        link = urlencode(
+            {"scene": self.scene.value, **{name: str(v) for name, v in values.items()}}
         )
-        text = f"{law_text(stored)} {self.borders.sentence(self.at or (), point)}"
-        self.law.text = f'<p class="law"><b>{html(where)}.</b> {html(text)}</p>'
-        lines = [*lines_of(stored)]
-        if self.motion is not None:
-            lines += momentum_lines(self.motion)
-        self.numbers.text = table_html([lines])
+        stored = self.plane.row(number_of_row) if number_of_row >= 0 else None
+        border = self.borders.sentence(at, point)
+        self.point.show(stored, ", ".join(marks), border, link, self._coexisting(at))
+
+    @property
+    def others_shown(self) -> list[str]:
+        """The dimensions that are no axis and have a menu."""
+        return [str(each.name) for each in self.others.children]
+
+    def _coexisting(self, at: tuple[int, ...]) -> dict[str, Callable[[], xr.Dataset]]:
+        """Return the attractors of basins at a point by name, each as what returns its row."""
+        scenes = [self.scene.value] if self.plane.of_starts else []
+        for x, y, scene in starts_on_map(self.datasets, self.plane):
+            if self.plane.nearest(x, y) == at:
+                scenes.append(scene)
+        found: dict[str, Callable[[], xr.Dataset]] = {}
+        for scene in scenes:
+            other = self.plane if self.plane.of_starts else Plane(self.datasets[scene])
+            for index, region in enumerate(other.regions[1:]):
+                found[f"{scene}: {region.text}"] = partial(other.row, index)
+        return found
+
+    def solve_map(self) -> None:
+        """Solve the plane anew with the changed parameters, beside the page, and show it as a scene of its own."""
+        what_if, plane, name = self.point.what_if, self.plane, self.scene.value
+        changed, title = what_if.changed, f"{name}, {what_if.text}"
+        rows = plane.dataset["attractor" if plane.of_starts else "regime"].size
+
+        def on_rows(done: int) -> None:
+            self._later(partial(what_if.tell, f"{min(done, rows) / rows:.0%}"))
+
+        def work() -> None:
+            try:
+                found = solve_anew(plane, changed, on_rows)
+            except Exception as error:  # told on the page: nobody else waits for this thread
+                self._later(partial(what_if.fail, str(error)))
+            else:
+                self._later(partial(self._add_scene, title, found))
+
+        what_if.tell("0%")
+        self._background(work)
+
+    def _add_scene(self, name: str, dataset: xr.Dataset) -> None:
+        """Add a dataset to the menu of scenes, and show it."""
+        self.point.what_if.tell("")
+        self.datasets[name] = dataset
+        point = values_at(self.plane, self.at) if self.at else ()
+        chosen = dict(zip(self.plane.axes, map(str, point), strict=False))
+        self.scene.options = [*dict.fromkeys([*self.scene.options, name])]
+        self.open_scene({"scene": name, **chosen})

@@ -120,6 +120,10 @@ class Plane:
         shape = {name: self.dataset.sizes[name] for name in reversed(self.axes)}
         return np.asarray(part.transpose(*shape).values)
 
+    def all_codes(self) -> NDArray[np.int64]:
+        """Return the codes of all rows, in the order of their numbers."""
+        return np.asarray(self._coded[0].transpose(*self.dims).values).astype(np.int64)
+
     def codes(self, **others: int) -> NDArray[np.int64]:
         """Return the codes (y, x) of the regions."""
         return self.at_further(self._coded[0], **others).astype(np.int64)

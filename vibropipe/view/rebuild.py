@@ -59,6 +59,12 @@ class Motion:
         return self.plain if si is None else to_physical(self.plain, **si)
 
     @property
+    def period(self) -> float:
+        """The forcing period, in the units of the row."""
+        si = mass_and_stiffness(self.row)
+        return self.exciter.period * (1.0 if si is None else float(convert("tau", 1.0, si)))
+
+    @property
     def walls(self) -> dict[int, float]:
         """Positions of the supports."""
         return {1: self.exciter.upper, 2: self.exciter.lower}

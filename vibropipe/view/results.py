@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import xarray as xr
@@ -18,10 +18,11 @@ STUDY_ENDINGS = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class Results:
-    """The datasets of a study by scene, and which of them have rows to point at."""
+    """The datasets of a study by scene, which of them have rows to point at, and the one to begin with."""
 
     title: str
     datasets: Mapping[str, xr.Dataset]
+    first: str = ""
 
     @property
     def explorable(self) -> list[str]:
@@ -41,7 +42,7 @@ def is_basins(dataset: xr.Dataset) -> bool:
     return "attractor" in dataset and dataset["attractor"].ndim == 2
 
 
-def open_results(path: Path, folder: Path) -> Results:
+def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
     """Open what `vibropipe view` names.
 
     Parameters
@@ -50,6 +51,8 @@ def open_results(path: Path, folder: Path) -> Results:
         A study's folder of results, one dataset, or a study file.
     folder : Path
         Folder of all results, for a study file.
+    scene : str, optional
+        The scene to begin with.
 
     Raises
     ------
@@ -72,7 +75,10 @@ def open_results(path: Path, folder: Path) -> Results:
         raise StoreError(
             f"{place}: holds neither a sweep nor basins, so there is nothing to explore"
         )
-    return results
+    if scene is not None and scene not in results.explorable:
+        known = ", ".join(results.explorable)
+        raise StoreError(f"{place}: has no sweep and no basins {scene!r}: name one of {known}")
+    return replace(results, first=scene or results.explorable[0])
 
 
 def _opened(file: Path) -> xr.Dataset:

@@ -8,14 +8,20 @@ from bokeh.plotting import figure
 
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.view.map_panel import FRAME_HEIGHT, FRAME_WIDTH, LEFT_BORDER
 from vibropipe.view.plane import Plane
-from vibropipe.view.words import label_of
+from vibropipe.view.words import label_of, symbol, unit_of
 
 # The quantity of the slices while the map shows regions.
-OF_REGIONS = ("impact_velocity_max", "displacement_amplitude", "displacement_mean")
+OF_REGIONS = (
+    "impact_velocity_max",
+    "displacement_amplitude",
+    "displacement_mean",
+    "periods_to_attractor",
+)
 MARKERS = ("circle", "triangle", "inverted_triangle", "square")
 COLUMNS = ("at", "value", "colour", "marker")
-LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_HEIGHT = 150, 150, 540
+LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 100, 75, 530, 440
 
 
 def shown_series(plane: Plane, series: Series | None) -> list[Series]:
@@ -27,6 +33,15 @@ def shown_series(plane: Plane, series: Series | None) -> list[Series]:
         if found:
             return found if found[0].dim == "support" else found[:1]
     return list(plane.series.values())[:1]
+
+
+def slice_label(plane: Plane, chosen: list[Series]) -> str:
+    """Return the label of the quantity of slices: in full beside curves, its symbol beside a map."""
+    array, one = plane.dataset[chosen[0].name], len(chosen) == 1
+    if len(plane.axes) == 1:
+        return plane.label(chosen[0]) if one else label_of(array)
+    mark = symbol(array, chosen[0].position + 1 if one and chosen[0].position is not None else None)
+    return " ".join(filter(None, [mark, unit_of(array) and f"({unit_of(array)})"]))
 
 
 class Slice:
@@ -49,26 +64,26 @@ class Slice:
         self.points = ColumnDataSource({name: [] for name in COLUMNS})
         self.lines = ColumnDataSource({"at": [], "value": []})
         scale = scale_of(plane.values[axis])
-        options: dict = {
-            "tools": "pan,wheel_zoom,reset",
-            "active_drag": None,
-            "toolbar_location": None,
-        }
+        name = "slice_x" if self.is_level else "slice_y"
+        options: dict = {"tools": "pan,wheel_zoom,reset", "active_drag": None,
+                         "toolbar_location": None, "name": name}  # fmt: skip
         if self.is_level:
-            options |= {"x_axis_type": scale, "x_axis_label": plane.labels[0], "width": 560,
-                        "height": LEVEL_HEIGHT if beside else CURVES_HEIGHT, "name": "slice_x"}  # fmt: skip
+            options |= {"x_axis_type": scale, "x_axis_label": plane.labels[0],
+                        "frame_width": FRAME_WIDTH if beside else CURVES_WIDTH,
+                        "frame_height": LEVEL_HEIGHT if beside else CURVES_HEIGHT,
+                        "min_border_left": LEFT_BORDER}  # fmt: skip
             if beside:
                 options["x_range"] = beside.x_range
         else:
-            options |= {
-                "y_axis_type": scale,
-                "width": UPRIGHT_WIDTH,
-                "height": 390,
-                "name": "slice_y",
-            }
+            # a toolbar as high as that of the map keeps both frames level
+            options |= {"y_axis_type": scale, "toolbar_location": "above",
+                        "frame_width": UPRIGHT_WIDTH, "frame_height": FRAME_HEIGHT}  # fmt: skip
             if beside:
                 options["y_range"] = beside.y_range
         self.figure = figure(**options)
+        self.figure.toolbar.logo = None
+        self.ruler = (self.figure.yaxis if self.is_level else self.figure.xaxis)[0]
+        self.ruler.ticker.desired_num_ticks = 4
         x, y = ("at", "value") if self.is_level else ("value", "at")
         self.figure.line(x, y, source=self.lines, color="#9A9A9A", line_width=1)
         self.figure.scatter(
@@ -97,15 +112,7 @@ class Slice:
                 lines["value"] += [values, [np.nan]]
         self.points.data = {name: np.concatenate(each) for name, each in parts.items()}
         self.lines.data = {name: np.concatenate(each) for name, each in lines.items()}
-        label = (
-            label_of(self.plane.dataset[chosen[0].name])
-            if len(chosen) > 1
-            else self.plane.label(chosen[0])
-        )
-        ruler = self.figure.yaxis[0] if self.is_level else self.figure.xaxis[0]
-        ruler.axis_label = (
-            label if len(label) < 42 or not self.plane.axes[1:] else label.split()[-1]
-        )
+        self.ruler.axis_label = slice_label(self.plane, chosen)
 
     def _along(self, at: tuple[int, ...], one: Series, others: dict[str, int]) -> tuple:
         """Return values and codes along the axis through a row."""

@@ -7,7 +7,7 @@ from html import escape
 
 import xarray as xr
 
-from vibropipe.figures.text import axis_label, format_number, symbol_of
+from vibropipe.figures.text import axis_label, format_number, symbol_of, with_units
 from vibropipe.store.show import plain_symbol
 
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -30,6 +30,11 @@ def label_of(array: xr.DataArray, index: int | None = None) -> str:
 def symbol(array: xr.DataArray, index: int | None = None) -> str:
     """Return the symbol of a quantity."""
     return unicode_text(symbol_of(array, index))
+
+
+def unit_of(array: xr.DataArray) -> str:
+    """Return the units of a quantity, empty for a pure number."""
+    return with_units(array, "")
 
 
 def html(text: str) -> str:

@@ -75,11 +75,11 @@ def momentum(motion: Motion) -> tuple[float, float]:
     periods = motion.length / exciter.period
     log, given = log_of(exciter, contacts, periods), [0.0, 0.0]
     for impulse, support in zip(log.impulse, log.support, strict=True):
-        given[abs(int(support)) - 1] += float(impulse)
+        given[abs(int(support)) - 1] += abs(float(impulse))
     for start, end, support in zip(log.rest_start, log.rest_end, log.rest_support, strict=True):
         pressed = rest_force(exciter.parameters(), int(support), 0, 1, max(0.0, start), end)
-        given[int(support) - 1] += pressed.real * exciter.period
-    return 0.0 - given[0] / periods, given[1] / periods
+        given[int(support) - 1] += abs(pressed.real) * exciter.period
+    return given[0] / periods, given[1] / periods
 
 
 def momentum_lines(motion: Motion) -> Iterator[Line]:

@@ -1,0 +1,95 @@
+"""What the script of a saved page has to know: how rows are numbered, what is drawn how, which parameters they have."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from bokeh.palettes import cividis
+
+from vibropipe.figures.phase_plane import FAR_SUPPORT
+from vibropipe.figures.style import SUPPORT_COLOURS
+from vibropipe.scenes.sweep.quantities import DIRECTION, Series
+from vibropipe.solve.physical import convert
+from vibropipe.view.drawing import MASS
+from vibropipe.view.map_panel import even_cells, limits_of
+from vibropipe.view.motion_panel import MARGIN
+from vibropipe.view.page import Page
+from vibropipe.view.plane import Plane
+from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, without_units
+from vibropipe.view.slices import MARKERS, shown_series, slice_label
+from vibropipe.view.words import html, symbol
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+
+UNKNOWN = "Its motion is not in this file."
+
+
+def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
+    """Return the plan of a page as JSON; `keys` name the columns of the quantities."""
+    plane = page.plane
+    sizes = [plane.dataset.sizes[name] for name in plane.dims]
+    strides = {name: int(np.prod(sizes[n + 1 :])) for n, name in enumerate(plane.dims)}
+    menus, labels = page.others_shown, list(drawn)
+    is_curved = plane.directions != [""]
+    plan = {
+        "strides": [strides[name] for name in plane.axes],
+        "menus": [strides[name] for name in menus],
+        "directions": [n * strides[DIRECTION] for n in range(len(plane.directions))] if is_curved else [0],
+        "drawn": sum(strides[name] * at for name, at in plane.further.items()),
+        "columns": even_cells(plane.values[0]).tolist(),
+        "rows": even_cells(plane.values[1]).tolist() if len(plane.axes) > 1 else [],
+        "series": [_series_plan(plane, label, one, key) for (label, one), key in zip(drawn.items(), keys, strict=True)],
+        "short": slice_label(plane, shown_series(plane, None)),
+        "of_regions": [labels.index(plane.label(one)) for one in shown_series(plane, None)],
+        "regions": [
+            {"text": each.text, "colour": each.colour, "html": html(each.text).capitalize()}
+            for each in plane.regions
+        ],
+        "palette": list(cividis(256)),
+        "words": {} if page.map is None else {k: list(v) for k, v in page.map.words.data.items()},
+        "markers": MARKERS,
+        "axis_marks": [html(symbol(plane.dataset[name])) for name in plane.axes],
+        "support_colours": [SUPPORT_COLOURS[1], SUPPORT_COLOURS[2]],
+        "far": FAR_SUPPORT, "margin": MARGIN, "mass": MASS, "unknown": UNKNOWN,
+    }  # fmt: skip
+    return json.dumps(plan | _physics(plane, menus), ensure_ascii=False, allow_nan=False)
+
+
+def _series_plan(plane: Plane, label: str, series: Series, key: str) -> dict[str, Any]:
+    values = np.asarray(series.of(plane.dataset).values, float)
+    return {
+        "label": label,
+        "key": key,
+        "limits": limits_of(series.name, values),
+        "html": html(label),
+        "short": slice_label(plane, [series]),
+    }
+
+
+def _physics(plane: Plane, menus: list[str]) -> dict[str, Any]:
+    """Return the parameters that are the same in every row, the names of the others, and their factors from SI."""
+    one = plane.dataset.isel(dict.fromkeys(plane.dims, 0))
+    si = mass_and_stiffness(one)
+    known = {name: entry.non_dimensional for name, entry in PHYSICAL.items()} if si else {}
+
+    def plain(name: str) -> str:
+        found = known.get(name) or name
+        return found if found in PARAMETERS else ""
+
+    def factor(name: str) -> float:
+        return without_units(one, plain(name), 1.0) if plain(name) else 1.0
+
+    exciter = exciter_of(one).parameters()._asdict()
+    return {
+        "exciter": exciter,
+        "axes": [plain(name) for name in plane.axes],
+        "factors": [factor(name) for name in plane.axes],
+        "menu_names": [plain(name) for name in menus],
+        "menu_factors": [factor(name) for name in menus],
+        "scale": {
+            "time": 1.0 if si is None else float(convert("tau", 1.0, si)),
+            "velocity": 1.0 if si is None else float(convert("velocity", 1.0, si)),
+        },
+    }

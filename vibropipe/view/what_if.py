@@ -1,0 +1,216 @@
+"""What if a parameter that was not swept had another value: the motion at once, the map anew on request."""
+
+from __future__ import annotations
+
+import re
+import threading
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.layouts import row as in_row
+from bokeh.models import Button, Spinner
+
+from vibropipe.figures.text import format_number, parameter_names
+from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import start_at
+from vibropipe.scenes.sweep.quantities import DIRECTION
+from vibropipe.solve.basins import basins
+from vibropipe.solve.physical import stored
+from vibropipe.solve.steady import steady_state
+from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
+from vibropipe.view.plane import Plane
+from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of, without_units
+from vibropipe.view.words import symbol, unit_of
+from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.status import UnsolvedWarning
+
+Background = Callable[[Callable[[], None]], None]
+OnRows = Callable[[int], None]
+_START = re.compile(r"x0 = (\S+).*, v0 = (\S+)")
+MAP_ANEW = "map anew"
+STEPS = 50  # of a spinner over the size of its value
+
+
+def in_thread(work: Callable[[], None]) -> None:
+    """Do work beside the page."""
+    threading.Thread(target=work, daemon=True).start()
+
+
+def unswept(plane: Plane) -> list[str]:
+    """Return the parameters that are the same in every row."""
+    return [name for name in parameter_names(plane.dataset) if plane.dataset[name].ndim == 0]
+
+
+def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
+    """Return the steady state that the motion of a row settles on when parameters change.
+
+    Parameters
+    ----------
+    row : xarray.Dataset
+        A stored row, from whose section the motion goes on.
+    changed : dict of str to float
+        New values of parameters, in the units of the row.
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range.
+    """
+    exciter = exciter_of(row.assign_coords(changed))
+    x, v = section_of(row, exciter)
+    if not np.isfinite([x, v]).all():
+        x, v = float(start_at(exciter.l, exciter.delta, None, 0.0)), 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnsolvedWarning)
+        found = steady_state(exciter, x0=x, v0=v, outputs=OF_STEADY_STATE, patience=PATIENCE)
+    si = mass_and_stiffness(row.assign_coords(changed))
+    return stored(found, None if si is None else (si["m"], si["C"]))
+
+
+def solve_anew(plane: Plane, changed: dict[str, float], on_rows: OnRows) -> xr.Dataset:
+    """Solve all rows of a plane again with changed parameters; `on_rows` is told how many are solved."""
+    dataset = plane.dataset.assign_coords(changed)
+    si = mass_and_stiffness(dataset)
+    units = None if si is None else (si["m"], si["C"])
+    swept = [str(name) for name in plane.dims if name != DIRECTION]
+    one = dataset.isel(dict.fromkeys(plane.dims, 0))
+    exciter = exciter_of(one)
+    names = {physical: entry.non_dimensional for physical, entry in PHYSICAL.items() if units}
+    over: dict[str, Any] = {
+        names.get(name) or name: np.asarray(dataset[name].values, float)
+        * without_units(one, names.get(name) or name, 1.0)
+        for name in swept
+    }  # fmt: skip
+    if plane.of_starts:
+        phase = float(dataset["start_phase"])
+        harmonics = dataset.sizes.get("harmonic", 1)
+        return stored(
+            basins(exciter, **over, phase=phase, harmonics=harmonics, progress=on_rows), units
+        )
+    return stored(_swept(exciter, over, dataset, on_rows), units)
+
+
+def _swept(
+    exciter: Exciter, over: dict[str, Any], dataset: xr.Dataset, on_rows: OnRows
+) -> xr.Dataset:
+    """Solve a sweep that starts or follows as a stored one does."""
+    follow: Any = tuple(str(dataset.attrs["follow"]).split()) if "follow" in dataset.attrs else None
+    if follow is not None:
+        named = {name: entry.non_dimensional for name, entry in PHYSICAL.items()}
+        follow = (named.get(follow[0]) or follow[0], follow[1])
+    start = _START.fullmatch(str(dataset.attrs.get("start", "")))
+    options: dict[str, Any] = {}
+    if start and follow is None and not {"x0", "v0"} & over.keys() and "m" not in dataset.coords:
+        options = {"x0": None if "support" in start[0] else float(start[1]), "v0": float(start[2])}
+    outputs = [name for name in OUTPUTS if _MARKS.get(name, "") in dataset]
+    rows = int(np.prod([len(values) for values in over.values()])) * (
+        2 if follow and follow[1] == "both" else 1
+    )
+    blocks = solve_blocks(
+        exciter, over, 0, rows, rows, follow=follow, outputs=outputs, progress=on_rows,
+        harmonics=dataset.sizes.get("harmonic", 1), **options,
+    )  # fmt: skip
+    return assemble(list(blocks), over, follow)
+
+
+# A quantity of each output, by which a dataset shows that it has the output.
+_MARKS = {
+    "harmonics": "displacement_mean",
+    "impacts": "impact_velocity_max",
+    "stability": "floquet_multiplier",
+    "energy": "energy_input",
+    "lyapunov": "lyapunov_exponent",
+}
+
+
+class WhatIf:
+    """Spinners of the parameters that were not swept, and the button that solves the map anew.
+
+    Parameters
+    ----------
+    on_change : callable
+        Called when a spinner changes.
+    on_solve : callable
+        Called when the map is requested.
+    """
+
+    def __init__(self, on_change: Callable[[], None], on_solve: Callable[[], None]) -> None:
+        self._on_change = on_change
+        self.spinners: dict[str, Spinner] = {}
+        self.button = Button(label=MAP_ANEW, width=110, name="map_anew", disabled=True)
+        self.button.on_click(on_solve)
+        self.reset = Button(label="as stored", width=80, name="as_stored", disabled=True)
+        self.reset.on_click(self.as_stored)
+        self.root = in_row(styles={"flex-wrap": "wrap", "align-items": "end"}, width=1270)
+        self._is_setting = False
+
+    def open(self, plane: Plane) -> None:
+        """Make the spinners of a plane."""
+        self._stored = {name: float(plane.dataset[name]) for name in unswept(plane)}
+        self.spinners = {name: self._spinner(plane.dataset[name]) for name in self._stored}
+        self.root.children = [*self.spinners.values(), self.reset, self.button]
+        self._set_buttons()
+
+    def _spinner(self, array: xr.DataArray) -> Spinner:
+        name, value = str(array.name), float(array)
+        known = PHYSICAL.get(name) if unit_of(array) else None
+        limits = (known or PARAMETERS.get(name) or PHYSICAL[name]).range
+        size = 10.0 ** np.floor(np.log10(abs(value))) if value else 1.0
+        step = 0.01 if np.isfinite(limits.high) else float(size) / STEPS * 5
+        spinner = Spinner(
+            title=" ".join(filter(None, [symbol(array), unit_of(array)])), value=value, step=step,
+            low=limits.low if np.isfinite(limits.low) else None,
+            high=limits.high if np.isfinite(limits.high) else None,
+            width=84, name=name,
+        )  # fmt: skip
+        spinner.on_change("value", lambda attr, old, new: self._changed())
+        return spinner
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """The parameters that differ from the stored ones."""
+        found = {name: spinner.value for name, spinner in self.spinners.items()}
+        return {
+            name: float(value)
+            for name, value in found.items()
+            if value is not None and value != self._stored[name]
+        }
+
+    @property
+    def text(self) -> str:
+        """The changed parameters, for a name."""
+        marks = [
+            f"{self.spinners[name].title.split()[0]} = {format_number(value)}"
+            for name, value in self.changed.items()
+        ]
+        return ", ".join(marks)
+
+    def as_stored(self) -> None:
+        """Set all parameters as they are stored."""
+        self._is_setting = True
+        for name, spinner in self.spinners.items():
+            spinner.value = self._stored[name]
+        self._is_setting = False
+        self._changed()
+
+    def _changed(self) -> None:
+        if not self._is_setting:
+            self._set_buttons()
+            self._on_change()
+
+    def tell(self, progress: str) -> None:
+        """Show how far the map is; "" when none is solved."""
+        self.button.label = f"solving {progress}" if progress else MAP_ANEW
+        self.button.disabled = bool(progress) or not self.changed
+
+    def fail(self, reason: str) -> None:
+        """Say why there is no map."""
+        self.tell("")
+        self.button.label = f"{MAP_ANEW}: {reason}"
+
+    def _set_buttons(self) -> None:
+        self.button.disabled = self.reset.disabled = not self.changed

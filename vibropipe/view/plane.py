@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -31,6 +31,7 @@ Floats = NDArray[np.float64]
 # Dimensions of a quantity, beside those of the rows, of which each element can be drawn.
 ELEMENTS = ("support", "harmonic", "multiplier", "subharmonic", "parameter")
 MAX_ELEMENTS = 8
+MAX_KEPT = 8  # arrays of a plane that are kept
 
 
 class Region(NamedTuple):
@@ -57,6 +58,7 @@ class Plane:
     further: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self._arrays: dict[tuple, NDArray] = {}
         self.dataset = with_impacts_per_period(self.dataset)
         for name in self.further_dims:
             self.further.setdefault(name, 0)
@@ -117,8 +119,16 @@ class Plane:
         """Return an array (y, x), or (x,) of curves, at the chosen values of the other dimensions."""
         chosen = {**self.further, **others}
         part = array.isel({name: at for name, at in chosen.items() if name in array.dims})
-        shape = {name: self.dataset.sizes[name] for name in reversed(self.axes)}
-        return np.asarray(part.transpose(*shape).values)
+        return np.asarray(part.transpose(*reversed(self.axes)).values)
+
+    def _kept(self, key: object, others: dict[str, int], make: Callable[[], NDArray]) -> NDArray:
+        """Return an array that was made before for the same values of the other dimensions, or make it."""
+        whole = (key, *{**self.further, **others}.items())
+        if whole not in self._arrays:
+            if len(self._arrays) >= MAX_KEPT:
+                del self._arrays[next(iter(self._arrays))]
+            self._arrays[whole] = make()
+        return self._arrays[whole]
 
     def all_codes(self) -> NDArray[np.int64]:
         """Return the codes of all rows, in the order of their numbers."""
@@ -126,7 +136,10 @@ class Plane:
 
     def codes(self, **others: int) -> NDArray[np.int64]:
         """Return the codes (y, x) of the regions."""
-        return self.at_further(self._coded[0], **others).astype(np.int64)
+        coded = self._coded[0]
+        return self._kept(
+            "codes", others, lambda: self.at_further(coded, **others).astype(np.int64)
+        )
 
     @cached_property
     def series(self) -> Mapping[str, Series]:
@@ -168,7 +181,11 @@ class Plane:
 
     def field(self, series: Series, **others: int) -> Floats:
         """Return the values (y, x) of a quantity; of complex ones the modulus."""
-        return self.at_further(series.of(self.dataset), **others).astype(float)
+        return self._kept(
+            series,
+            others,
+            lambda: self.at_further(series.of(self.dataset), **others).astype(float),
+        )
 
     def nearest(self, *point: float) -> tuple[int, ...]:
         """Return the index along each axis of the row nearest to a point."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -18,7 +19,6 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
-from vibropipe.scenes.sweep.laws import orbit_numbers
 from vibropipe.scenes.sweep.quantities import DIRECTION
 from vibropipe.solve.contacts import log_of
 from vibropipe.view.plane import ELEMENTS
@@ -59,11 +59,22 @@ def law_text(row: xr.Dataset) -> str:
         return sentences(words.capitalize())
     if regime == Regime.WITH_REST:
         return sentences(f"Repeats {every} and sticks to a support: {words}")
-    _, *impacts = (int(each) for each in orbit_numbers(row))
+    impacts = np.round(_impacts_per_orbit(row, m)).astype(int).tolist()
     struck = [f"support {side} {times(n)}" for side, n in enumerate(impacts, 1) if n]
     what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
     stable = "" if int(row.get("stable", xr.DataArray(1))) else "Unstable"
     return sentences(f"Repeats {every} and {what}: {words}", stable)
+
+
+def _impacts_per_orbit(row: xr.Dataset, m: int) -> NDArray[np.float64]:
+    """Return the impacts of an orbit of m forcing periods on each support; none where they are not stored."""
+    if "impacts_per_orbit" in row:
+        return np.asarray(row["impacts_per_orbit"].values)
+    return (
+        np.asarray(row["impacts_per_period"].values * m)
+        if "impacts_per_period" in row
+        else np.zeros(2)
+    )
 
 
 def momentum(motion: Motion) -> tuple[float, float]:

@@ -69,9 +69,8 @@ def test_a_study_takes_the_methods_of_a_motion():
 def test_outputs_of_each_face_are_among_all():
     assert (
         *("harmonics", "impacts", "motion", "stability", "energy"),
-        *("subharmonics", "poincare", "lyapunov"),
+        *("subharmonics", "poincare", "lyapunov", "sensitivity"),
     ) == OUTPUTS
     for some in (SWEEP_DEFAULT, MOTION_DEFAULT, OF_MOTION, OF_STEADY_STATE, OF_ORBIT):
         assert set(some) <= set(OUTPUTS)
-    of_orbit = {"harmonics", "stability", "energy", "subharmonics", "poincare", "lyapunov"}
-    assert of_orbit == OF_ORBIT
+    assert set(OUTPUTS) - {"impacts", "motion"} == OF_ORBIT

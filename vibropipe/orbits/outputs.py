@@ -29,7 +29,8 @@ class RowResults(NamedTuple):
     """Arrays of results. An output that is not requested has no entries.
 
     The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
-    all rows, one row after the other. While rows are solved, their length is the capacity (`solve.rows`).
+    all rows, one row after the other. While rows are solved, their length is the capacity (`solve.rows`). The last
+    dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it.
     """
 
     regime: np.ndarray
@@ -54,6 +55,15 @@ class RowResults(NamedTuple):
     subharmonics: np.ndarray
     poincare: np.ndarray
     exponent: np.ndarray
+    grazes: np.ndarray
+    d_section: np.ndarray
+    d_amplitudes: np.ndarray
+    d_subharmonics: np.ndarray
+    d_multipliers: np.ndarray
+    d_exponent: np.ndarray
+    d_energy: np.ndarray
+    d_velocity_max: np.ndarray
+    d_impacts: np.ndarray
 
 
 @jit_inline

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler.cache import cache_root
+from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
 from vibropipe.words.vocabulary import physical_name
@@ -181,7 +182,21 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
         "poincare": 2 * 8 * VISITS,
         "lyapunov": 2 * 8,
     }
-    return ROW_BYTES + sum(costs[output] for output in outputs)
+    requested = list(outputs)
+    size = ROW_BYTES + sum(costs[output] for output in requested if output != "sensitivity")
+    if "sensitivity" in requested:
+        # A derivative by each parameter beside every number that has one.
+        numbers = {
+            "harmonics": 2 + 4 * harmonics,
+            "impacts": 2 + 2 * impacts,
+            "stability": 4,
+            "energy": 4,
+            "subharmonics": 2 * SUBHARMONICS * harmonics,
+            "lyapunov": 1,
+        }
+        own = 2 + sum(numbers.get(output, 0) for output in requested)
+        size += 8 * len(DIFFERENTIATED) * own
+    return size
 
 
 def thinned(values: NDArray[np.float64], n_values: int) -> ValueGrid:

@@ -16,10 +16,11 @@ from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
-from vibropipe.solve.checks import check_whole
+from vibropipe.solve.checks import check_outputs, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
+from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
@@ -43,6 +44,7 @@ def branch(
     switch: Collection[str] = (),
     harmonics: int = 6,
     max_step: float = 0.02,
+    outputs: Sequence[str] = OF_STEADY_STATE,
 ) -> xr.Dataset:
     """Follow the orbit that settles from (x0, v0) along a parameter, stable or not, round folds.
 
@@ -76,6 +78,8 @@ def branch(
     max_step : float
         Largest distance of neighbouring points, where 1 is the range of the parameter, a forcing period, or the
         largest impact velocity of the start.
+    outputs : sequence of str
+        Any of harmonics, impacts, stability, energy, subharmonics, sensitivity, as for `steady_state`.
 
     Returns
     -------
@@ -127,7 +131,7 @@ def branch(
     exciter.check_start(x0, v)
     problem, signs = _problem(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
-    switches = _check_switch(switch)
+    switches, requested = _check_switch(switch), _check_outputs(outputs)
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)
@@ -135,7 +139,10 @@ def branch(
     attrs = origin_attrs(effects, start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST:
         return rest_dataset(
-            problem, follow_rest(exciter, problem, signs, start, harmonics), harmonics, attrs
+            problem,
+            follow_rest(exciter, problem, signs, start, harmonics, requested),
+            harmonics,
+            attrs,
         )
     tree = _follow(exciter, problem, signs, start, switches)
     if tree.n_left:
@@ -145,7 +152,15 @@ def branch(
         )
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
         warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
-    return branch_dataset(problem, tree.branches, harmonics, attrs)
+    return branch_dataset(problem, tree.branches, harmonics, attrs, requested)
+
+
+def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the outputs of points, or raise a ParameterError."""
+    requested = check_outputs(outputs)
+    if not set(requested) <= set(OF_BRANCH):
+        raise ParameterError("outputs", outputs, f"a list of {', '.join(OF_BRANCH)}")
+    return requested
 
 
 def _direction(signs: tuple[float, ...]) -> str:

@@ -15,6 +15,7 @@ from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import LOAD
+from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
@@ -24,11 +25,13 @@ from vibropipe.solve.rows import ImpactBuffer, add_load, compact_impacts, new_ro
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import without_absent
-from vibropipe.words.vocabulary import describe
+from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# Bifurcations at which an orbit has no derivative by the parameters.
+SINGULAR = ("fold", "pitchfork", "grazing")
 # Kind of a bifurcation, why the branch ends there, and the index of its point.
 LabelledEvent = tuple[str, BranchEnd, int]
 # Why a branch ends, by the reason of its last event.
@@ -50,7 +53,11 @@ REASONS = {
 
 
 def branch_dataset(
-    problem: Problem, branches: Sequence[Branch], harmonics: int, attrs: Mapping[str, Any]
+    problem: Problem,
+    branches: Sequence[Branch],
+    harmonics: int,
+    attrs: Mapping[str, Any],
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
 
@@ -62,8 +69,10 @@ def branch_dataset(
         Number of harmonics.
     attrs : mapping
         Attributes of the dataset.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
     """
-    rows = concatenate([_label(problem, each, harmonics) for each in branches])
+    rows = concatenate([_label(problem, each, harmonics, outputs) for each in branches])
     sizes = [_size(each) for each in branches]
     values = np.concatenate([_values(each) for each in branches])
     begins = np.cumsum([0, *sizes[:-1]])
@@ -108,6 +117,9 @@ def _to_dataset(
     points = np.array([point for _kind, _reason, point in events], np.int64)
     kinds = [Bifurcation[kind.upper()] for kind, _reason, _point in events]
     dim = ("bifurcation",)
+    is_singular = np.zeros(len(values), bool)
+    is_singular[[point for kind, _reason, point in events if kind in SINGULAR]] = True
+    _mask_sensitivities(variables, is_singular)
     variables |= {
         "branch_id": (("point",), ids),
         name: (("point",), values),
@@ -123,8 +135,22 @@ def _to_dataset(
     }
     dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs)
     dataset = describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
-    dataset["row_size"].attrs["sample_dimension"] = "impact"
+    if "row_size" in dataset:
+        dataset["row_size"].attrs["sample_dimension"] = "impact"
     return dataset
+
+
+def _mask_sensitivities(variables: Variables, is_singular: np.ndarray) -> None:
+    """Set the sensitivities of points at which there is no derivative to NaN."""
+    for name, (dims, numbers) in variables.items():
+        if name.endswith(SENSITIVITY_SUFFIX):
+            rows = is_singular
+            if dims[0] == "impact":
+                rows = np.repeat(is_singular, variables["row_size"][1])
+            variables[name] = (
+                dims,
+                np.where(rows[(..., *[None] * (numbers.ndim - 1))], np.nan, numbers),
+            )
 
 
 def _size(branch: Branch) -> int:
@@ -137,25 +163,31 @@ def _values(branch: Branch) -> np.ndarray:
     return np.array(branch.values or [point.value for point in branch.points])
 
 
-def _label(problem: Problem, branch: Branch, harmonics: int) -> Variables:
+def _label(problem: Problem, branch: Branch, harmonics: int, outputs: tuple[str, ...]) -> Variables:
     """Return the steady states of the points of a branch as variables over `row`."""
     parameters = np.tile(problem.values, (_size(branch), 1))
     parameters[:, problem.along] = _values(branch)
-    return label_rows(_solve(branch, parameters, harmonics), parameters)
+    return label_rows(_solve(branch, parameters, harmonics, outputs), parameters)
 
 
-def _solve(branch: Branch, parameters: np.ndarray, harmonics: int) -> RowResults:
+def _solve(
+    branch: Branch, parameters: np.ndarray, harmonics: int, outputs: tuple[str, ...]
+) -> RowResults:
     """Return the compacted results of the points of a branch."""
     sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
     unknowns = parameters[:, :1]
     if branch.curve is not None:
         wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
         sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
-    return solve_points(sequence, parameters, unknowns, harmonics)
+    return solve_points(sequence, parameters, unknowns, harmonics, outputs)
 
 
 def solve_points(
-    sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray, harmonics: int
+    sequence: ImpactSequence,
+    parameters: np.ndarray,
+    unknowns: np.ndarray,
+    harmonics: int,
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
 ) -> RowResults:
     """Return the compacted results of orbits of one impact sequence.
 
@@ -168,14 +200,20 @@ def solve_points(
         Times and velocities of the impacts, and one more number.
     harmonics : int
         Number of harmonics.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
     """
     n, rows = len(sequence.supports), len(parameters)
     buffer = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
-    out = new_rows(rows, harmonics, OF_STEADY_STATE, buffer)
+    out = new_rows(rows, harmonics, outputs, buffer)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
+    out = compact_impacts(out)
+    if "sensitivity" in outputs:
+        out = with_impact_derivatives(out)
+        differentiate_rows(ALL_EFFECTS, parameters, out, max(n, 1), 1)
     add_load(out, parameters[:, LOAD])
-    return compact_impacts(out)
+    return out

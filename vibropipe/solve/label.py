@@ -9,8 +9,11 @@ import numpy as np
 
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
+from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.solve.rows import PHASES, SUBHARMONICS_PER_HARMONIC
+from vibropipe.solve.sensitivity import label_derivatives
 from vibropipe.solve.unsolved import is_solved
+from vibropipe.words.vocabulary import PARAMETER
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,6 +82,8 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.exponent.size > 0:
         variables["lyapunov_exponent"] = (("row",), rows.exponent[:, 0])
         variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
+    if rows.d_section.size > 0:
+        variables |= label_derivatives(rows, nu)
     return variables
 
 
@@ -141,6 +146,7 @@ def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
         "phase": np.arange(PHASES) / PHASES,
         "subharmonic": np.arange(1, SUBHARMONICS_PER_HARMONIC * harmonics + 1),
         "visit": np.arange(LISTED_PERIODS),
+        PARAMETER: np.array(DIFFERENTIATED),
     }
     return xr.Coordinates({name: (name, values[name]) for name in values if name in dims})
 

@@ -17,7 +17,9 @@ from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy
 from vibropipe.words.vocabulary import (
+    PARAMETER,
     PHYSICAL_NAMES,
+    SENSITIVITY_SUFFIX,
     attributes,
     physical_attributes,
     physical_name,
@@ -72,6 +74,8 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
         physical_name(str(name)): _in_si(str(name), variable, numbers)
         for name, variable in data.variables.items()
     }
+    if PARAMETER in variables:
+        variables |= _sensitivities_in_si(variables, numbers)
     coords = {physical_name(str(name)): None for name in data.coords}
     attrs = {name: _text_in_si(str(name), text, numbers) for name, text in data.attrs.items()}
     scalars = {name: xr.Variable((), value, attributes(name)) for name, value in numbers.items()}
@@ -183,6 +187,26 @@ def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
     return _NUMBER.sub(
         lambda match: f"{float(convert(found.variable, float(match[0]), numbers)):g}{unit}", bound
     )
+
+
+def _sensitivities_in_si(
+    variables: Mapping[str, xr.Variable], numbers: Mapping[str, float]
+) -> dict[str, xr.Variable]:
+    """Return the names of the parameters in SI, and sensitivities per unit of the parameters in SI."""
+    import xarray as xr
+
+    parameter, factors = variables[PARAMETER], unit_factors(**numbers)
+    names = np.asarray(parameter.values)
+    units = [factors.get(quantity(str(name)).dimension, 1.0) for name in names.ravel()]
+    shares = xr.Variable(parameter.dims, 1.0 / np.reshape(units, names.shape))
+    known = [physical_name(str(name)) for name in names.ravel()]
+    renamed = np.reshape(known, names.shape)
+    changed = {PARAMETER: xr.Variable(parameter.dims, renamed, parameter.attrs)}
+    for name, variable in variables.items():
+        if name.endswith(SENSITIVITY_SUFFIX):
+            changed[name] = variable * shares
+            changed[name].attrs = variable.attrs
+    return changed
 
 
 def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:

@@ -56,7 +56,12 @@ def _variables(state: xr.Dataset) -> Variables:
 
 
 def follow_rest(
-    exciter: Exciter, problem: Problem, signs: tuple[float, ...], start: xr.Dataset, harmonics: int
+    exciter: Exciter,
+    problem: Problem,
+    signs: tuple[float, ...],
+    start: xr.Dataset,
+    harmonics: int,
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
 ) -> RestBranch:
     """Follow an orbit with rests.
 
@@ -70,6 +75,8 @@ def follow_rest(
         Steady state of the exciter.
     harmonics : int
         Number of harmonics.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
 
     Returns
     -------
@@ -85,7 +92,7 @@ def follow_rest(
         x = float(start_at(moved.l, moved.delta, *near))
         return solve_shard(
             moved, {"nu": [moved.nu]}, 0, 1, x0=x, v0=near[1], harmonics=harmonics,
-            outputs=OF_STEADY_STATE,
+            outputs=outputs,
         )  # fmt: skip
 
     step = problem.max_length / DEFAULT_STEP * (problem.high - problem.low) / REST_POINTS

@@ -23,6 +23,11 @@ from vibropipe.orbits.row import (
     sample_sections,
     solve_row_chains,
 )
+from vibropipe.orbits.sensitivity.rows import (
+    differentiate_rows,
+    new_derivatives,
+    with_impact_derivatives,
+)
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
@@ -112,6 +117,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         ),
         poincare=zeros(2, LISTED_PERIODS, when="poincare"),
         exponent=zeros(2, when="lyapunov"),
+        **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs),
     )
 
 
@@ -197,8 +203,12 @@ class _Solver:
         solve_piece(self.effects, values, starts, chain, self.max_periods, self.patience, out)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out)
-        add_load(out, load)
-        return mask_unsolved(compact_impacts(out))
+        rows = mask_unsolved(compact_impacts(out))
+        if "sensitivity" in self.outputs:
+            rows = with_impact_derivatives(rows)
+            differentiate_rows(self.effects, values, rows, ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY)
+        add_load(rows, load)
+        return rows
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""

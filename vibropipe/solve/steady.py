@@ -48,7 +48,8 @@ def steady_state(
     patience : int
         Forcing periods after which a chaotic motion is given up, as for `sweep`.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov; others are not computed.
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
+        not computed.
 
     Returns
     -------
@@ -88,6 +89,11 @@ def steady_state(
             Largest Lyapunov exponent per unit of tau, and its standard error. Of an orbit log|multiplier| / (m T), T
             the forcing period, with error 0; -inf where a rest erases every perturbation. Without an orbit: the mean
             growth of a perturbation [4]_ over the last 70 forcing periods, with the error from blocks of 5 of them.
+        <name>_sensitivity (..., parameter)
+            With the output sensitivity: the derivative, by each parameter, of the state at the start of the orbit and
+            of the quantities of harmonics, impacts, stability, energy, subharmonics and lyapunov that are requested
+            beside it, exact by the implicit function theorem. NaN where there is none: without an orbit, or with one
+            that is not isolated, at a grazing, a fold or a pitchfork.
         residual
             Residual of the return map, relative to the norm of the motion.
         energy_input, energy_damping, energy_impact (support), energy_residual

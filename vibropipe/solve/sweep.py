@@ -69,8 +69,8 @@ def sweep(
         ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
         show hysteresis, the sweeps up and down lie along a first dimension `direction`. Excludes swept starts.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov; others are neither
-        computed nor stored.
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
+        neither computed nor stored.
     accuracy : float, optional
         Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
         status `inaccurate`.

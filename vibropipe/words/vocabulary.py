@@ -35,12 +35,18 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_worst": ("worst case of the deviation of {}", True),
     "_deviation": ("deviation of {} with one parameter off", True),
     "_contribution": ("share of the variance of {}", False),
-    "_sensitivity": ("derivative of {} by a parameter", False),
+    "_sensitivity": ("derivative of {} by each parameter, per unit of that", True),
     "_target": ("wanted {}", True),
     "_lower": ("lower bound of {}", True),
     "_upper": ("upper bound of {}", True),
     "_tolerance": ("tolerance of {}", True),
 }
+SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
+UNDEFINED = (
+    "NaN where there is no derivative: without an orbit, or with one that is not isolated; at a grazing, a fold or a "
+    "pitchfork; of multipliers that are equal; of the phase, and mostly the amplitude, of a harmonic that is zero"
+)
+"""What NaN says in a sensitivity."""
 
 
 def _members(kind: type[IntEnum]) -> dict[str, int]:
@@ -80,6 +86,7 @@ class Quantity:
     flags: Mapping[str, int] | None = None
     sample_dimension: str | None = None
     dimension: str = ""
+    comment: str = ""
 
 
 _TABLE = tomllib.loads(Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8"))
@@ -136,6 +143,7 @@ def quantity(name: str) -> Quantity:
     ----------
     name : str
         Name of a variable. `<name>_error` is the error estimate of `<name>`, in its units; so are others of `SUFFIXES`.
+        `<name>_sensitivity` is its derivative by each parameter, in its units over those of the parameter.
 
     Raises
     ------
@@ -147,6 +155,8 @@ def quantity(name: str) -> Quantity:
         return entry
     base_name, suffix = split_suffix(name)
     base = VOCABULARY.get(base_name)
+    if base is not None and suffix == SENSITIVITY_SUFFIX:
+        return _sensitivity(base)
     if base is None or not suffix:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
     text, has_units = SUFFIXES[suffix]
@@ -163,6 +173,20 @@ def split_suffix(name: str) -> tuple[str, str]:
         if base != name and base in VOCABULARY and name not in VOCABULARY:
             return base, suffix
     return name, ""
+
+
+def _sensitivity(base: Quantity) -> Quantity:
+    """Return the entry of the derivative of a quantity by each parameter."""
+    return replace(
+        base,
+        long_name=SUFFIXES[SENSITIVITY_SUFFIX][0].format(base.long_name),
+        symbol=rf"$\partial {base.symbol.strip('$')}/\partial p$",
+        comment=UNDEFINED,
+        plain="",
+        dims=(*base.dims, PARAMETER),
+        flags=None,
+        sample_dimension=None,
+    )
 
 
 def dimensions_hash() -> str:
@@ -212,6 +236,8 @@ def _attributes(entry: Quantity) -> dict[str, Any]:
         "long_name": entry.long_name,
         "symbol": entry.symbol,
     }
+    if entry.comment:
+        attrs["comment"] = entry.comment
     if entry.sample_dimension is not None:
         attrs["sample_dimension"] = entry.sample_dimension
     if entry.flags is not None:

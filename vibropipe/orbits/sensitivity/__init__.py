@@ -1,0 +1,1 @@
+"""Derivatives of orbits and of their outputs by the parameters."""

@@ -1,0 +1,269 @@
+"""Derivatives of the impacts of an orbit by the parameters, from the implicit function theorem.
+
+A flight that leaves a support at the phase t0 with the speed R u0 ends with the next impact, at the phase t1 and with
+the speed u1. The derivative of (t1, u1) is that by (t0, u0), the transfer of the flight, times the derivative of
+(t0, u0), plus a source for each parameter at fixed (t0, u0). Along an orbit they add up to
+(I - M) d(t, u) = source, M the product of all transfers, which has the eigenvalues of the return map's derivative.
+After a rest a flight begins at the release, whose phase depends on the parameters alone: its transfer is 0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.derivatives import (
+    N_PARAMETERS,
+    distance_derivative,
+    gap_acceleration_derivative,
+    restitution_derivative,
+)
+from vibropipe.physics.load import TWO_PI, constant_load, force_at, forcing_period
+from vibropipe.physics.saltation import product
+from vibropipe.physics.variation import BY_W, BY_Y, VARIATIONS, by_parameter, vary_flight
+
+# Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the
+# orbit is not isolated.
+SINGULAR = 1e-11
+
+
+class Contacts(NamedTuple):
+    """Contacts of an orbit, from 0 to m turns.
+
+    Attributes
+    ----------
+    position, velocity, support : (n,)
+        Impacts in the order in which they are stored: time in turns, velocity before, support.
+    rest_end, rest_support : (rests,)
+        Releases, in order of time.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    support: np.ndarray
+    rest_end: np.ndarray
+    rest_support: np.ndarray
+
+
+class Flights(NamedTuple):
+    """The flights of an orbit, each with the impact that ends it, in the order in which impacts are stored.
+
+    Attributes
+    ----------
+    home, support : (n,) int
+        Support that is left, and support that is struck.
+    start, end : (n,) float
+        Phases in turns; end is the phase of the impact, in [0, m).
+    departure, speed : (n,) float
+        Speed at the start, and of the impact.
+    released : (n,) int
+        1 if the flight begins with the release from a rest.
+    at_start, at_end : (n, 2) float
+        Acceleration of the distance from `home`, and its derivative by the phase through the force.
+    transfer : (n, 4) float
+        Derivative of (end, speed) by those of the impact before.
+    source : (n, 2, N_PARAMETERS) float
+        Derivative of (end, speed) by the parameters at a fixed impact before.
+    d_start, d_end, d_speed : (n, N_PARAMETERS) float
+        Derivatives along the orbit; d_start of a released flight is that of its release.
+    ends : (n, 2, VARIATIONS) float
+        Variations at the ends of flights (`vary_flight`).
+    before : (n, 4) float
+        Products of the transfers of all flights before.
+    """
+
+    home: np.ndarray
+    support: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    departure: np.ndarray
+    speed: np.ndarray
+    released: np.ndarray
+    at_start: np.ndarray
+    at_end: np.ndarray
+    transfer: np.ndarray
+    source: np.ndarray
+    d_start: np.ndarray
+    d_end: np.ndarray
+    d_speed: np.ndarray
+    ends: np.ndarray
+    before: np.ndarray
+
+
+@jit_allocating
+def new_flights(n):
+    """Return `Flights` of n impacts, not filled."""
+    by = N_PARAMETERS
+    return Flights(
+        np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(n), np.empty(n, np.int64), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 4)),
+        np.empty((n, 2, by)), np.empty((n, by)), np.empty((n, by)), np.empty((n, by)),
+        np.empty((n, 2, VARIATIONS)), np.empty((n, 4)),
+    )  # fmt: skip
+
+
+@jit_allocating
+def first_flights(flights, n):
+    """Return views of the first n flights."""
+    return Flights(
+        flights.home[:n], flights.support[:n], flights.start[:n], flights.end[:n],
+        flights.departure[:n], flights.speed[:n], flights.released[:n], flights.at_start[:n],
+        flights.at_end[:n], flights.transfer[:n], flights.source[:n], flights.d_start[:n],
+        flights.d_end[:n], flights.d_speed[:n], flights.ends[:n], flights.before[:n],
+    )  # fmt: skip
+
+
+@jit
+def restitution_at(p, support):
+    """Return the coefficient of restitution of a support (1 or 2)."""
+    return p.R1 if support == 1 else p.R2
+
+
+@jit_inline
+def fill_flights(p, contacts, m, flights) -> bool:
+    """Fill what is known of the flights of an orbit of m periods from its contacts.
+
+    Returns
+    -------
+    bool
+        False if a rest is followed by no impact of its own.
+    """
+    n = flights.speed.size
+    for j in range(n):
+        i = j - 1 if j > 0 else n - 1
+        flights.support[j], flights.home[j] = contacts.support[j], contacts.support[i]
+        flights.end[j], flights.speed[j] = contacts.position[j], abs(contacts.velocity[j])
+        flights.start[j] = contacts.position[i] - (0 if j > 0 else m)
+        restitution = restitution_at(p, flights.home[j])
+        flights.departure[j] = restitution * abs(contacts.velocity[i])
+        flights.released[j] = 0
+    for r in range(contacts.rest_end.size):
+        release, j = contacts.rest_end[r], 0
+        while j < n and flights.end[j] < release:
+            j += 1
+        if j == n:
+            # The flight of a release after the last impact ends with the first one, m turns later.
+            j, release = 0, release - m
+        if flights.released[j] == 1 or flights.home[j] != contacts.rest_support[r]:
+            return False
+        flights.released[j] = 1
+        flights.start[j], flights.departure[j] = release, 0.0
+    return True
+
+
+@jit_inline
+def fill_transfer(p, flights, j, work) -> None:
+    """Fill transfer and source of flight j."""
+    home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
+    end, released = flights.end[j], flights.released[j] == 1
+    vary_flight(p, home, start, end, w0, work)
+    ends = flights.ends[j]
+    for part in range(2):
+        for v in range(VARIATIONS):
+            ends[part, v] = work.ends[part, v]
+    period, lands_home = forcing_period(p), flights.support[j] == home
+    sign = -1.0 if lands_home else 1.0
+    w1 = sign * flights.speed[j]
+    sigma = -1.0 if home == 1 else 1.0
+    load = constant_load(sigma, support_position(p, home))
+    force = force_at(p, sigma, start)
+    a0 = 0.0 if released else force.sine + load - p.h * w0
+    flights.at_start[j, 0], flights.at_start[j, 1] = a0, TWO_PI * force.cosine
+    force = force_at(p, sigma, end)
+    a1 = force.sine + load - p.h * w1 - (0.0 if lands_home else 2.0 * p.l)
+    flights.at_end[j, 0], flights.at_end[j, 1] = a1, TWO_PI * force.cosine
+    restitution, before = 0.0, 0.0
+    if not released:
+        restitution = restitution_at(p, home)
+        before = flights.speed[j - 1 if j > 0 else flights.speed.size - 1]
+    by_time_y = ends[0, BY_Y] * w0 + ends[0, BY_W] * a0
+    by_time_w = ends[1, BY_Y] * w0 + ends[1, BY_W] * a0
+    transfer, share = flights.transfer[j], 1.0 / (w1 * period)
+    transfer[0] = by_time_y / w1
+    transfer[1] = -restitution * ends[0, BY_W] * share
+    transfer[2] = sign * (-by_time_w + a1 * transfer[0]) * period
+    transfer[3] = sign * (restitution * ends[1, BY_W] + a1 * period * transfer[1])
+    for k in range(N_PARAMETERS):
+        d_departure = before * restitution_derivative(home, k)
+        target = 0.0 if lands_home else distance_derivative(k)
+        y = by_parameter(home, ends, 0, k) + ends[0, BY_W] * d_departure
+        d_end = (target - y) * share
+        w = by_parameter(home, ends, 1, k) + ends[1, BY_W] * d_departure
+        flights.source[j, 0, k] = d_end
+        flights.source[j, 1, k] = sign * (w + a1 * period * d_end)
+
+
+@jit_inline
+def follow_derivatives(flights) -> None:
+    """Follow the derivatives of the last impact along the orbit, to the last impact again."""
+    n = flights.speed.size
+    for j in range(n):
+        i, transfer = j - 1 if j > 0 else n - 1, flights.transfer[j]
+        for k in range(N_PARAMETERS):
+            turn, speed = flights.d_end[i, k], flights.d_speed[i, k]
+            if flights.released[j] == 0:
+                flights.d_start[j, k] = turn
+            d_end = transfer[0] * turn + transfer[1] * speed + flights.source[j, 0, k]
+            d_speed = transfer[2] * turn + transfer[3] * speed + flights.source[j, 1, k]
+            flights.d_end[j, k], flights.d_speed[j, k] = d_end, d_speed
+
+
+@jit_inline
+def vary_orbit(p, contacts, m, flights, work) -> bool:
+    """Fill the derivatives of the impacts of an orbit.
+
+    Parameters
+    ----------
+    p : Parameters
+    contacts : Contacts
+        Of the orbit, with an impact at least.
+    m : int
+        Period multiple.
+    flights : Flights
+        Filled.
+    work : Workspace
+
+    Returns
+    -------
+    bool
+        Whether the orbit is isolated and smooth in the parameters; if not, the derivatives are meaningless.
+
+    References
+    ----------
+    R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004), ch. 7-9.
+    """
+    n = flights.speed.size
+    if not fill_flights(p, contacts, m, flights):
+        return False
+    m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
+    for j in range(n):
+        fill_transfer(p, flights, j, work)
+        if flights.released[j] == 1:
+            # The gap acceleration stays zero at the release.
+            jerk = flights.at_start[j, 1]
+            for k in range(N_PARAMETERS):
+                change = gap_acceleration_derivative(flights.home[j], flights.start[j], 0.0, k)
+                flights.d_start[j, k] = -change / jerk
+        t = flights.transfer[j]
+        m11, m12, m21, m22 = product(t[0], t[1], t[2], t[3], m11, m12, m21, m22)
+    determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
+    scale = 1.0 + abs(m11 + m22) + abs(m11 * m22 - m12 * m21)
+    if not abs(determinant) > SINGULAR * scale:
+        return False
+    last = n - 1
+    for k in range(N_PARAMETERS):
+        flights.d_end[last, k] = flights.d_speed[last, k] = 0.0
+    follow_derivatives(flights)
+    for k in range(N_PARAMETERS):
+        turn, speed = flights.d_end[last, k], flights.d_speed[last, k]
+        flights.d_end[last, k] = ((1.0 - m22) * turn + m12 * speed) / determinant
+        flights.d_speed[last, k] = (m21 * turn + (1.0 - m11) * speed) / determinant
+    follow_derivatives(flights)
+    total = 0.0
+    for k in range(N_PARAMETERS):
+        total += abs(flights.d_end[last, k]) + abs(flights.d_speed[last, k])
+    return total < math.inf

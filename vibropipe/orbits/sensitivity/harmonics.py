@@ -1,0 +1,275 @@
+"""Derivatives of Fourier amplitudes by the parameters: the closed form of `orbits.harmonics`, differentiated."""
+
+from __future__ import annotations
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.orbits.harmonics import RESONANT, dynamic_stiffness, rest_force
+from vibropipe.orbits.quadrature import NODES, WEIGHTS
+from vibropipe.orbits.sensitivity.flights import restitution_at
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.derivatives import (
+    N_PARAMETERS,
+    NU,
+    F,
+    H,
+    gap_acceleration,
+    gap_acceleration_derivative,
+    restitution_derivative,
+    support_derivative,
+)
+from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
+from vibropipe.physics.load import (
+    TWO_PI,
+    Force,
+    constant_load,
+    force_amplitude,
+    force_at,
+    forcing_period,
+    phase_factor,
+    phase_integral,
+    reaction_integral,
+    sincos_turns,
+)
+from vibropipe.physics.quotient import divide
+from vibropipe.physics.variation import (
+    BY_W,
+    BY_Y,
+    VARIATIONS,
+    begin_variations,
+    by_parameter,
+    steps_of_flight,
+    vary_step,
+)
+
+
+@jit
+def chatter(p, support, turn, speed, d_turn, d_speed, k):
+    """Return duration and impulse of the chatter after an impact, and their derivatives by parameter k.
+
+    Parameters
+    ----------
+    p : Parameters
+    support : int
+    turn, speed : float
+        Of the impact.
+    d_turn, d_speed : float
+        Their derivatives.
+    k : int
+
+    Returns
+    -------
+    duration, d_duration : float
+        In turns, from the impact to the start of the rest.
+    impulse, d_impulse : float
+        Of all further impacts, away from the support.
+    """
+    r, dr = restitution_at(p, support), restitution_derivative(support, k)
+    w, dw = r * speed, r * d_speed + dr * speed
+    if w == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    if r >= 1.0:
+        return 0.0, 0.0, w, dw
+    g = -gap_acceleration(p, support, turn, 0.0, w)
+    sigma = -1.0 if support == 1 else 1.0
+    dg = -gap_acceleration_derivative(support, turn, w, k) + p.h * dw
+    dg -= TWO_PI * force_at(p, sigma, turn).cosine * d_turn
+    lost, period = 1.0 - r, forcing_period(p)
+    duration = 2.0 * w / (g * lost * period)
+    d_duration = 2.0 * (dw - w * dg / g + w * dr / lost) / (g * lost * period)
+    if k == NU:
+        d_duration += duration / p.nu
+    impulse = w * (1.0 + r) / lost
+    d_impulse = (dw * (1.0 + r) + 2.0 * w * dr / lost) / lost
+    return duration, d_duration, impulse, d_impulse
+
+
+@jit_inline
+def add_impulse(p, impulse, turn, m, changes, total, d_total) -> None:
+    """Add an impulse and its derivatives to the sums at the frequencies k nu/m.
+
+    Parameters
+    ----------
+    p : Parameters
+    impulse, turn : float
+        Change of x', and phase.
+    m : int
+        Denominator of the frequencies.
+    changes : (2, N_PARAMETERS) float
+        Derivatives of impulse and phase.
+    total : (harmonics + 1,) complex
+        Increased as by `orbits.harmonics.add_support_forces`.
+    d_total : (harmonics + 1, N_PARAMETERS) complex
+        Increased by the derivatives.
+    """
+    rotation, power = phase_factor(turn / m), complex(1.0, 0.0)
+    share = p.nu / TWO_PI
+    for q in range(total.size):
+        total[q] += impulse * share * power
+        for k in range(N_PARAMETERS):
+            change = changes[0, k] * share
+            d_total[q, k] += complex(change, -impulse * p.nu * q / m * changes[1, k]) * power
+        d_total[q, NU] += impulse / TWO_PI * power
+        power *= rotation
+
+
+@jit_inline
+def start_of_rest(flights, j, m):
+    """Return the impact before the rest that ends with flight j, and its phase before that."""
+    i = j - 1 if j > 0 else flights.speed.size - 1
+    return i, flights.end[i] - (m if j == 0 else 0)
+
+
+@jit_inline
+def add_rest(p, length, flights, j, m, changes, total, d_total) -> None:
+    """Add chatter and rest before a released flight, and their derivatives, to the sums at k nu/m."""
+    support, release = flights.home[j], flights.start[j]
+    i, turn = start_of_rest(flights, j, length)
+    sigma, speed = -1.0 if support == 1 else 1.0, flights.speed[i]
+    duration, impulse = 0.0, 0.0
+    for k in range(N_PARAMETERS):
+        d_turn = flights.d_end[i, k]
+        duration, d_duration, impulse, d_impulse = chatter(
+            p, support, turn, speed, d_turn, flights.d_speed[i, k], k
+        )
+        changes[0, k], changes[1, k] = sigma * d_impulse, d_turn + 0.5 * d_duration
+        start = turn + duration
+        # The support force at the release is zero, so its phase does not count.
+        at_start = -sigma * gap_acceleration(p, support, start, 0.0, 0.0) * (d_turn + d_duration)
+        dx = support_derivative(support, k)
+        for q in range(total.size):
+            d_total[q, k] -= at_start * phase_factor(start * q / m)
+            d_total[q, k] += dx * phase_integral(q / m, start, release)
+            if k == F:
+                d_total[q, k] += reaction_integral(p, q, m, start, release) * (1.0 / p.f)
+    add_impulse(p, sigma * impulse, turn + 0.5 * duration, m, changes, total, d_total)
+    for q in range(total.size):
+        total[q] += rest_force(p, support, q, m, turn + duration, release)
+
+
+@jit_inline
+def add_support_derivatives(p, length, flights, m, changes, total, d_total) -> None:
+    """Add the support forces of an orbit, and their derivatives, to the sums at the frequencies k nu/m.
+
+    Parameters
+    ----------
+    p, m, changes, total, d_total
+        As for `add_impulse`; `changes` is work space.
+    length : int
+        Period multiple of the orbit.
+    flights : Flights
+        Filled by `vary_orbit`.
+    """
+    for j in range(flights.speed.size):
+        support, speed = flights.support[j], flights.speed[j]
+        sigma, r = -1.0 if support == 1 else 1.0, restitution_at(p, support)
+        for k in range(N_PARAMETERS):
+            change = (1.0 + r) * flights.d_speed[j, k] + restitution_derivative(support, k) * speed
+            changes[0, k], changes[1, k] = sigma * change, flights.d_end[j, k]
+        add_impulse(p, sigma * (1.0 + r) * speed, flights.end[j], m, changes, total, d_total)
+        if flights.released[j] == 1:
+            add_rest(p, length, flights, j, m, changes, total, d_total)
+
+
+@jit
+def divide_derivatives(p, m, length, total, d_total) -> None:
+    """Convert sums of support forces and their derivatives to amplitudes X(k nu/m) and theirs, in place.
+
+    Those near resonance are converted nonetheless; `replace_resonant_derivatives` computes them anew.
+    """
+    share = 1.0 / length
+    for q in range(total.size):
+        forced, w = q == m, q * p.nu / m
+        stiffness = dynamic_stiffness(p, q, m)
+        x = total[q] * share
+        if forced:
+            x += force_amplitude(p)
+        x = divide(x, stiffness)
+        total[q] = x
+        for k in range(N_PARAMETERS):
+            change = d_total[q, k] * share
+            if k == NU:
+                change -= x * complex(-2.0 * w * q / m, p.h * q / m)
+            elif k == H:
+                change -= x * complex(0.0, w)
+            elif k == F and forced:
+                change += complex(0.0, -0.5)
+            d_total[q, k] = divide(change, stiffness)
+
+
+@jit_inline
+def _integrate_flight(p, flights, j, cycles, work, sums):
+    """Integrate distance and variations of a flight times exp(-2 pi i cycles t), t in turns.
+
+    Returns
+    -------
+    complex
+        Of the distance from the support that is left; `sums` (VARIATIONS,) complex receives those of the variations.
+    """
+    home, start, end, w = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
+    begin_variations(p, w, work.ends)
+    sigma = -1.0 if home == 1 else 1.0
+    load, y, total = constant_load(sigma, support_position(p, home)), 0.0, complex(0.0, 0.0)
+    for v in range(VARIATIONS):
+        sums[v] = 0.0
+    steps = steps_of_flight(p, start, end)
+    dt = (end - start) * forcing_period(p) / steps
+    for step in range(steps):
+        turn = start + (end - start) * step / steps
+        sine, cosine = sincos_turns(turn)
+        taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
+        unit = Force(sigma * sine, sigma * cosine)
+        vary_step(p, work.c, unit, dt, DEGREE, work.ends, work.z)
+        for g in range(NODES.size):
+            at = turn + NODES[g] * (end - start) / steps
+            weight = phase_factor(cycles * at) * (WEIGHTS[g] * (end - start) / steps)
+            total += displacement(work.c, DEGREE, NODES[g]) * weight
+            for v in range(VARIATIONS):
+                value = work.z[DEGREE, v]
+                for n in range(DEGREE - 1, -1, -1):
+                    value = value * NODES[g] + work.z[n, v]
+                sums[v] += value * weight
+        y, w = motion(work.c, 1.0, dt)
+    return total
+
+
+@jit_inline
+def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_total) -> None:
+    """Replace amplitudes near resonance, and their derivatives, by quadrature of the motion and its variation.
+
+    Parameters
+    ----------
+    p, m, flights, total, d_total
+        As for `add_support_derivatives`, converted.
+    length : int
+        Period multiple of the orbit.
+    work : Workspace
+    sums : (2, VARIATIONS) complex
+        Work space.
+    """
+    period, share = forcing_period(p), 1.0 / length
+    for q in range(total.size):
+        if abs(dynamic_stiffness(p, q, m)) >= RESONANT:
+            continue
+        total[q] = 0.0
+        for k in range(N_PARAMETERS):
+            d_total[q, k] = 0.0
+        for j in range(flights.speed.size):
+            home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
+            released = flights.released[j] == 1
+            i = j - 1 if j > 0 else flights.speed.size - 1
+            sigma = -1.0 if home == 1 else 1.0
+            value = _integrate_flight(p, flights, j, q / m, work, sums[0])
+            held = phase_integral(q / m, start, flights.end[j])
+            if released:
+                held += phase_integral(q / m, start_of_rest(flights, j, length)[1], start)
+            total[q] += (support_position(p, home) * held + sigma * value) * share
+            a0 = flights.at_start[j, 0]
+            by_time = (sums[0, BY_Y] * w0 + sums[0, BY_W] * a0) * period
+            for k in range(N_PARAMETERS):
+                change = by_parameter(home, sums, 0, k)
+                if not released:
+                    dw0 = restitution_at(p, home) * flights.d_speed[i, k]
+                    dw0 += restitution_derivative(home, k) * flights.speed[i]
+                    change += sums[0, BY_W] * dw0 - by_time * flights.d_start[j, k]
+                moved = support_derivative(home, k) * held
+                d_total[q, k] += (moved + sigma * change) * share

@@ -1,0 +1,87 @@
+"""Derivatives by the parameters of motions without impacts: linear motions, and rests that never end."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit
+from vibropipe.physics.derivatives import N_PARAMETERS, NU, F, H, support_derivative
+from vibropipe.physics.linear import linear_amplitude, linear_multipliers
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.quotient import divide
+
+
+@jit
+def linear_amplitude_derivative(p, k):
+    """Return the derivative of `linear_amplitude` by parameter k."""
+    stiffness = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
+    if k == F:
+        return divide(complex(0.0, -0.5), stiffness)
+    change = complex(0.0, 0.0)
+    if k == NU:
+        change = complex(-2.0 * p.nu, p.h)
+    elif k == H:
+        change = complex(0.0, p.nu)
+    return divide(-linear_amplitude(p) * change, stiffness)
+
+
+@jit
+def linear_roots(p):
+    """Return the roots of s^2 + h s + 1 = 0 and their derivatives by h, in the order of `linear_multipliers`."""
+    b = 0.5 * p.h
+    square = (1.0 - b) * (1.0 + b)
+    root = math.sqrt(abs(square))
+    if square > 0.0:
+        first, second = complex(-b, root), complex(-b, -root)
+        slope = complex(0.0, 2.0 * root)
+    else:
+        first, second = complex(-1.0 / (b + root), 0.0), complex(-(b + root), 0.0)
+        slope = complex(2.0 * root, 0.0)
+    return first, second, divide(-first, slope), divide(second, slope)
+
+
+@jit
+def write_linear(p, out, row) -> None:
+    """Write the derivatives of the steady motion without impacts, for h > 0."""
+    period = forcing_period(p)
+    first, second, first_h, second_h = linear_roots(p)
+    multipliers = linear_multipliers(p)
+    amplitude = linear_amplitude(p)
+    for k in range(N_PARAMETERS):
+        x = linear_amplitude_derivative(p, k)
+        out.d_section[row, 0, k] = 2.0 * x.real
+        out.d_section[row, 1, k] = -2.0 * (p.nu * x.imag + (amplitude.imag if k == NU else 0.0))
+        if out.d_amplitudes.size > 0:
+            out.d_amplitudes[row, :, k] = 0.0
+            if out.d_amplitudes.shape[1] > 1:
+                out.d_amplitudes[row, 1, k] = x
+        if out.d_multipliers.size > 0:
+            by_first, by_second = complex(0.0, 0.0), complex(0.0, 0.0)
+            if k == NU:
+                by_first, by_second = -first * period / p.nu, -second * period / p.nu
+            elif k == H:
+                by_first, by_second = first_h * period, second_h * period
+            out.d_multipliers[row, 0, k] = multipliers[0] * by_first
+            out.d_multipliers[row, 1, k] = multipliers[1] * by_second
+        if out.d_exponent.size > 0:
+            out.d_exponent[row, k] = first_h.real if k == H else 0.0
+        if out.d_energy.size > 0:
+            work = -2.0 * math.pi * p.f * x.real
+            if k == F:
+                work -= 2.0 * math.pi * amplitude.real
+            out.d_energy[row, 0, k] = out.d_energy[row, 1, k] = work
+            out.d_energy[row, 2, k] = out.d_energy[row, 3, k] = 0.0
+
+
+@jit
+def write_held(support, out, row) -> None:
+    """Write the derivatives of a mass that rests on a support for ever."""
+    for k in range(N_PARAMETERS):
+        out.d_section[row, 0, k], out.d_section[row, 1, k] = support_derivative(support, k), 0.0
+        if out.d_amplitudes.size > 0:
+            out.d_amplitudes[row, :, k] = 0.0
+            out.d_amplitudes[row, 0, k] = support_derivative(support, k)
+        if out.d_multipliers.size > 0:
+            out.d_multipliers[row, :, k] = 0.0
+        if out.d_energy.size > 0:
+            out.d_energy[row, :, k] = 0.0

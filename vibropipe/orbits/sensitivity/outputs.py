@@ -1,0 +1,223 @@
+"""The output `sensitivity`: the derivatives of the quantities of a closed orbit by the parameters."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit_allocating, jit_inline
+from vibropipe.orbits.sensitivity.flights import (
+    Contacts,
+    Flights,
+    first_flights,
+    new_flights,
+    restitution_at,
+    vary_orbit,
+)
+from vibropipe.orbits.sensitivity.harmonics import (
+    add_support_derivatives,
+    divide_derivatives,
+    replace_resonant_derivatives,
+)
+from vibropipe.orbits.sensitivity.multipliers import fill_multipliers
+from vibropipe.physics.derivatives import (
+    N_PARAMETERS,
+    NU,
+    F,
+    restitution_derivative,
+    support_derivative,
+)
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.quotient import divide
+from vibropipe.physics.variation import (
+    BY_W,
+    BY_Y,
+    VARIATIONS,
+    Workspace,
+    by_parameter,
+    new_workspace,
+    vary_flight,
+)
+
+
+class Differentiation(NamedTuple):
+    """Work arrays of the derivatives of orbits.
+
+    Attributes
+    ----------
+    work : Workspace
+    flights : Flights
+    contacts : Contacts
+        Room for the contacts of a marched orbit.
+    changes : (2, N_PARAMETERS) float
+    values : (2,) complex
+    pair : (2, N_PARAMETERS) complex
+    sums : (2, VARIATIONS) complex
+    totals : (n,) complex
+        n the largest number of amplitudes.
+    """
+
+    work: Workspace
+    flights: Flights
+    contacts: Contacts
+    changes: np.ndarray
+    values: np.ndarray
+    pair: np.ndarray
+    sums: np.ndarray
+    totals: np.ndarray
+
+
+@jit_allocating
+def new_differentiation(out, impacts, rests):
+    """Return work arrays for the derivatives in `out`, of orbits of so many impacts and rests."""
+    contacts = Contacts(
+        np.empty(impacts), np.empty(impacts), np.empty(impacts, np.int8),
+        np.empty(rests), np.empty(rests, np.int8),
+    )  # fmt: skip
+    totals = max(2, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
+    return Differentiation(
+        new_workspace(), new_flights(impacts), contacts, np.empty((2, N_PARAMETERS)),
+        np.empty(2, np.complex128), np.empty((2, N_PARAMETERS), np.complex128),
+        np.empty((2, VARIATIONS), np.complex128), np.empty(totals, np.complex128),
+    )  # fmt: skip
+
+
+@jit_inline
+def write_section(p, flights, work, section) -> None:
+    """Write the derivatives of the state at the start of the orbit into (2, N_PARAMETERS)."""
+    home, start, w0 = flights.home[0], flights.start[0], flights.departure[0]
+    released = flights.released[0] == 1
+    sigma, i = -1.0 if home == 1 else 1.0, flights.speed.size - 1
+    is_held = released and start > 0.0
+    if not is_held:
+        vary_flight(p, home, start, 0.0, w0, work)
+    ends, a0, period = work.ends, flights.at_start[0, 0], forcing_period(p)
+    for k in range(N_PARAMETERS):
+        section[0, k], section[1, k] = support_derivative(home, k), 0.0
+        if is_held:
+            continue
+        dw0 = restitution_at(p, home) * flights.d_speed[i, k]
+        dw0 += restitution_derivative(home, k) * flights.speed[i]
+        for part in range(2):
+            change = by_parameter(home, ends, part, k)
+            if not released:
+                by_time = (ends[part, BY_Y] * w0 + ends[part, BY_W] * a0) * period
+                change += ends[part, BY_W] * dw0 - by_time * flights.d_start[0, k]
+            section[part, k] += sigma * change
+
+
+@jit_inline
+def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes):
+    """Write the derivatives of the amplitudes X(k nu/denominator) into (harmonics + 1, N_PARAMETERS) complex.
+
+    `room.totals` receives the amplitudes.
+    """
+    total = room.totals[: d_amplitudes.shape[0]]
+    for q in range(total.size):
+        total[q] = 0.0
+        for k in range(N_PARAMETERS):
+            d_amplitudes[q, k] = 0.0
+    add_support_derivatives(p, m, flights, denominator, room.changes, total, d_amplitudes)
+    divide_derivatives(p, denominator, m, total, d_amplitudes)
+    replace_resonant_derivatives(
+        p, denominator, m, flights, room.work, room.sums, total, d_amplitudes
+    )
+
+
+@jit_inline
+def write_energy_derivatives(p, m, flights, room, energy) -> None:
+    """Write the derivatives of work of the force and losses by damping and supports into (4, N_PARAMETERS)."""
+    write_amplitude_derivatives(p, m, flights, room, 1, room.pair)
+    for k in range(N_PARAMETERS):
+        # The work over a forcing period is -2 pi f Re X(nu).
+        energy[0, k] = -2.0 * math.pi * m * p.f * room.pair[1, k].real
+        energy[2, k] = energy[3, k] = 0.0
+    energy[0, F] -= 2.0 * math.pi * m * room.totals[1].real
+    for j in range(flights.speed.size):
+        support, speed = flights.support[j], flights.speed[j]
+        r, i, home = restitution_at(p, support), j - 1, flights.home[j]
+        if j == 0:
+            i = flights.speed.size - 1
+        for k in range(N_PARAMETERS):
+            dr, change = restitution_derivative(support, k), flights.d_speed[j, k]
+            lost = (1.0 - r) * (1.0 + r) * speed * change - r * dr * speed * speed
+            energy[1 + support, k] += lost
+            if flights.released[j] == 1:
+                # The chatter before the rest loses what is left after its first impact.
+                w = restitution_at(p, home) * flights.speed[i]
+                dw = restitution_at(p, home) * flights.d_speed[i, k]
+                energy[1 + home, k] += w * (dw + restitution_derivative(home, k) * flights.speed[i])
+    for k in range(N_PARAMETERS):
+        energy[1, k] = energy[0, k] - energy[2, k] - energy[3, k]
+
+
+@jit_inline
+def write_stability_derivatives(p, m, flights, room, out, row) -> None:
+    """Write the derivatives of multipliers and Lyapunov exponent of an orbit."""
+    fill_multipliers(p, m, flights, room.changes[0], room.values, room.pair)
+    length = m * forcing_period(p)
+    for k in range(N_PARAMETERS):
+        if out.d_multipliers.size > 0:
+            out.d_multipliers[row, 0, k] = room.pair[0, k]
+            out.d_multipliers[row, 1, k] = room.pair[1, k]
+        if out.d_exponent.size > 0:
+            out.d_exponent[row, k] = divide(room.pair[0, k], room.values[0]).real / length
+            if k == NU:
+                out.d_exponent[row, k] += math.log(abs(room.values[0])) / (length * p.nu)
+
+
+@jit_inline
+def write_impact_derivatives(flights, out, row, first) -> None:
+    """Write the derivatives of phases and velocities of the impacts, and of the largest velocity on each support."""
+    for j in range(flights.speed.size):
+        sign = 1.0 if flights.support[j] == 1 else -1.0
+        for k in range(N_PARAMETERS):
+            out.d_impacts[first + j, 0, k] = flights.d_end[j, k]
+            out.d_impacts[first + j, 1, k] = sign * flights.d_speed[j, k]
+    for side in range(2):
+        fastest = -1
+        for j in range(flights.speed.size):
+            if flights.support[j] == side + 1 and (
+                fastest < 0 or flights.speed[j] > flights.speed[fastest]
+            ):
+                fastest = j
+        if fastest >= 0:
+            for k in range(N_PARAMETERS):
+                out.d_velocity_max[row, side, k] = flights.d_speed[fastest, k]
+
+
+@jit_allocating
+def write_sensitivity(p, contacts, m, room, out, row, first) -> None:
+    """Write the derivatives of an orbit with impacts by the parameters; what is undefined stays NaN.
+
+    Parameters
+    ----------
+    p : Parameters
+    contacts : Contacts
+        Of the orbit.
+    m : int
+        Period multiple.
+    room : Differentiation
+    out : RowResults
+        Arrays `d_*`, NaN on entry; those without entries are not computed.
+    row : int
+        Index into `out`.
+    first : int
+        Index of the first impact of the row.
+    """
+    flights = first_flights(room.flights, contacts.position.size)
+    if not vary_orbit(p, contacts, m, flights, room.work):
+        return
+    write_section(p, flights, room.work, out.d_section[row])
+    if out.d_impacts.size > 0:
+        write_impact_derivatives(flights, out, row, first)
+    if out.d_multipliers.size + out.d_exponent.size > 0:
+        write_stability_derivatives(p, m, flights, room, out, row)
+    if out.d_amplitudes.size > 0:
+        write_amplitude_derivatives(p, m, flights, room, 1, out.d_amplitudes[row])
+    if out.d_subharmonics.size > 0 and m > 1:
+        write_amplitude_derivatives(p, m, flights, room, m, out.d_subharmonics[row])
+    if out.d_energy.size > 0:
+        write_energy_derivatives(p, m, flights, room, out.d_energy[row])

@@ -1,0 +1,287 @@
+"""Derivatives of a flight by its start and by the parameters: variations that fly along with the motion.
+
+In the frame y = sigma (x - x_ref) of a support, eq. (5) reads y'' + h y' + y = load + sigma f sin(nu tau). Times are
+phases, in turns. The derivative of y by a parameter at a fixed phase obeys the same equation with another right-hand
+side, its source: 1 for the constant load, sigma sin(nu tau) for f, -y' for h and, since tau = phase 2 pi/nu,
+-(2 y'' + h y')/nu for nu. Each is a Taylor polynomial by the recurrence of `physics.flow`, so resonance and critical
+damping are no special cases. A further parameter of the force adds a column with its source.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.derivatives import NU, F, H, load_derivative
+from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, free_flow, motion, taylor
+from vibropipe.physics.load import (
+    Force,
+    constant_load,
+    first_terms,
+    force_at,
+    forcing_period,
+    next_term,
+    sincos_turns,
+)
+from vibropipe.physics.quotient import divide
+
+# Variations of a flight: by its displacement and velocity at the start, and responses to the sources.
+BY_Y, BY_W, BY_LOAD, BY_NU, BY_H, BY_F = range(6)
+VARIATIONS = 6
+# Product of the fastest rate and the length of a flight above which, and modulus of the dynamic stiffness of the force
+# above which, the closed form of the variations loses at most three digits; it takes a tenth of the time of the steps.
+SHORT_REACH, NEAR_RESONANCE = 1.0, 0.1
+# Degrees that suffice for steps whose product with the fastest rate is below these limits: the hops of a chatter.
+SHORT_DEGREES = ((0.1, 11), (0.01, 8), (0.0005, 6))
+# 1 / ((n + 1) (n + 2)) and 1 / (n + 2).
+FACTORS = np.array([1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1)])
+SHARES = np.array([1.0 / (n + 2) for n in range(DEGREE - 1)])
+
+
+class Workspace(NamedTuple):
+    """Work arrays of variations.
+
+    Attributes
+    ----------
+    c : (DEGREE + 1,) float
+        Polynomial of the motion.
+    z : (DEGREE + 1, VARIATIONS) float
+        Polynomials of the variations.
+    ends : (2, VARIATIONS) float
+    """
+
+    c: np.ndarray
+    z: np.ndarray
+    ends: np.ndarray
+
+
+@jit_allocating
+def new_workspace():
+    """Return a new `Workspace`."""
+    return Workspace(
+        np.empty(DEGREE + 1),
+        np.empty((DEGREE + 1, VARIATIONS)),
+        np.empty((2, VARIATIONS)),
+    )
+
+
+@jit
+def vary_step(p, c, unit, dt, degree, ends, z) -> None:
+    """Fill the polynomials of all variations over a step, and move the variations to its end.
+
+    Parameters
+    ----------
+    p : Parameters
+    c : (DEGREE + 1,) float
+        The motion over the step (`taylor`).
+    unit : Force
+        The force of a unit amplitude at the start of the step.
+    dt : float
+        The step.
+    degree : int
+        Of the polynomials, at most DEGREE.
+    ends : (2, VARIATIONS) float
+        Displacements and velocities at the start; on return those at the end.
+    z : (DEGREE + 1, VARIATIONS) float
+        Filled with the coefficients by theta.
+    """
+    square, damped, by_nu = dt * dt, p.h * dt, 1.0 / p.nu
+    term, term_next = first_terms(unit, p.nu * dt)
+    for v in range(VARIATIONS):
+        z[0, v], z[1, v] = ends[0, v], ends[1, v] * dt
+        ends[0, v], ends[1, v] = z[0, v] + z[1, v], z[1, v]
+    for n in range(degree - 1):
+        to_next, share = square * FACTORS[n], damped * SHARES[n]
+        for v in range(VARIATIONS):
+            z[n + 2, v] = -to_next * z[n, v] - share * z[n + 1, v]
+        z[n + 2, BY_LOAD] += 0.5 * square if n == 0 else 0.0
+        z[n + 2, BY_NU] -= (2.0 * c[n + 2] + share * c[n + 1]) * by_nu
+        z[n + 2, BY_H] -= dt * SHARES[n] * c[n + 1]
+        z[n + 2, BY_F] += to_next * term
+        term, term_next = term_next, next_term(term, p.nu * dt, FACTORS[n])
+        for v in range(VARIATIONS):
+            ends[0, v] += z[n + 2, v]
+            ends[1, v] += (n + 2) * z[n + 2, v]
+    for n in range(degree + 1, DEGREE + 1):
+        for v in range(VARIATIONS):
+            z[n, v] = 0.0
+    for v in range(VARIATIONS):
+        ends[1, v] /= dt
+
+
+@jit
+def begin_variations(p, w, ends) -> None:
+    """Fill ends (2, VARIATIONS) with the variations at the start of a flight with the rate w."""
+    for v in range(VARIATIONS):
+        ends[0, v] = ends[1, v] = 0.0
+    ends[0, BY_Y] = ends[1, BY_W] = 1.0
+    # The derivative by the phase is fixed with w at nu: w = nu dy/dphase / (2 pi).
+    ends[1, BY_NU] = -w / p.nu
+
+
+@jit
+def steps_of_flight(p, start, end):
+    """Return the steps of a flight from `start` to `end`, in turns, for which a polynomial is exact to rounding."""
+    return max(1, math.ceil((end - start) * forcing_period(p) * fastest_rate(p.nu, p.h) / REACH))
+
+
+@jit
+def vary_by_steps(p, support, start, end, w, work) -> None:
+    """Fill work.ends with the variations at the end of a flight step by step; arguments as for `vary_flight`."""
+    ends = work.ends
+    begin_variations(p, w, ends)
+    sigma = -1.0 if support == 1 else 1.0
+    load, y = constant_load(sigma, support_position(p, support)), 0.0
+    steps = steps_of_flight(p, start, end)
+    dt = (end - start) * forcing_period(p) / steps
+    degree = DEGREE
+    for reach, enough in SHORT_DEGREES:
+        if dt * fastest_rate(p.nu, p.h) < reach:
+            degree = enough
+    if dt > 0.0:
+        for step in range(steps):
+            turn = start + (end - start) * step / steps
+            sine, cosine = sincos_turns(turn)
+            taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
+            unit = Force(sigma * sine, sigma * cosine)
+            vary_step(p, work.c, unit, dt, degree, ends, work.z)
+            y, w = motion(work.c, 1.0, dt)
+    ends[1, BY_NU] += w / p.nu
+
+
+@jit
+def vary_in_closed_form(p, support, start, end, w, ends) -> None:
+    """Fill the variations at the end of a flight from the derivatives of the flow; arguments as for `vary_flight`.
+
+    A unit force exp(i nu t) moves the mass from rest to X (exp(i nu t) - e11 - i nu e12), X = 1/(1 - nu^2 + i h nu),
+    which cancels in a short flight or near resonance.
+    """
+    turns = end - start
+    t = turns * forcing_period(p)
+    sigma = -1.0 if support == 1 else 1.0
+    load = constant_load(sigma, support_position(p, support))
+    e11, e12, e21, e22 = free_flow(p.h, t)
+    d11, d12, d21, d22 = free_flow_by_h(p.h, t)
+    x = divide(complex(1.0, 0.0), complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu))
+    x_nu, x_h = -complex(-2.0 * p.nu, p.h) * x * x, -complex(0.0, p.nu) * x * x
+    sine, cosine = sincos_turns(turns)
+    forced, rate = complex(cosine, sine), complex(0.0, p.nu)
+    shape, speed = forced - e11 - rate * e12, rate * forced - e21 - rate * e22
+    sine, cosine = sincos_turns(start)
+    at_start = sigma * complex(cosine, sine)
+    ends[0, BY_Y], ends[0, BY_W], ends[1, BY_Y], ends[1, BY_W] = e11, e12, e21, e22
+    ends[0, BY_LOAD], ends[1, BY_LOAD] = 1.0 - e11, e12
+    ends[0, BY_F], ends[1, BY_F] = (at_start * x * shape).imag, (at_start * x * speed).imag
+    by_h = x_h * shape - x * (d11 + rate * d12), x_h * speed - x * (d21 + rate * d22)
+    ends[0, BY_H] = d12 * w - d11 * load + p.f * (at_start * by_h[0]).imag
+    ends[1, BY_H] = d22 * w + d12 * load + p.f * (at_start * by_h[1]).imag
+    turned = complex(0.0, 1.0) * forced
+    by_nu = x_nu * shape + x * (t * turned - complex(0.0, e12))
+    rate_by_nu = x_nu * speed + x * (turned + t * rate * turned - complex(0.0, e22))
+    y1 = e12 * w + load * (1.0 - e11) + p.f * ends[0, BY_F]
+    w1 = e22 * w + load * e12 + p.f * ends[1, BY_F]
+    a1 = p.f * (at_start * forced).imag + load - p.h * w1 - y1
+    ends[0, BY_NU] = p.f * (at_start * by_nu).imag - t / p.nu * w1
+    ends[1, BY_NU] = p.f * (at_start * rate_by_nu).imag - t / p.nu * a1
+
+
+@jit
+def vary_flight(p, support, start, end, w, work) -> None:
+    """Fill the variations at the end of a flight.
+
+    Parameters
+    ----------
+    p : Parameters
+    support : int
+        The support that the flight leaves, 1 or 2.
+    start, end : float
+        Phases, in turns.
+    w : float
+        Rate of the distance from the support at the start.
+    work : Workspace
+        `ends` is filled with the derivatives of distance and rate at the end: by those at the start, by a constant
+        load, and by nu, h and f at fixed phases.
+    """
+    reach = (end - start) * forcing_period(p) * fastest_rate(p.nu, p.h)
+    stiffness = abs((1.0 - p.nu) * (1.0 + p.nu)) + p.h * p.nu
+    if reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
+        vary_in_closed_form(p, support, start, end, w, work.ends)
+    else:
+        vary_by_steps(p, support, start, end, w, work)
+
+
+@jit
+def by_parameter(support, ends, part, k):
+    """Return the derivative by parameter k of a variation: ends[part] summed over what k changes in the flight.
+
+    Parameters
+    ----------
+    support : int
+        The support that the flight leaves.
+    ends : (2, VARIATIONS) float
+        Of `vary_flight`.
+    part : int
+        0 for the distance, 1 for its rate.
+    k : int
+    """
+    total = load_derivative(support, k) * ends[part, BY_LOAD]
+    if k == NU:
+        total += ends[part, BY_NU]
+    elif k == H:
+        total += ends[part, BY_H]
+    elif k == F:
+        total += ends[part, BY_F]
+    return total
+
+
+@jit
+def free_flow_by_h(h, t):
+    """Return the derivative of the matrix of `free_flow` by h, as (e11, e12, e21, e22).
+
+    Notes
+    -----
+    With z = (1 - h^2/4) t^2, e12 = exp(-h t/2) t s(z) and e22 = exp(-h t/2) (cos(sqrt z) - h t s(z)/2),
+    s(z) = sin(sqrt z)/sqrt z; near z = 0 s and its derivative are summed from their series.
+    """
+    b = 0.5 * h
+    z = (1.0 - b) * (1.0 + b) * t * t
+    if z < -1.0:
+        root = math.sqrt((b - 1.0) * (b + 1.0))
+        slow, fast = -1.0 / (b + root), -(b + root)
+        slow_h, fast_h = -slow / (2.0 * root), fast / (2.0 * root)
+        e_slow, e_fast = math.exp(slow * t), math.exp(fast * t)
+        e12 = 0.5 * (e_slow - e_fast) / root
+        e12_h = 0.5 * (t * (slow_h * e_slow - fast_h * e_fast) - b * e12 / root) / root
+        e22 = 0.5 * (slow * e_slow - fast * e_fast) / root
+        e22_h = (
+            0.5
+            * (
+                slow_h * (1.0 + slow * t) * e_slow
+                - fast_h * (1.0 + fast * t) * e_fast
+                - b * e22 / root
+            )
+            / root
+        )
+    else:
+        if z > 1.0:
+            angle = math.sqrt(z)
+            even, odd = math.cos(angle), math.sin(angle) / angle
+            odd_z = 0.5 * (even - odd) / z
+        else:
+            even, odd, odd_z, term = 1.0, 1.0, 0.0, 1.0
+            for n in range(1, 12):
+                odd_z -= term * n / ((2 * n - 1) * (2 * n) * (2 * n + 1))
+                term *= -z / ((2 * n - 1) * (2 * n))
+                even += term
+                odd += term / (2 * n + 1)
+        decay, z_h = math.exp(-b * t), -b * t * t
+        e12_h = decay * t * (odd_z * z_h - 0.5 * t * odd)
+        e22_h = decay * (
+            -0.5 * odd * z_h - 0.5 * t * odd - b * t * odd_z * z_h - 0.5 * t * (even - b * t * odd)
+        )
+        e12 = decay * t * odd
+    return e22_h + e12 + h * e12_h, e12_h, -e12_h, e22_h

@@ -1,0 +1,92 @@
+"""Derivatives of labelled quantities by the parameters, from those of amplitudes, impacts and sections."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.orbits.outputs import RowResults
+from vibropipe.physics.derivatives import NU
+from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
+
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+# Share of the largest amplitude, or of its derivative, below which an amplitude, or a derivative, is rounding.
+ROUNDING = 1e-13
+
+
+def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
+    """Label the derivatives of compacted results.
+
+    Parameters
+    ----------
+    rows : RowResults
+        With arrays `d_*`; those without entries are left out.
+    nu : (rows,) array
+        Frequency of the first harmonic.
+
+    Returns
+    -------
+    Variables
+        `<name>_sensitivity` over the dimensions of `<name>` and `parameter`.
+    """
+    labelled: Variables = {
+        "displacement_strobe": (("row",), rows.d_section[:, 0]),
+        "velocity_strobe": (("row",), rows.d_section[:, 1]),
+    }
+    if rows.d_amplitudes.size > 0:
+        labelled |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
+    if rows.d_multipliers.size > 0:
+        labelled["floquet_multiplier"] = (("row", "multiplier"), rows.d_multipliers)
+    if rows.impact_count.size > 0:
+        labelled["impact_phase"] = (("impact",), rows.d_impacts[:, 0])
+        labelled["impact_velocity"] = (("impact",), rows.d_impacts[:, 1])
+        labelled["impact_velocity_max"] = (("row", "support"), rows.d_velocity_max)
+    if rows.d_energy.size > 0:
+        labelled["energy_input"] = (("row",), rows.d_energy[:, 0])
+        labelled["energy_damping"] = (("row",), rows.d_energy[:, 1])
+        labelled["energy_impact"] = (("row", "support"), rows.d_energy[:, 2:])
+    if rows.d_subharmonics.size > 0:
+        amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
+        labelled["subharmonic_displacement_amplitude"] = (("row", "subharmonic"), amplitude)
+        labelled["subharmonic_displacement_phase"] = (("row", "subharmonic"), phase)
+    if rows.d_exponent.size > 0:
+        labelled["lyapunov_exponent"] = (("row",), rows.d_exponent)
+    return {
+        name + SENSITIVITY_SUFFIX: ((*dims, PARAMETER), values)
+        for name, (dims, values) in labelled.items()
+    }
+
+
+def _harmonics(amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray) -> Variables:
+    """Return the derivatives of means, amplitudes and phases of displacement and velocity."""
+    mean = derivatives[:, 0].real
+    amplitude, phase = _polar(amplitudes[:, 1:], derivatives[:, 1:])
+    multiples = np.arange(1, amplitudes.shape[1])[None, :, None]
+    rate = multiples * nu[:, None, None] * amplitude
+    rate[:, :, NU] += multiples[:, :, 0] * 2 * np.abs(amplitudes[:, 1:])
+    dims = ("row", "harmonic")
+    return {
+        "displacement_mean": (("row",), mean),
+        "displacement_amplitude": (dims, amplitude),
+        "displacement_phase": (dims, phase),
+        "velocity_mean": (("row",), 0.0 * mean),
+        "velocity_amplitude": (dims, rate),
+        "velocity_phase": (dims, phase),
+    }
+
+
+def _polar(values: np.ndarray, derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of 2 |X| and arg X, from X (rows, n) and its derivatives (rows, n, parameters).
+
+    Where X is zero within rounding the phase has no derivative, and the amplitude one only if that of X is zero.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = np.abs(values)[:, :, None]
+        turned = values.conj()[:, :, None] * derivatives
+        amplitude, phase = 2.0 * turned.real / size, turned.imag / size**2
+        slope = np.abs(derivatives)
+        largest = np.nanmax(np.nan_to_num(size), axis=1, keepdims=True, initial=0.0)
+        steepest = np.nanmax(np.nan_to_num(slope), axis=1, keepdims=True, initial=0.0)
+        vanishes = size <= ROUNDING * largest
+        stays = slope <= ROUNDING * steepest
+    cone = np.where(np.isnan(derivatives) | ~stays, np.nan, 0.0)
+    return np.where(vanishes, cone, amplitude), np.where(vanishes, np.nan, phase)

@@ -18,6 +18,7 @@ _FACE = {
     "basins": "vibropipe.solve.basins",
     "boundary": "vibropipe.solve.boundary",
     "design": "vibropipe.solve.design.face",
+    "identify": "vibropipe.solve.identify",
     "tolerance": "vibropipe.solve.tolerance",
     "backbone": "vibropipe.solve.conservative",
     "amplitude_frequency": "vibropipe.solve.conservative",
@@ -41,6 +42,7 @@ __all__ = [
     "boundary",
     "branch",
     "design",
+    "identify",
     "load",
     "one_sided_orbit",
     "one_sided_orbit_boundaries",
@@ -71,6 +73,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.conservative import amplitude_frequency, backbone
     from vibropipe.solve.design.face import design
+    from vibropipe.solve.identify import identify
     from vibropipe.solve.motion import simulate
     from vibropipe.solve.physical import to_physical
     from vibropipe.solve.steady import steady_state

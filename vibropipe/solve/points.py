@@ -15,7 +15,7 @@ from vibropipe.solve.named import Named
 from vibropipe.solve.rows import Start, columns_of, solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -101,9 +101,9 @@ def solve_points(
         x0, v0 = (part if np.ndim(part) == 0 else part[first:stop] for part in start)
         return x0, v0
 
-    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress
     effects = all_effects(columns_of(parameters))
-    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver, effects)) as blocks:
+    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects
+    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver)) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
             parts.append(label_rows(solved, parameters[begin:stop]))
@@ -121,6 +121,7 @@ def points_dataset(
     coords = {
         name: (dim, values) if name in varied else ((), values[0])
         for name, values in columns.items()
+        if name in varied or name not in FURTHER or values.any()
     }
     variables = {
         name: (tuple(dim if each == "row" else each for each in dims), values)

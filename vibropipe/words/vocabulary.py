@@ -40,6 +40,10 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_lower": ("lower bound of {}", True),
     "_upper": ("upper bound of {}", True),
     "_tolerance": ("tolerance of {}", True),
+    "_measured": ("measured {}", True),
+    "_fitted": ("fitted {}", True),
+    "_noise": ("noise of {}", True),
+    "_misfit": ("root mean square misfit of {}", True),
 }
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
 UNDEFINED = (

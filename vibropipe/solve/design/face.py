@@ -12,7 +12,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.solve import tolerance as spread
 from vibropipe.solve.checks import check_whole
-from vibropipe.solve.design.goals import Goals, check_allow, goals_of
+from vibropipe.solve.design.goals import CURVE, Goals, check_allow, goals_of
 from vibropipe.solve.design.margin import law_margin
 from vibropipe.solve.design.needed import needed_tolerances
 from vibropipe.solve.design.pareto import FRONT, front
@@ -110,6 +110,8 @@ def design(
         <parameter>_tolerance
             With `allow`: how far each parameter may be off, up or down, all at once, so that the law, the bounds and
             the targets within `allow` hold, at all corners of this box; NaN where none does.
+        displacement_misfit
+            Root mean square distance from the wanted curve; designs are ranked by it.
         <name>_target, <name>_lower, <name>_upper
             What is wanted, NaN where nothing is.
 
@@ -205,6 +207,7 @@ def design_dataset(
         "design_result": ("design", np.array([each.result for each in designs], np.int8)),
         "design_miss": ("design", np.abs(misses).max(axis=1, initial=0.0)),
         "law_margin": ("design", np.array(margins)),
+        **curve_misfit(problem, designs),
         **bound_variables(problem.goals, harmonics),
     }
     if problem.allow:
@@ -236,6 +239,14 @@ def design_dataset(
         )  # fmt: skip
         steps()
     return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
+
+
+def curve_misfit(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:
+    """Return the root mean square distance of designs from the wanted curve, if there is one."""
+    if problem.goals.curve is None:
+        return {}
+    apart = np.array([candidate.values[len(problem.names) :] for candidate in designs])
+    return {f"{CURVE}_misfit": ("design", np.sqrt((apart**2).mean(axis=1)))}
 
 
 def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:

@@ -221,7 +221,7 @@ def distinct(
         # Rounding must not decide the order of equal designs.
         costs = problem.costs(values)[:, 0]
         keys.append(np.round(costs / max(np.abs(costs).max(), 1e-300), 7))
-    if not met.any():
+    if not met.any() or problem.goals.curve is not None:
         keys.append(np.round(missed, 9))
     order = [int(n) for n in np.lexsort(keys) if met[n] or not met.any()]
     share = np.array([candidates[n].share for n in order])

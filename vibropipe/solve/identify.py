@@ -1,0 +1,303 @@
+"""The function `identify`: the parameters that explain a measured motion or response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
+from vibropipe.solve import curve_fit
+from vibropipe.solve.checks import check_whole
+from vibropipe.solve.design.face import check_vary
+from vibropipe.solve.design.goals import CURVE
+from vibropipe.solve.gradient import STEP, parameter_steps
+from vibropipe.solve.named import SIZES, Named, harmonics_of, named, outputs_of
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.points import Points, clipped, solve_points
+from vibropipe.words.designs import DESIGN_SAMPLES
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.vocabulary import describe, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLES = 128
+# Widths of the boxes around the best fit that samples are taken from, in shares of the ranges; samples refined in each;
+# evaluations of a search.
+BOXES = (1.0, 0.3, 0.1)
+REFINED, MAX_EVALUATIONS = 4, 40
+# Misfit, over the largest measured value, where the motion has not the measured quantity.
+ABSENT = 10.0
+A_TABLE = "a table with columns phase and displacement, or with swept parameters and quantities"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured.
+
+    Attributes
+    ----------
+    over : mapping of str to array
+        Swept parameters (n,), or the phase of a motion.
+    values : (n, q) array
+    names : list of Named
+        The quantities; empty for a motion.
+    weights : (q,) array
+        One over the standard deviation of each.
+    has_noise : bool
+        Whether the standard deviations are known.
+    """
+
+    over: Mapping[str, np.ndarray]
+    values: np.ndarray
+    names: list[Named]
+    weights: np.ndarray
+    has_noise: bool
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the quantities."""
+        return [name.name for name in self.names] or [CURVE]
+
+
+def identify(
+    exciter: Exciter,
+    measured: Any,
+    vary: Mapping[str, tuple[float, float]],
+    x0: float | None = None,
+    v0: float = 0.0,
+    noise: Mapping[str, float] | None = None,
+    samples: int = SAMPLES,
+) -> xr.Dataset:
+    """Find the parameters that explain a measured motion or response best in weighted least squares.
+
+    Samples of low discrepancy in the ranges of `vary` come first; the best are refined [1]_. The covariance is that of
+    the linear model at the solution [2]_.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        The parameters that are known.
+    measured : pandas.DataFrame or mapping of str to array_like
+        A motion: `phase`, in forcing periods after a rising zero of sin(nu tau), and `displacement`. Or a response: one
+        or several swept parameters (nu) and quantities named as the columns of `table` are (displacement_amplitude_1).
+        `pandas.read_csv` reads either from a file.
+    vary : mapping of str to (float, float)
+        Lower and upper end of each parameter to be found.
+    x0, v0 : float, optional
+        Start of every motion, as for `steady_state`.
+    noise : mapping of str to float, optional
+        Standard deviation of each measured quantity; needed for several. Otherwise it is estimated from the misfit.
+    samples : int
+        Number of samples.
+
+    Returns
+    -------
+    xarray.Dataset
+        <parameter>, <parameter>_std
+            Each parameter; of the varied ones the value found, and its standard deviation.
+        parameter_covariance (parameter, other_parameter)
+            Covariance of the values found.
+        <name>_measured, <name>_fitted (measurement)
+            Each quantity, measured and computed.
+        <name>_noise
+            Standard deviation of each quantity: given, or estimated from the misfit.
+        reduced_chi_square
+            Sum of squares over the degrees of freedom: near 1 if the given noise explains the misfit.
+
+    Raises
+    ------
+    ParameterError
+        If a name, a range or a table is wrong, or there are not more numbers than parameters.
+
+    References
+    ----------
+    .. [1] M. A. Branch, T. F. Coleman, Y. Li, A subspace, interior, and conjugate gradient method for large-scale
+       bound-constrained minimization problems, SIAM Journal on Scientific Computing 21 (1999) 1.
+    .. [2] D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications, Wiley 1988.
+    """
+    ranges = check_vary(exciter, vary)
+    data = read_measured(measured, ranges, noise)
+    check_whole("samples", samples, DESIGN_SAMPLES)
+    exciter.check_start(x0, v0)
+    model = _Model(exciter, data, list(ranges), x0, v0)
+    if data.values.size <= len(ranges):
+        must = f"must have more numbers than parameters to be found ({len(ranges)})"
+        raise ParameterError("measured", data.values.size, must=must)
+    low, high = np.array(list(ranges.values())).T
+    best = _search(model, low, high, samples)
+    return _dataset(model, best, list(ranges))
+
+
+def read_measured(
+    measured: Any, ranges: Mapping[str, Any], noise: Mapping[str, float] | None
+) -> Measured:
+    """Return a table of measurements, or raise a ParameterError."""
+    try:
+        table = {str(name): np.asarray(measured[name], float) for name in measured}
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise ParameterError("measured", measured, A_TABLE, got="another value") from None
+    sizes = {values.shape for values in table.values()}
+    if len(sizes) != 1 or len(sizes.copy().pop()) != 1:
+        raise ParameterError("measured", measured, A_TABLE, got="columns of different lengths")
+    if not all(np.isfinite(values).all() for values in table.values()):
+        raise ParameterError("measured", measured, "a table of finite numbers", got="nan")
+    if {"phase", CURVE} == {*table}:
+        over, names, values = {"phase": table["phase"]}, [], table[CURVE][:, None]
+    else:
+        over = {name: table[name] for name in table if name in Parameters._fields}
+        names = [named(name, "measured") for name in table if name not in over]
+        if not over or not names:
+            raise ParameterError("measured", measured, A_TABLE, got=", ".join(table))
+        for name in over.keys() & ranges.keys():
+            must = f"must leave out {name}, since it stands in the table"
+            raise ParameterError("vary", ranges, must=must, got="")
+        values = np.column_stack([table[name.name] for name in names])
+    columns = [name.name for name in names] or [CURVE]
+    if noise is None and len(columns) > 1:
+        must = f"is required, since several quantities are measured ({', '.join(columns)})"
+        raise ParameterError("noise", noise, must=must, got="")
+    if noise is not None and {*noise} != {*columns}:
+        must = f"must have the measured quantities as keys ({', '.join(columns)})"
+        raise ParameterError("noise", noise, must=must, got=", ".join(noise))
+    sigma = [number_within(f"noise.{c}", (noise or {}).get(c, 1.0), POSITIVE) for c in columns]
+    return Measured(over, values, names, 1 / np.array(sigma), noise is not None)
+
+
+@dataclass(frozen=True)
+class _Model:
+    """The measured quantities as functions of the parameters to be found."""
+
+    exciter: Exciter
+    data: Measured
+    found: list[str]
+    x0: float | None
+    v0: float
+
+    @property
+    def columns(self) -> list[int]:
+        return [Parameters._fields.index(name) for name in self.found]
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Return the quantities (n, rows, q) at values (n, k) of the parameters."""
+        base = np.tile(np.array(self.exciter.parameters()), (len(points), 1))
+        base[:, self.columns] = points
+        data = self.data
+        if not data.names:
+            solved = self._solve(base, curve_fit.OUTPUTS, 1)
+            phase = data.over["phase"]
+            return curve_fit.displacement_at(solved.variables, base, phase)[:, :, None]
+        rows = np.repeat(base, len(data.values), axis=0)
+        for name, values in data.over.items():
+            rows[:, Parameters._fields.index(name)] = np.tile(values, len(points))
+        solved = self._solve(rows, outputs_of(data.names), harmonics_of(data.names))
+        return solved.values(data.names).reshape(len(points), *data.values.shape)
+
+    def _solve(self, rows: np.ndarray, outputs: tuple[str, ...], harmonics: int) -> Points:
+        wanted = tuple(name for name in OUTPUTS if name in {*outputs, "stability"})
+        return solve_points(clipped(rows), (self.x0, self.v0), wanted, harmonics)
+
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """Return weighted misfits (n, rows * q) at values (n, k) of the parameters."""
+        data, values = self.data, self.values(points)
+        apart = values - data.values
+        for column, name in enumerate(data.names):
+            apart[..., column] = name.difference(values[..., column], data.values[:, column])
+        absent = ABSENT * np.abs(data.values).max(axis=0)
+        apart = np.where(np.isfinite(apart), apart, absent)
+        return (apart * data.weights).reshape(len(points), -1)
+
+    def jacobian(self, point: np.ndarray) -> np.ndarray:
+        """Return the derivatives (rows * q, k) of the weighted misfits by central differences."""
+        base = np.array(self.exciter.parameters())
+        base[self.columns] = point
+        steps = np.diag(parameter_steps(base, self.columns, STEP))
+        moved = self.residuals(np.vstack([point + steps, point - steps]))
+        k = len(point)
+        return ((moved[:k] - moved[k:]) / (2 * np.diag(steps))[:, None]).T
+
+
+def _search(model: _Model, low: np.ndarray, high: np.ndarray, samples: int) -> np.ndarray:
+    """Return the values (k,) of least misfit."""
+    from scipy.optimize import least_squares
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(low.size, scramble=False)
+    sequence.fast_forward(1)
+    middle, best, least = 0.5 * (low + high), 0.5 * (low + high), np.inf
+    for share in BOXES:
+        # Laws of motion divide the ranges: a search ends where its law does, so samples look around the best fit again.
+        reach = 0.5 * share * (high - low)
+        points = np.clip(middle + reach * (2 * sequence.random(samples) - 1), low, high)
+        order = np.argsort((model.residuals(points) ** 2).sum(axis=1), kind="stable")
+        for n in order[:REFINED]:
+            fit = least_squares(
+                lambda point: model.residuals(point[None])[0], points[n],
+                lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
+                xtol=1e-13, ftol=1e-13, max_nfev=MAX_EVALUATIONS,
+            )  # fmt: skip
+            if fit.cost < least * (1 - 1e-9):
+                best, least = fit.x, fit.cost
+        middle = best
+    return best
+
+
+def _dataset(model: _Model, best: np.ndarray, found: list[str]) -> xr.Dataset:
+    """Return the values found, with their covariance and the fit, as a labelled dataset."""
+    import xarray as xr
+
+    data, residuals = model.data, model.residuals(best[None])[0]
+    slopes = model.jacobian(best)
+    freedom = residuals.size - best.size
+    chi = float(residuals @ residuals) / freedom
+    scale = 1.0 if data.has_noise else chi
+    covariance = scale * np.linalg.pinv(slopes.T @ slopes)
+    parameters = {
+        **model.exciter.stated(),
+        **dict(zip(found, best.tolist(), strict=True)),
+    }
+    fitted = model.values(best[None])[0]
+    variables: dict[str, Any] = {
+        "parameter_covariance": (("parameter", "other_parameter"), covariance),
+        "reduced_chi_square": ((), chi if data.has_noise else 1.0),
+    }
+    sigma = np.sqrt(np.diag(covariance))
+    variables |= {f"{name}_std": ((), value) for name, value in zip(found, sigma, strict=True)}
+    for suffix, values in (
+        ("measured", data.values),
+        ("fitted", fitted),
+        ("noise", np.sqrt(scale) / data.weights),
+    ):
+        variables |= _by_quantity(data.names or [Named(CURVE, CURVE)], values, suffix)
+    coords: dict[str, Any] = {
+        name: ((), value) for name, value in parameters.items() if name not in data.over
+    }
+    coords |= {name: ("measurement", values) for name, values in data.over.items()}
+    labelled = [(dims, np.shape(values)) for dims, values in variables.values()]
+    sizes = {dim: n for dims, shape in labelled for dim, n in zip(dims, shape, strict=True)}
+    coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
+    coords |= {"parameter": found, "other_parameter": found}
+    start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
+    return describe(xr.Dataset(variables, coords, origin_attrs(EFFECT_NAMES, start)))
+
+
+def _by_quantity(names: list[Named], values: np.ndarray, suffix: str) -> dict[str, Any]:
+    """Return columns (..., q) as variables, the parts of a vector over its dimension; NaN of parts not measured."""
+    variables: dict[str, Any] = {}
+    dims = ("measurement",) if values.ndim == 2 else ()
+    for variable in dict.fromkeys(name.variable for name in names):
+        columns = [n for n, name in enumerate(names) if name.variable == variable]
+        if names[columns[0]].number is None:
+            variables[f"{variable}_{suffix}"] = (dims, values[..., columns[0]])
+            continue
+        numbers = [(names[n].number or 1) - 1 for n in columns]
+        parts = np.full((*values.shape[:-1], max(numbers) + 1), np.nan)
+        parts[..., numbers] = values[..., columns]
+        (dim,) = quantity(variable).dims
+        variables[f"{variable}_{suffix}"] = ((*dims, f"{dim}"), parts)
+    return variables

@@ -207,7 +207,10 @@ def freeze_layout(figure: Figure) -> None:
     The last bits of a position vary between runs of the layout solver, and names in an SVG file are
     made from positions.
     """
-    figure.draw_without_rendering()
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
     figure.set_layout_engine(
         None
     )  # "none" would keep a placeholder engine, which draws once more per file

@@ -22,6 +22,7 @@ from vibropipe.figures.style import (
     BLACK,
     GREY,
     SMALL_FONT_SIZE,
+    freeze_layout,
     legend,
     rasterise_many,
 )
@@ -144,8 +145,11 @@ def draw_maps(
 
 
 def thin_labels(figure: Figure) -> None:
-    """Remove labels of regions that would overlap or leave the map; the larger region keeps its label."""
-    figure.draw_without_rendering()
+    """Remove labels of regions that would overlap or leave the map; the larger region keeps its label.
+
+    The layout is final from then on: it does not depend on these labels.
+    """
+    freeze_layout(figure)
     for ax in figure.axes:
         kept: list[Bbox] = []
         inside = ax.get_window_extent()
@@ -178,7 +182,7 @@ def draw_laws(ax: Axes, part: xr.Dataset, laws: list[Law], x: str, y: str) -> No
                 ha="center", va="center", fontsize=SMALL_FONT_SIZE, gid=REGION,
                 bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
                       "alpha": 0.85},
-            )  # fmt: skip
+            ).set_in_layout(False)  # fmt: skip
     draw_borders(ax, codes, grid, BLACK)
     frame(ax)
 

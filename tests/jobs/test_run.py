@@ -1,5 +1,6 @@
 """The studies of a call, as the rules of the workflow read them."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -10,7 +11,7 @@ from vibropipe.jobs.solving import code_hash
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import NotWrittenError
+from vibropipe.store import NotWrittenError, write_sidecar
 
 SCENES = """\
 title: T
@@ -44,8 +45,7 @@ def job(study: str, scene: str) -> SimpleNamespace:
         (["results/third/report.pdf"], {"third"}),
         (["./results/third/one.nc", "results/first/one.nc"], {"third"}),
         (["--target-jobs", "solve:study=third,scene=one"], {"third"}),
-        (["figures_third:"], {"third"}),
-        (["--report", "results.html", "figures_none:"], set()),
+        (["--report", "results.html"], set()),
     ],
 )
 def test_a_study_on_no_list_is_read_if_a_file_of_it_is_requested(folder, arguments, more):
@@ -127,3 +127,20 @@ def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
     assert summary.lines[0] == "first: not made: one, cases (results/first/)"
     assert summary.lines[-1] == HOW_TO_RESUME
     assert summary.lines[-3:-1] == [f"  {path}" for path in summary.missing]
+
+
+def test_a_summary_names_scenes_that_were_removed(folder):
+    for name in ("old", "foreign", "one"):
+        write_file(folder / f"results/first/{name}.nc")
+    for name in ("old", "one"):
+        write_sidecar(folder / f"results/first/{name}.nc", 1.0, 1, fingerprint="f")
+    summary = summarise(read_run(None, {}), ["results/first/one.nc"], {})
+    assert summary.lines[1] == (
+        "  kept, though no longer in the study: results of old; delete them if not needed"
+    )
+    assert folder.joinpath("results/first/old.nc").exists()
+
+
+def write_file(path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.touch()

@@ -74,6 +74,11 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
         location = run.report(name) if "report" in wanted else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({location})")
         lines += unresolved
+        if gone := scenes_left_over(run, name):
+            left = f"results of {_listed(gone)}"
+            lines.append(
+                f"  kept, though no longer in the study: {left}; delete them if not needed"
+            )
     missing = list(dict.fromkeys(missing))
     if missing:
         lines.append(
@@ -81,6 +86,15 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
         )
         lines += [*(f"  {path}" for path in missing[:MAX_LISTED]), HOW_TO_RESUME]
     return Summary(lines, missing)
+
+
+def scenes_left_over(run: Run, name: str) -> list[str]:
+    """Return the scenes whose datasets are in the folder of a study that no longer has them."""
+    return [
+        path.stem
+        for path in sorted(Path(run.results, name).glob("*.nc"))
+        if path.stem not in run.studies[name].scenes and "fingerprint" in read_sidecar(path)
+    ]
 
 
 def file_times(paths: Iterable[str]) -> dict[str, int]:

@@ -6,8 +6,9 @@ import numpy as np
 from figures.sample_datasets import Scene, motion, sweep
 
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import figure_names, remove_unchosen, shown_datasets
+from vibropipe.jobs.drawing import figure_names, remove_unchosen, scenes_drawn, shown_datasets
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
+from vibropipe.study import study_of_text
 
 
 def test_pictures_no_longer_chosen_are_removed(tmp_path):
@@ -52,3 +53,17 @@ def test_physical_datasets_are_drawn_in_small_numbers():
     ]  # fmt: skip
     assert float(shown["l"]) == 8.0
     assert dataset["displacement"].attrs["units"] == "m"
+
+
+def test_a_figure_depends_on_the_scenes_that_it_shows():
+    text = """\
+title: T
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  spine: {kind: backbone, amplitude: {start: 0.6, stop: 2, points: 9}}
+  under: {kind: sweep, over: {nu: [0.9, 1, 1.1]}, figure: {backbone: spine}}
+  alone: {kind: motion, tau_end: 5}
+"""
+    study = study_of_text(text, "t")
+    names = {scene: scenes_drawn(study, study.scenes[scene]) for scene in study.scenes}
+    assert names == {"spine": ["spine"], "under": ["spine", "under"], "alone": ["alone"]}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vibropipe.jobs.html_report import escaped, is_requested, write_captions, write_opening
+from vibropipe.jobs.html_report import captions, escaped, is_requested, write_opening
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import solve_to_file
 
@@ -41,26 +41,20 @@ def test_the_opening_page_says_what_each_study_is(folder):
     assert lines[-1] == r"    What the offset \{\{ does \}\}\. 2 motion scenes, 3 figures."
 
 
-def test_a_caption_is_text_whatever_marks_it_has(folder):
-    paths = write_captions(read_run(None, {}), "first", from_data=False)
-    assert paths["one"] == str(folder / ".snakemake/captions/first/one.rst")
-    assert list(paths) == ["one", "two", "two-impacts"]
-    assert Path(paths["one"]).read_text() == r"Impacts \{\{ on \}\} \*both\*" + "\n"
-    assert Path(paths["two"]).read_text() == "Two\\_\n"
-
-
-def test_captions_are_written_from_data_only_for_a_report(folder):
+def test_captions_are_text_whatever_marks_they_have_and_written_from_data(folder):
     run = read_run(None, {})
     # nothing is solved yet
-    assert Path(write_captions(run, "first", from_data=True)["two"]).read_text() == "Two\\_\n"
+    assert captions(run, "first") == {
+        "one": r"Impacts \{\{ on \}\} \*both\*",
+        "two": r"Two\_",
+        "two-impacts": r"Two\_",
+    }
     for name in ("one", "two"):
         solve_to_file(run.studies["first"], name, folder / f"results/first/{name}.nc", None, 1)
-    paths = write_captions(run, "first", from_data=True)
-    assert Path(paths["one"]).read_text() == r"Impacts \{\{ on \}\} \*both\*" + "\n"
-    panels, impacts = (Path(paths[name]).read_text() for name in ("two", "two-impacts"))
-    assert "on support 1" in panels
-    assert impacts.startswith("Velocity before each impact")
-    assert Path(write_captions(run, "first", from_data=False)["two"]).read_text() == "Two\\_\n"
+    found = captions(run, "first")
+    assert found["one"] == r"Impacts \{\{ on \}\} \*both\*"
+    assert "on support 1" in found["two"]
+    assert found["two-impacts"].startswith("Velocity before each impact")
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,10 @@ from report_text import HOSTILE, plain
 
 from vibropipe.jobs.reporting import build_report, report_data
 from vibropipe.report import typeset
-from vibropipe.report.data import is_physical, paragraphs, parameter_table
+from vibropipe.report.data import is_physical, parameter_table
 from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
 from vibropipe.store import StoreError, write
+from vibropipe.words.wording import paragraphs
 
 
 def test_two_runs_give_the_same_bytes(solved, tmp_path):

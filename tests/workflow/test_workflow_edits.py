@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 DRAWN = {"figures", "report"}
-DRAWING = {"drawing the figures", "typesetting the report", "everything is made"}
+TYPESETTING = {"typesetting the report", "everything is made"}
 SCENES = ("free", "forced", "response")
 FREE = "free: {kind: motion, tau_end: 7"
 SECOND = """\
@@ -55,6 +55,11 @@ def of_tiny(*parts: str) -> set[str]:
     return {f"tiny/{part}" for part in (*parts, *DRAWN)}
 
 
+def redone(scene: str) -> set[str]:
+    """Return the jobs of an edit of one scene."""
+    return {f"solving {scene}", f"drawing {scene}", *TYPESETTING}
+
+
 def test_a_second_study(project):
     project.path("config/second.yaml").write_text(SECOND)
     project.edit("config/config.yaml", "[tiny]", "[tiny, second]")
@@ -87,46 +92,33 @@ def test_an_edit_of_a_scene(project, old, new, scene):
     assert made(project) == of_tiny(scene)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "scene"),
-    [
-        (FREE, "free: {kind: motion, outputs: [impacts], tau_end: 7", "free"),
-        ("tau_end: 20", "tau_end: 21", "forced"),
-    ],
-    ids=["outputs", "a number"],
-)
-def test_an_edit_of_a_scene_is_planned(project, old, new, scene):
-    project.edit("config/tiny.yaml", old, new)
-    assert project.planned() == {f"solving {scene}", *DRAWING}
+def test_edits_of_outputs_and_of_a_number_are_planned(project):
+    project.edit("config/tiny.yaml", FREE, "free: {kind: motion, outputs: [impacts], tau_end: 7")
+    project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 21")
+    assert project.planned() == redone("free") | redone("forced")
 
 
-def test_an_edit_of_words_solves_nothing(project):
+def test_an_edit_of_words_solves_and_draws_nothing(project):
     project.edit("config/tiny.yaml", "A study of seconds", "A study")
-    assert project.planned() == DRAWING
+    assert project.planned() == TYPESETTING
     project.edit("config/tiny.yaml", "title: A study", "title: A study of seconds")
     project.edit("config/tiny.yaml", "*both*", "both")
-    assert made(project) == of_tiny()
+    assert made(project) == {"tiny/report"}
 
 
-@pytest.mark.parametrize(
-    ("name", "jobs"),
-    [
-        ("figures/free.svg", DRAWING),
-        ("figures/free.pdf", DRAWING),
-        ("free.nc", {"solving free", *DRAWING}),
-        ("report.pdf", DRAWING - {"drawing the figures"}),
-    ],
-)
-def test_a_file_that_was_deleted(project, name, jobs):
-    project.path("results/tiny", name).unlink()
-    assert project.planned() == jobs
+def test_files_that_were_deleted(project):
+    project.path("results/tiny/report.pdf").unlink()
+    assert project.planned() == TYPESETTING
+    for name in ("figures/free.svg", "figures/forced.pdf", "response.nc"):
+        project.path("results/tiny", name).unlink()
+    assert project.planned() == {"drawing free", "drawing forced", *redone("response")}
 
 
 def test_another_folder_of_results(project):
     shutil.copytree(project.path("results"), project.path("kept"))
     with project.path("config/config.yaml").open("a") as file:
         file.write("results: elsewhere\n")
-    assert project.planned() == {f"solving {name}" for name in SCENES} | DRAWING
+    assert project.planned() == set.union(*map(redone, SCENES))
     project.edit("config/config.yaml", "elsewhere", "results")
     assert project.planned() == set()
 

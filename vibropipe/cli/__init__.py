@@ -10,6 +10,8 @@ from __future__ import annotations
 import sys
 import warnings
 
+from vibropipe.cli.handing_over import hand_over
+
 INTERRUPTED = 130
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
 # Commands that open a study lazily, as arrays of dask.
@@ -24,9 +26,13 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         Arguments (default: those of the process).
     """
-    if arguments is None and sys.argv[1:2] != LAZY:
-        _block_dask_import()
     try:
+        if arguments is None:
+            code = hand_over(sys.argv[1:])
+            if code is not None:
+                sys.exit(code)
+            if sys.argv[1:2] != LAZY:
+                block_dask_import()
         _run(arguments)
     except SystemExit as stop:
         if stop.code == INTERRUPTED:  # typer's answer to Ctrl-C
@@ -37,7 +43,7 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(INTERRUPTED)
 
 
-def _block_dask_import() -> None:
+def block_dask_import() -> None:
     """Keep xarray from importing `dask.array` for its type checks, which would take 0.3 s of each job."""
     sys.modules.setdefault("dask.array", None)  # type: ignore[arg-type]
 

@@ -51,9 +51,10 @@ def _options(
 ) -> None:
     from vibropipe.compiler.client import on_compiling
 
-    on_compiling.append(
+    # a worker comes here with each command
+    on_compiling[:] = [
         lambda kernel: typer.echo(f"compiling {kernel}, once for this version", err=True)
-    )
+    ]
 
 
 @app.command()
@@ -203,12 +204,23 @@ def join(
 
 
 @app.command()
-def figure(file: StudyFile, results: ResultsFolder = Path("results")) -> None:
-    """Draw every figure of a study from its datasets."""
-    from vibropipe.jobs.drawing import draw_study
+def figure(
+    file: StudyFile,
+    results: ResultsFolder = Path("results"),
+    only: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Draw only the figure of this name.")
+    ] = None,
+) -> None:
+    """Draw the figures of a study from its datasets."""
+    from vibropipe.jobs.drawing import draw_study, figure_names
     from vibropipe.study import load_study
 
-    for path in draw_study(load_study(file), results):
+    study = load_study(file)
+    names = [name for scene in study.scenes.values() for name in figure_names(scene)]
+    if only is not None and only not in names:
+        allowed = f"must be a figure of the study ({', '.join(names)})"
+        raise typer.BadParameter(f"{allowed}, got {only!r}", param_hint="--only")
+    for path in draw_study(study, results, () if only is None else (only,)):
         typer.echo(path)
 
 

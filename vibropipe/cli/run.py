@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from vibropipe.cli import INTERRUPTED
 from vibropipe.cli.options import ResultsFolder
 
 # Folders that contain the workflow: in an installed package, and in a clone.
@@ -31,6 +31,7 @@ def run(
     ] = False,
 ) -> None:
     """Run studies: datasets, figures and a report each; completed files that are up to date are kept."""
+    from vibropipe.cli.workers import WORKERS, remove_socket
     from vibropipe.jobs.run import check_results_name
     from vibropipe.study import config_of_files, load_study
 
@@ -40,10 +41,11 @@ def run(
     check_results_name(settings.results)
     for name in settings.studies:
         load_study(settings.study_file(name))
+    if not dry_run:
+        WORKERS.start(1)
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [
-        *(sys.executable, "-m", "snakemake"),
         *("--snakefile", str(folder / "workflow" / "Snakefile")),
         *("--workflow-profile", str(folder / "profiles" / "default")),
         *("--cores", str(cores or os.cpu_count() or 1)),
@@ -53,10 +55,17 @@ def run(
         f"studies={json.dumps(paths)}",
         f"results={json.dumps(settings.results)}",
     ]
-    if os.name == "posix":
-        sys.stdout.flush()
-        os.execv(sys.executable, command)
-    raise typer.Exit(subprocess.run(command, check=False).returncode)
+    from snakemake.cli import main
+
+    sys.argv = ["snakemake", *command]
+    try:
+        main()
+    except SystemExit as stop:
+        if stop.code == INTERRUPTED:
+            # the workflow has said that it was interrupted
+            remove_socket()
+            os._exit(INTERRUPTED)
+        raise
 
 
 def new(

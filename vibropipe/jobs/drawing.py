@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from vibropipe.compiler.sources import PACKAGE
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import read_scenes
 from vibropipe.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
@@ -25,8 +27,22 @@ def figure_names(scene: BaseScene) -> list[str]:
     return [scene.name, *(f"{scene.name}-{picture}" for picture in scene.figure.chosen()[1:])]
 
 
+def scenes_drawn(study: Study, scene: BaseScene) -> list[str]:
+    """Return the names of the scenes whose data the figures of a scene depend on.
+
+    In a study with units these are all: their quantities are shown with the same prefixes.
+    """
+    if scene.mass_and_stiffness is not None:
+        return list(study.scenes)
+    return [name for name in study.scenes if name in (scene.name, *scene.figure.shown_scenes())]
+
+
 def draw_scene(
-    scene: BaseScene, dataset: xr.Dataset, folder: Path, others: Mapping[str, xr.Dataset]
+    scene: BaseScene,
+    dataset: xr.Dataset,
+    folder: Path,
+    others: Mapping[str, xr.Dataset],
+    names: Collection[str] = (),
 ) -> list[Path]:
     """Draw the pictures of one scene, each as SVG and PDF.
 
@@ -39,7 +55,9 @@ def draw_scene(
     folder : Path
         Where `<name>.svg` and `<name>.pdf` are written.
     others : mapping of str to xarray.Dataset
-        The datasets of all scenes of the study.
+        The datasets of the scenes of the study, at least of `scenes_drawn`.
+    names : collection of str
+        Names of the figures that are drawn (default: all of the scene).
 
     Returns
     -------
@@ -58,6 +76,8 @@ def draw_scene(
     pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
     paths: list[Path] = []
     for name, picture in zip(figure_names(scene), pictures, strict=True):
+        if names and name not in names:
+            continue
         with house_style():
             paths += save(picture.draw(dataset, scene.figure, others), folder, name)
     return paths
@@ -87,8 +107,8 @@ def remove_unchosen(scene: BaseScene, folder: Path) -> list[Path]:
     return removed
 
 
-def draw_study(study: Study, results: Path) -> list[Path]:
-    """Draw the figures of a study from its datasets, and remove those of pictures that it no longer chooses.
+def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list[Path]:
+    """Draw figures of a study from its datasets.
 
     Parameters
     ----------
@@ -96,6 +116,8 @@ def draw_study(study: Study, results: Path) -> list[Path]:
         The study.
     results : Path
         Folder of all results. Reads `<study>/<scene>.nc` in it and writes into `<study>/figures`.
+    names : collection of str
+        Names of the figures, without suffix (default: all figures of the study).
 
     Returns
     -------
@@ -108,13 +130,17 @@ def draw_study(study: Study, results: Path) -> list[Path]:
         If a dataset is missing, damaged or of another study; nothing is drawn then.
     """
     folder = results / study.name
-    datasets = shown_datasets(read_scenes(folder, study.scenes, study.fingerprints))
-    for name in datasets:
-        remove_unchosen(study.scenes[name], folder / "figures")
+    scenes = [
+        scene
+        for scene in study.scenes.values()
+        if not names or not {*figure_names(scene)}.isdisjoint(names)
+    ]
+    needed = dict.fromkeys(name for scene in scenes for name in scenes_drawn(study, scene))
+    datasets = shown_datasets(read_scenes(folder, needed, study.fingerprints))
     return [
         path
-        for name, dataset in datasets.items()
-        for path in draw_scene(study.scenes[name], dataset, folder / "figures", datasets)
+        for scene in scenes
+        for path in draw_scene(scene, datasets[scene.name], folder / "figures", datasets, names)
     ]
 
 

@@ -1,7 +1,6 @@
 """Texts of `snakemake --report`: the opening page, and the caption of each figure, as reStructuredText.
 
-Snakemake reads them when it makes the report. Only then captions are written from the data, as in the PDF; any other
-call takes the captions of the study, since reading datasets takes a second.
+Captions are written from the data, as in the PDF.
 """
 
 from __future__ import annotations
@@ -10,14 +9,12 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from vibropipe.jobs.drawing import figure_names, shown_datasets
+from vibropipe.jobs.drawing import shown_datasets
 from vibropipe.jobs.run import Run
-from vibropipe.report.data import paragraphs
 from vibropipe.store import StoreError, read_scenes
 from vibropipe.study import Study
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import count, paragraphs, series
 
-FOLDER = Path(".snakemake", "captions")
 INTRODUCTION = (
     "Each study has a category in the menu: its figures with their captions, and the whole study as a PDF. The graph "
     "beside this text shows the rules that made them."
@@ -29,8 +26,11 @@ def is_requested(arguments: Collection[str]) -> bool:
     return any(word == "--report" or word.startswith("--report=") for word in arguments)
 
 
-def write_captions(run: Run, name: str, *, from_data: bool) -> dict[str, str]:
-    """Write the captions of a study's figures; return the file of each figure.
+def captions(run: Run, name: str) -> dict[str, str]:
+    """Return the caption of each figure of a study, as reStructuredText.
+
+    They are written from the data where the study gives none. Datasets that are missing or of another study leave the
+    titles of the scenes.
 
     Parameters
     ----------
@@ -38,19 +38,14 @@ def write_captions(run: Run, name: str, *, from_data: bool) -> dict[str, str]:
         The studies.
     name : str
         Name of the study.
-    from_data : bool
-        Write captions from the data where the study gives none. Datasets that are missing or of another study leave
-        the titles of the scenes.
     """
     study = run.studies[name]
     texts = {
         figure: scene.caption or scene.title or scene.name
-        for scene in study.scenes.values()
-        for figure in figure_names(scene)
+        for figure, scene in run.drawn_scenes(name).items()
     }
-    if from_data:
-        texts |= captions_from_data(study, Path(run.results))
-    return {figure: _write(f"{name}/{figure}", text) for figure, text in texts.items()}
+    texts |= captions_from_data(study, Path(run.results))
+    return {figure: escaped(text) for figure, text in texts.items()}
 
 
 def captions_from_data(study: Study, results: Path) -> dict[str, str]:
@@ -78,19 +73,14 @@ def write_opening(run: Run) -> str:
         blocks.append(f"**{escaped(study.title)}**\n    {told}{scenes}, {figures}.")
     title = "Results of vibropipe"
     text = "\n\n".join([f"{title}\n{'=' * len(title)}", INTRODUCTION, *blocks])
-    return _write("opening", text, is_markup=True)
+    path = Path(".snakemake", "captions", "opening.rst").absolute()
+    # every job of a run reads the rules, and so comes here again
+    if not path.is_file() or path.read_text(encoding="utf-8") != text + "\n":
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text + "\n", encoding="utf-8")
+    return str(path)
 
 
 def escaped(text: str) -> str:
     """Return text in one line with its marks escaped, for reStructuredText and for the template engine."""
     return re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(text.split()))
-
-
-def _write(name: str, text: str, *, is_markup: bool = False) -> str:
-    path = FOLDER.joinpath(f"{name}.rst").absolute()
-    content = (text if is_markup else escaped(text)) + "\n"
-    # Every job of a run reads the rules, and so comes here again.
-    if not path.is_file() or path.read_text(encoding="utf-8") != content:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content, encoding="utf-8")
-    return str(path)

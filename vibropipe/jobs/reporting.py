@@ -8,14 +8,13 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.jobs.drawing import figure_names, shown_datasets
+from vibropipe.jobs.drawing import figure_names, remove_unchosen, shown_datasets
 from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
 from vibropipe.report.data import (
     asked_text,
     effects_table,
     is_physical,
-    paragraphs,
     parameter_table,
     subtitle,
 )
@@ -24,10 +23,11 @@ from vibropipe.report.unsolved import unsolved_section
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
 from vibropipe.study import Study
+from vibropipe.words.wording import paragraphs
 
 
 def build_report(study: Study, results: Path, output: Path) -> Path:
-    """Typeset the report of a study from its datasets and figures.
+    """Typeset the report of a study from its datasets and figures, and remove pictures that it no longer chooses.
 
     Parameters
     ----------
@@ -49,6 +49,8 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
         If a dataset or a figure is missing, damaged or of another study.
     """
     folder = results / study.name
+    for scene in study.scenes.values():
+        remove_unchosen(scene, folder / "figures")
     datasets = read_scenes(folder, study.scenes, study.fingerprints)
     sidecars = {name: read_sidecar(folder / f"{name}.nc") for name in study.scenes}
     names = [name for scene in study.scenes.values() for name in figure_names(scene)]

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibropipe.jobs.drawing import figure_names
+from vibropipe.jobs.drawing import figure_names, scenes_drawn
 from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.jobs.solving import code_hash
+from vibropipe.jobs.solving import code_hash, identity
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.values import NAME
@@ -95,8 +95,7 @@ class Run:
         """Return the priority of a scene; a larger one starts earlier.
 
         Scenes that take several cores come first, since later they would wait until all other jobs are done. The
-        others are ordered by the seconds left of their study: their own work, and about a second for each figure,
-        all of which one job draws once the scenes are solved.
+        others are ordered by the seconds left of their study: their own work, and about a second for each figure.
         """
         plan = self.plan(job)
         if plan.shards == 1 and (plan.is_timed or useful_threads(plan) > 1):
@@ -122,13 +121,35 @@ class Run:
 
     def figures(self, name: str, suffix: str) -> list[str]:
         """Return the figure files of a study with one suffix."""
-        return [path for path, _ in self.drawn(name, suffix)]
+        return [f"{self.results}/{name}/figures/{n}.{suffix}" for n in self.drawn_scenes(name)]
 
-    def drawn(self, name: str, suffix: str) -> list[tuple[str, BaseScene]]:
-        """Return the figure files of a study with one suffix, each with its scene."""
-        folder = f"{self.results}/{name}/figures"
+    def figure_regex(self) -> str:
+        """Return a regular expression of the names of all figures, each preceded by the folder of its study."""
+        alternatives = [
+            f"(?<=/{study}/figures/)(?:{'|'.join(self.drawn_scenes(study))})"
+            for study in self.studies
+        ]
+        return "|".join(alternatives) or "(?!)"
+
+    def drawn_scenes(self, name: str) -> dict[str, BaseScene]:
+        """Return the scene of each figure of a study by the figure's name."""
         scenes = self.studies[name].scenes.values()
-        return [(f"{folder}/{n}.{suffix}", scene) for scene in scenes for n in figure_names(scene)]
+        return {figure: scene for scene in scenes for figure in figure_names(scene)}
+
+    def figure_scene(self, job: Any) -> BaseScene:
+        """Return the scene of a figure's job, which has the wildcards `study` and `figure`."""
+        return self.drawn_scenes(job.study)[job.figure]
+
+    def figure_data(self, job: Any) -> list[str]:
+        """Return the datasets that a figure is drawn from."""
+        names = scenes_drawn(self.studies[job.study], self.figure_scene(job))
+        return [f"{self.results}/{job.study}/{scene}.nc" for scene in names]
+
+    def figure_options(self, job: Any) -> str:
+        """Return what a figure depends on besides the program: options, and the identities of its data."""
+        study, scene = self.studies[job.study], self.figure_scene(job)
+        data = [identity(study, study.scenes[name]) for name in scenes_drawn(study, scene)]
+        return f"{scene.figure.model_dump_json()} {data}"
 
     def report(self, name: str) -> str:
         """Return the report of a study."""
@@ -243,7 +264,7 @@ def _named_studies(config: Config, arguments: Iterable[str]) -> Iterator[str]:
     """Yield the studies that a command line names: by a result file, or by a job in its own call of snakemake."""
     results = re.escape(config.results.rstrip("/"))
     by_file = re.compile(rf"(?:\./)?{results}/+({NAME.pattern})/")
-    by_job = re.compile(rf"(?:figures_|.*\bstudy=)({NAME.pattern})")
+    by_job = re.compile(rf".*\bstudy=({NAME.pattern})")
     for argument in arguments:
         if match := by_file.match(argument):
             yield match[1]

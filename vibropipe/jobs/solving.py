@@ -6,9 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.estimates import load_estimate
@@ -27,6 +25,9 @@ from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import method_text
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Attributes of the process that solves; a join keeps those of its shards.
 SOLVER_ATTRS = ("kernel_hash", "version", "versions", "git_commit", "machine")

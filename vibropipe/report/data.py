@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from vibropipe.figures.text import FEW_VALUES, clock, format_number, grid_text, grid_with_units
 from vibropipe.figures.units import unit_text
@@ -15,6 +14,9 @@ from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, physical_name
 from vibropipe.words.wording import count, series
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Variables whose dimensions are the grids of a scene.
 GRID_OF = ("periods_to_attractor", "regime", "velocity_over_l")
@@ -26,12 +28,6 @@ def subtitle(name: str, datasets: Datasets) -> str:
     """Write the study's name, its number of scenes, and the program that computed it."""
     sources = {str(d.attrs["source"]) for d in datasets.values() if "source" in d.attrs}
     return " · ".join([name, count(len(datasets), "scene"), *sorted(sources)])
-
-
-def paragraphs(text: str) -> list[str]:
-    """Split text at empty lines."""
-    blocks = [" ".join(block.split()) for block in text.replace("\r\n", "\n").split("\n\n")]
-    return [block for block in blocks if block]
 
 
 def asked_text(kinds: Mapping[str, str], datasets: Datasets) -> str:

@@ -30,6 +30,12 @@ def method_text(method: str, steps_per_period: int | None = None) -> str:
     return method + steps
 
 
+def paragraphs(text: str) -> list[str]:
+    """Split text at empty lines."""
+    blocks = [" ".join(block.split()) for block in text.replace("\r\n", "\n").split("\n\n")]
+    return [block for block in blocks if block]
+
+
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows of cells as lines with aligned columns; a combining accent takes no column."""
 

@@ -1,12 +1,14 @@
 # The studies of this call, read once before any job, and the messages before and after the jobs.
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 from vibropipe.cli import exit_code
+from vibropipe.cli.workers import WORKERS
 from vibropipe.jobs.drawing import drawing_hash
-from vibropipe.jobs.html_report import is_requested, write_captions, write_opening
-from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run
+from vibropipe.jobs.html_report import captions, is_requested, write_opening
+from vibropipe.jobs.run import check_writable, clear_leftovers, read_run
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.scenes.costs import PlanError
@@ -51,6 +53,10 @@ def prepare(jobs):
     exit_on_error(check_writable, RESULTS)
     clear_leftovers(path for job in jobs for path in job.output)
     PLANNED.update(kept_outputs(jobs))
+    # elsewhere, and in containers, commands run by themselves
+    if workflow.local_exec and not workflow.deployment_settings.deployment_method:
+        alike = Counter(job.rule.name for job in jobs)  # jobs of a rule may run at once
+        WORKERS.complete(min(workflow.cores, max(alike.values())))
 
 
 def kept_outputs(jobs):
@@ -73,16 +79,15 @@ def plans_text():
     return "\n\n".join(plan_text(study) for study in RUN.studies.values()) + "\n"
 
 
-def figures_for_report(name):
-    """Return the figures of a study, marked for `snakemake --report` with caption and labels."""
-    study, figures = RUN.studies[name], []
-    captions = write_captions(RUN, name, from_data=is_requested(sys.argv))
-    for path, scene in RUN.drawn(name, "svg"):
-        figure = Path(path).stem
-        picture = figure.removeprefix(scene.name).removeprefix("-")
-        picture = picture or [*scene.figure.chosen(), scene.kind][0]
-        labels = dict(scene=scene.name, title=scene.title or scene.name)
-        labels["picture"] = picture.replace("_", " ")
-        caption = captions[figure]
-        figures += [report(path, caption=caption, category=study.title, labels=labels)]
-    return figures
+def figure_labels(wildcards):
+    """Return the labels of a figure for `snakemake --report`."""
+    scene = RUN.figure_scene(wildcards)
+    picture = wildcards.figure.removeprefix(scene.name).removeprefix("-")
+    picture = picture or [*scene.figure.chosen(), scene.kind][0]
+    labels = dict(scene=scene.name, title=scene.title or scene.name)
+    return labels | dict(picture=picture.replace("_", " "))
+
+
+# read by workflow/report/figure.rst
+if is_requested(sys.argv):
+    config["captions"] = {name: captions(RUN, name) for name in RUN.studies}

@@ -1,32 +1,35 @@
-# Figures and report. One job draws all figures of a study: starting matplotlib takes longer than a figure.
-for name in RUN.studies:
-
-    rule:
-        name:
-            f"figures_{name}"
-        input:
-            RUN.datasets(name),
-        output:
-            svg=figures_for_report(name),
-            pdf=RUN.figures(name, "pdf"),
-        log:
-            f"logs/{name}/figures.log",
-        benchmark:
-            f"benchmarks/{name}/figures.tsv"
-        priority: FIRST
-        threads: 1
-        resources:
-            mem_mb=2000,
-            runtime=10,
-        params:
-            code=drawing_hash(),
-            words=RUN.wording(name),
-            file=str(RUN.files[name]),
-            results=lambda wildcards: RESULTS,
-        message:
-            f"{name}: drawing the figures"
-        shell:
-            "vibropipe figure {params.file:q} --results {params.results:q} > {log} 2>&1"
+# Figures, each drawn again only if its own data or options have changed, and the report.
+rule figure:
+    input:
+        lambda wildcards: RUN.figure_data(wildcards),
+    output:
+        svg=report(
+            f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
+            caption="../report/figure.rst",
+            category=lambda wildcards: RUN.studies[wildcards.study].title,
+            labels=figure_labels,
+        ),
+        pdf=f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
+    log:
+        "logs/{study}/figures/{figure}.log",
+    benchmark:
+        "benchmarks/{study}/figures/{figure}.tsv"
+    wildcard_constraints:
+        figure=RUN.figure_regex(),
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        code=drawing_hash(),
+        options=RUN.figure_options,
+        file=RUN.file,
+        results=lambda wildcards: RESULTS,
+    message:
+        "{wildcards.study}: drawing {wildcards.figure}"
+    shell:
+        "vibropipe figure {params.file:q} --results {params.results:q} --only {wildcards.figure}"
+        " > {log} 2>&1"
 
 
 rule study_report:

@@ -14,6 +14,7 @@ from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import (
     Measured,
+    NameRule,
     NumberOrUnit,
     NumberRange,
     UnitRule,
@@ -194,3 +195,12 @@ class FigureOptions(StudyModel):
     def chosen(self) -> tuple[str, ...]:
         """Return the names of the chosen pictures; empty for the first one that fits the data."""
         return ()
+
+    def shown_scenes(self) -> tuple[str, ...]:
+        """Return the names of other scenes whose data the pictures show: the options that are names."""
+        names = [
+            getattr(self, name)
+            for name, field in type(self).model_fields.items()
+            if any(isinstance(rule, NameRule) for rule in field.metadata)
+        ]
+        return tuple(name for name in names if name is not None)

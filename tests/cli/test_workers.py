@@ -1,0 +1,88 @@
+"""Workers: a command is run by an idle one as by itself, ends with its client, and does without them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from vibropipe.cli.handing_over import SOCKET
+from vibropipe.cli.workers import Workers
+
+CLIENT = "import os; print(os.getpid(), flush=True); from vibropipe.cli import main; main()"
+LONG = "title: T\nscenes: {s: {kind: sweep, exciter: {l: 0.5}, over: {nu: {start: 0.3, stop: 3, points: 400000}}}}\n"
+
+
+@pytest.fixture
+def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[Workers]:
+    monkeypatch.setenv(SOCKET, "")
+    started = Workers()
+    started.start(1)
+    yield started
+    assert started.listener is not None
+    started.listener.close()
+    for end in started.lifeline:
+        os.close(end)
+    for process in started.processes:
+        process.wait(60)
+    shutil.rmtree(Path(os.environ[SOCKET]).parent, ignore_errors=True)
+
+
+def start(*arguments: str, folder: Path | None = None) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", CLIENT, *arguments],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+
+
+def answer(*arguments: str, folder: Path | None = None) -> tuple[int, str]:
+    """Return exit code and output of a command, without the number of its process."""
+    client = start(*arguments, folder=folder)
+    printed, _ = client.communicate(timeout=60)
+    return client.returncode, printed.partition("\n")[2]
+
+
+def test_a_worker_answers_like_the_command_itself(workers, tmp_path, monkeypatch):
+    calls = [["--version"], ["plan", "none.yaml"], ["plan", "--rough", "one.yaml"], ["solve"]]
+    (tmp_path / "one.yaml").write_text(LONG)
+    found = [answer(*call, folder=tmp_path) for call in calls]
+    assert [code for code, _ in found] == [0, 2, 0, 2]
+    socket = os.environ[SOCKET]
+    monkeypatch.delenv(SOCKET)
+    assert found == [answer(*call, folder=tmp_path) for call in calls]
+    monkeypatch.setenv(SOCKET, socket)
+
+
+def test_a_killed_client_ends_its_command_and_a_killed_worker_is_reported(workers, tmp_path):
+    (tmp_path / "long.yaml").write_text(LONG)
+    solve = ["solve", "long.yaml", "--scene", "s", "--output", "s.nc"]
+
+    def under_way() -> subprocess.Popen[str]:
+        client = start(*solve, folder=tmp_path)
+        deadline = time.monotonic() + 60
+        while not list(tmp_path.glob(".s.nc*")) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        return client
+
+    client = under_way()
+    client.kill()
+    (worker,) = workers.processes
+    assert worker.wait(60) == 0  # not killed: interrupted, it has cleaned up
+    assert [path.name for path in tmp_path.iterdir()] == ["long.yaml"]
+
+    workers.start(2)
+    client = under_way()
+    workers.processes[1].send_signal(signal.SIGKILL)
+    printed, _ = client.communicate(timeout=60)
+    assert client.returncode == 1
+    assert printed.endswith("the process that ran this command was killed\n")
+
+    workers.complete(2)
+    assert answer("--version")[0] == 0  # by itself

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import _thread
 import atexit
+import gc
 import json
 import os
 import select
@@ -90,8 +91,8 @@ def serve() -> None:
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
     listener, lifeline = socket.socket(fileno=int(sys.argv[1])), int(sys.argv[2])
     block_dask_import()
-    _import(SOLVING)
     _load_numba()
+    _import(SOLVING)
     to_import = [DRAWING]
     code = 0
     while code != INTERRUPTED:
@@ -111,11 +112,14 @@ def serve() -> None:
             signal.signal(signal.SIGINT, on_interrupt)
             code = _answer(link)
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+        gc.collect()  # figures refer to themselves
 
 
 def _import(names: tuple[str, ...]) -> None:
+    """Import modules, and spare all that is loaded from the collection of garbage."""
     for name in names:
         import_module(name)
+    gc.freeze()
 
 
 def _load_numba() -> None:

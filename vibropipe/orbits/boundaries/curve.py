@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +10,6 @@ import numpy as np
 from vibropipe.orbits.boundaries.system import GRAZINGS, advance, settle_at
 from vibropipe.orbits.branches.curve import Curve, Point
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import TESTS, Work
-from vibropipe.physics.flow import DEGREE
 
 # Weighted distance of two points that are one.
 SAME_POINT = 1e-6
@@ -68,25 +66,16 @@ class BoundaryCurve(Curve):
         Scale of impact velocities, > 0.
     """
 
+    _advance: Callable[..., int] = staticmethod(advance)
+    _settle: Callable[..., int] = staticmethod(settle_at)
+
     def __init__(self, box: Box, kind: int, sequence: Sequence, touch: Touch, speed: float) -> None:
-        n = len(sequence.supports)
-        size = 2 * n + 2 + (kind == GRAZINGS)
-        self.box, self.kind, self.sequence, self.touch, self.speed = (
-            box,
-            kind,
-            sequence,
-            touch,
-            speed,
-        )
-        self.weights = np.ones(size)
-        self.weights[n : 2 * n] = 1.0 / speed
+        size = 2 * len(sequence.supports) + 2 + (kind == GRAZINGS)
+        self.box, self.kind, self.touch = box, kind, touch
+        self._begin(sequence, speed, size)
         self.weights[-2:] = 1.0 / (box.high - box.low)
         self.squares = self.weights**2
-        rhs, above, below, border = np.zeros((4, size))
-        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
-        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
-        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
-        self._of_curve = (
+        self._arguments = (
             box.values.reshape(1, -1).copy(),
             box.along,
             kind,
@@ -95,25 +84,6 @@ class BoundaryCurve(Curve):
             sequence.supports,
             *touch,
         )
-
-    def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
-        """Return the point near u with the unknown `fixed` held; None if there is none."""
-        u = np.array(u, float)
-        tangent, tests, held = np.empty(u.size), np.empty(TESTS), u[fixed]
-        arguments = (fixed % u.size, self.weights, self.work, u, tangent, tests)
-        if settle_at(*self._of_curve, *arguments) < 0:
-            return None
-        u[fixed] = held
-        return Point(u, tangent, tests)
-
-    def advance(self, point: Point, length: float) -> Point | None:
-        """Return the point a weighted length along the boundary; None if the corrector does not converge."""
-        size = point.u.size
-        u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
-        arguments = (point.u, point.tangent, length, self.weights, self.work, u, tangent, tests)
-        if advance(*self._of_curve, *arguments) < 0:
-            return None
-        return Point(u, tangent, tests)
 
     def weighted(self, change: np.ndarray) -> float:
         """Return the largest weighted change of the unknowns."""

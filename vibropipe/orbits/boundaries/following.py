@@ -17,6 +17,7 @@ from vibropipe.orbits.branches.following import (
     GROWTH_COSINE,
     MIN_COSINE,
     MIN_LENGTH,
+    length_towards,
 )
 from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, GAP_SIDE, SLOWEST, SPEED
 from vibropipe.orbits.branches.symmetry import halves_agree
@@ -87,12 +88,9 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
             missed = _missed(curve, path.points[-2], point, new, lengths[-1], length)
             if missed is not None:
                 searches += 1
-                if missed > 0.0:
-                    length = missed
-                    continue
-                if not path.meetings or path.meetings[-1].point < len(path.points) - 1:
-                    path.points.pop()
-                    length = lengths.pop() + missed
+                towards = length_towards(missed, path.points, lengths, path.meetings)
+                if towards is not None:
+                    length = towards
                     continue
         marks = marks_within(curve, point, new, length)
         if marks is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,18 +75,16 @@ class Curve:
         Scale of impact velocities, > 0.
     """
 
+    # kernels of a step, and of a point with one unknown held
+    _advance: Callable[..., int] = staticmethod(advance)
+    _settle: Callable[..., int] = staticmethod(settle_at)
+    _arguments: Any  # what they take first
+
     def __init__(self, problem: Problem, sequence: Sequence, speed: float) -> None:
-        n = len(sequence.supports)
-        size = 2 * n + 1
-        self.problem, self.sequence, self.speed = problem, sequence, speed
-        self.weights = np.ones(size)
-        self.weights[n : 2 * n] = 1.0 / speed
+        self.problem = problem
+        self._begin(sequence, speed, 2 * len(sequence.supports) + 1)
         self.weights[-1] = 1.0 / (problem.high - problem.low)
         self.squares = self.weights**2
-        rhs, above, below, border = np.zeros((4, size))
-        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
-        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
-        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
         self._arguments = (
             problem.values.reshape(1, -1).copy(),
             problem.along,
@@ -95,13 +93,24 @@ class Curve:
             sequence.supports,
         )
 
+    def _begin(self, sequence: Sequence, speed: float, size: int) -> None:
+        """Set the sequence, the weights of its velocities, and the work arrays of `size` unknowns."""
+        n = len(sequence.supports)
+        self.sequence, self.speed = sequence, speed
+        self.weights = np.ones(size)
+        self.weights[n : 2 * n] = 1.0 / speed
+        rhs, above, below, border = np.zeros((4, size))
+        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
+        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
+        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
+
     def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
-        """Return the point near u with the unknown `fixed` (default: the parameter) held; None if there is none."""
+        """Return the point near u with the unknown `fixed` (default: the last one) held; None if there is none."""
         u = np.array(u, float)
         tangent, tests = np.empty(u.size), np.empty(TESTS)
         held = u[fixed]
         arguments = (fixed % u.size, self.weights, self.work, u, tangent, tests)
-        if settle_at(*self._arguments, *arguments) < 0:
+        if self._settle(*self._arguments, *arguments) < 0:
             return None
         u[fixed] = held
         return Point(u, tangent, tests)
@@ -111,14 +120,15 @@ class Curve:
         size = point.u.size
         u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
         arguments = (point.u, point.tangent, length, self.weights, self.work, u, tangent, tests)
-        if advance(*self._arguments, *arguments) < 0:
+        if self._advance(*self._arguments, *arguments) < 0:
             return None
         return Point(u, tangent, tests)
 
     def doubling_vector(self, point: Point) -> np.ndarray:
         """Return the perturbation (2n + 1,) that changes sign over the sequence, where DOUBLING is zero."""
         vector = np.zeros(point.u.size)
-        doubling_vector(*self._arguments, point.u, self.work, vector)
+        values, along, span, mirrored, supports = self._arguments
+        doubling_vector(values, along, span, mirrored, supports, point.u, self.work, vector)
         return vector
 
     def cosine(self, before: Point, after: Point) -> float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from vibropipe.orbits.branches.curve import Curve, Point
 from vibropipe.orbits.branches.events import Event, Mark, is_no_motion, marks_within
@@ -86,12 +88,9 @@ def follow(
             hint = _missed(curve, path.points[-2], point, new, lengths[-1], length)
             if hint is not None:
                 searches += 1
-                if hint > 0.0:
-                    length = hint
-                    continue
-                if not path.events or path.events[-1].point < len(path.points) - 1:
-                    path.points.pop()
-                    length = lengths.pop() + hint
+                towards = length_towards(hint, path.points, lengths, path.events)
+                if towards is not None:
+                    length = towards
                     continue
         marks = marks_within(curve, point, new, length, start if closes else None)
         if marks is None:
@@ -106,6 +105,30 @@ def follow(
         if curve.cosine(point, new) > GROWTH_COSINE:
             length = min(GROWTH * length, curve.problem.max_length)
     return path
+
+
+def length_towards(
+    hint: float, points: list[Point], lengths: list[float], events: Sequence[Any]
+) -> float | None:
+    """Return the length of the next step, to a hint; None if it lies before a last point that has an event.
+
+    A last point behind the hint is removed otherwise, and the step begins at the one before.
+
+    Parameters
+    ----------
+    hint : float
+        Weighted length from the last point; negative before it.
+    points, lengths : list
+        Points so far, and the length of the step to each.
+    events : sequence
+        Records with the index of their `point`, in order.
+    """
+    if hint > 0.0:
+        return hint
+    if events and events[-1].point >= len(points) - 1:
+        return None
+    points.pop()
+    return lengths.pop() + hint
 
 
 def _is_clear(curve: Curve, point: Point, parent: Point) -> bool:

@@ -88,8 +88,13 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
 
 
 def values_text(array: xr.DataArray) -> str:
-    """Write the values of a parameter; of a branch the different ones, or the range that it was followed through."""
+    """Write the values of a parameter; of a branch the different ones, or the range that it was followed through.
+
+    Of designs the range that they lie in.
+    """
     values = np.unique(array.values)
+    if array.dims == ("design",) and values.size > 1:
+        return " … ".join(format_number(float(end)) for end in (values[0], values[-1]))
     is_range = array.dims == ("point",) and values.size > FEW_VALUES
     return grid_text(values).partition(" (")[0] if is_range else grid_text(values)
 

@@ -18,9 +18,9 @@ WANTED = {"displacement_mean": -0.1}
 
 def exciters(designs):
     """The exciters of designs, one after the other."""
-    names = [*EXCITER.parameters()._fields]
-    for number in designs.design.values:
-        row = designs.sel(design=number)
+    names = [name for name in EXCITER.parameters()._fields if name in designs]
+    for number in range(designs.sizes["design"]):
+        row = designs.isel(design=number)
         yield vp.Exciter(**{name: float(row[name]) for name in names})
 
 

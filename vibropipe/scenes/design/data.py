@@ -103,6 +103,11 @@ def varied(dataset: xr.Dataset) -> list[str]:
     return str(dataset.attrs["vary"]).split()
 
 
+def numbers(dataset: xr.Dataset) -> np.ndarray:
+    """Return the numbers of the designs, from 1."""
+    return np.arange(1, dataset.sizes["design"] + 1)
+
+
 def law_text(dataset: xr.Dataset, row: int) -> str:
     """Write the law of motion (m; p1, p2) of a design."""
     p1, p2 = dataset["impacts_per_orbit"].transpose("design", "support").values[row]

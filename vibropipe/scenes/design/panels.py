@@ -22,7 +22,15 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import parameter_line, symbol_of
-from vibropipe.scenes.design.data import Part, law_text, objectives, part_of, varied, wanted_parts
+from vibropipe.scenes.design.data import (
+    Part,
+    law_text,
+    numbers,
+    objectives,
+    part_of,
+    varied,
+    wanted_parts,
+)
 
 PANEL_CM, FRAME_CM = 2.5, 2.6
 POINT: dict[str, Any] = {"linestyle": "none", "markersize": 5.0, "color": BLACK}
@@ -34,7 +42,7 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
     n = len(parameters) + len(parts) + 1
     figure = new_figure(n * PANEL_CM + FRAME_CM)
     axes = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
-    place = dataset["design"].values
+    place = numbers(dataset)
     for ax, name in zip(axes, parameters, strict=False):
         draw_parameter(ax, dataset, name)
     for ax, part in zip(axes[len(parameters) :], parts, strict=False):
@@ -60,18 +68,18 @@ def draw_parameter(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     width = dataset.get(f"{name}_tolerance")
     if width is not None:
         bars = np.nan_to_num(width.values)
-        ax.errorbar(dataset["design"], values, bars, fmt="none", ecolor=BLUE, capsize=2.5, lw=1.0)
-    ax.plot(dataset["design"], values, marker="o", **POINT)
+        ax.errorbar(numbers(dataset), values, bars, fmt="none", ecolor=BLUE, capsize=2.5, lw=1.0)
+    ax.plot(numbers(dataset), values, marker="o", **POINT)
     ax.set_ylabel(Part(name).label_text(dataset, short=True))
 
 
 def draw_quantity(ax: Axes, dataset: xr.Dataset, part: Part) -> None:
     """Draw a quantity with its target and bounds."""
     values = part.of(dataset)
-    ax.plot(dataset["design"], values, marker="s", **POINT)
+    ax.plot(numbers(dataset), values, marker="s", **POINT)
     if f"{part.variable}_worst" in dataset:
         worst = np.nan_to_num(part.of(dataset, "_worst").sel(estimate="samples").values)
-        ax.errorbar(dataset["design"], values, worst, fmt="none", ecolor=GREY, capsize=2.5, lw=1.0)
+        ax.errorbar(numbers(dataset), values, worst, fmt="none", ecolor=GREY, capsize=2.5, lw=1.0)
     for which, style in (("target", "-"), ("lower", "--"), ("upper", "--")):
         end = part.end(dataset, which)
         if np.isfinite(end):

@@ -8,7 +8,7 @@ import xarray as xr
 from vibropipe.figures.text import format_number, plain_symbol, with_units
 from vibropipe.report.findings import Finding
 from vibropipe.report.section import Section
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.design.captions import (
     leading,
     place_text,
@@ -16,7 +16,14 @@ from vibropipe.scenes.design.captions import (
     value_of,
     wanted_text,
 )
-from vibropipe.scenes.design.data import Part, has_spread, law_text, varied, wanted_parts
+from vibropipe.scenes.design.data import (
+    Part,
+    has_spread,
+    law_text,
+    numbers,
+    varied,
+    wanted_parts,
+)
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
 
@@ -51,11 +58,11 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table:
         [
             str(number),
             law_text(dataset, row),
-            *(format_number(float(dataset[name].values[row]), 6) for name in names),
-            *(format_number(float(part.of(dataset).values[row]), 6) for part in parts),
+            *(format_number(float(dataset[name].values[row]), 5) for name in names),
+            *(format_number(float(part.of(dataset).values[row]), 5) for part in parts),
             format_number(float(dataset["law_margin"].values[row]), 2),
         ]
-        for row, number in enumerate(dataset["design"].values)
+        for row, number in enumerate(numbers(dataset))
     ]
     caption = (
         f"Designs of {scene}: law of motion (m; p1, p2), varied parameters, wanted quantities, and the distance to the "
@@ -78,7 +85,9 @@ def tolerance_table(scene: str, dataset: xr.Dataset) -> Table | None:
         return None
     parts = [part for part in wanted_parts(dataset) if f"{part.variable}_contribution" in dataset]
     head = ["parameter", "nominal", *(["tolerance"] if stem else [])]
-    head += ["deviation", *(f"share of {part.name}" for part in parts)] if of_spread else []
+    head += (
+        ["deviation", *(f"share of {breakable(part.name)}" for part in parts)] if of_spread else []
+    )
     rows = []
     for name in names:
         cells = [plain_symbol(name), with_units(dataset[name], format_number(float(best[name]), 6))]
@@ -117,7 +126,7 @@ def share_text(best: xr.Dataset, part: Part, name: str) -> str:
 def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
     """Return the head of a column: the name with index, and the unit."""
     unit = with_units(values, "")
-    name = part.name if part else str(values.name)
+    name = breakable(part.name) if part else str(values.name)
     return f"{name} ({unit})" if unit else name
 
 

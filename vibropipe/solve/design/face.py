@@ -222,7 +222,7 @@ def design_dataset(
             for name, column in zip(Parameters._fields, widths.T, strict=True)
             if np.isfinite(column).any()
         }
-    dataset = dataset.assign(variables).assign_coords(design=np.arange(1, len(designs) + 1))
+    dataset = dataset.assign(variables)
     if not problem.tolerance:
         return describe(dataset)
 

@@ -209,3 +209,20 @@ def test_lines_are_told_only_where_they_are_drawn(dataset):
     crowded = dataset.assign(border=dataset.border * 0 + 1)
     assert "lines separate basins" in describe_basins(with_lines)
     assert "lines separate basins" not in describe_basins(crowded)
+
+
+@pytest.mark.parametrize("over", [{"nu": [1.3, 1.5]}, {"h": [0.0, 0.1]}], ids=str)
+def test_pictures_where_attractors_are_absent(over):
+    """Without damping and loss nothing attracts: at no value, or at the first one."""
+    data = vp.basins(vp.Exciter(l=0.5, f=0.3, nu=1.3), [0.0, 0.2], [0.0, 1.0], starts=16, over=over)
+    for picture in kinds()["basins"].pictures_of(data, ("shares", "maps")):
+        with house_style():
+            shown = words(picture.draw(data, None, {}))
+        assert "no attractor found" in shown
+    texts = findings({"over": data})[0].texts
+    if "nu" in over:
+        assert texts == ["No attractor was found."]
+        assert sections({"over": data}) == []
+    else:
+        assert ((data.bifurcation_h > 0) & (data.bifurcation_h < 1e-3)).all()
+        assert "settle on none of them" in picture.describe(data, None, {})

@@ -116,7 +116,8 @@ def carry(source: AttractorSet, index: int, target: AttractorSet, name: str) -> 
         step *= 0.5
         if abs(step) < LEAST_STEP * abs(end - begin):
             beyond = target.attractor_of(_within(target.section.exciter, states[0]))
-            return Link(beyond, value + step)
+            tried = end if is_last else value + 2 * step
+            return Link(beyond, 0.5 * (value + tried))
 
 
 def distance(states: np.ndarray, others: np.ndarray, section: SectionMap) -> float:

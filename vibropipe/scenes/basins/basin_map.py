@@ -186,6 +186,10 @@ def legend_handles(dataset: xr.Dataset) -> list[Artist]:
     if drawn and dataset.sizes["border_orbit"]:
         handles.append(Line2D([], [], label="unstable orbit on a border", **CROSSES[1]))
     if bool((dataset["attractor"] < 0).any()):
-        text = "no attractor found"
-        handles.append(Patch(facecolor=NONE_COLOUR, edgecolor=BLACK, linewidth=0.4, label=text))
+        handles.append(none_handle())
     return handles
+
+
+def none_handle() -> Artist:
+    """Return the legend entry of starts for which no attractor was found."""
+    return Patch(facecolor=NONE_COLOUR, edgecolor=BLACK, linewidth=0.4, label="no attractor found")

@@ -12,9 +12,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from vibropipe.figures.style import BLACK, GREY, LINE_MARKERS, SMALL_FONT_SIZE, legend, new_figure
+from vibropipe.figures.style import (
+    BLACK,
+    GREY,
+    LINE_MARKERS,
+    SMALL_FONT_SIZE,
+    legend,
+    new_figure,
+    write_centred,
+)
 from vibropipe.figures.text import ORDINALS, axis_label, parameter_line, symbol_of, with_units
-from vibropipe.scenes.basins.basin_map import COLOURS
+from vibropipe.scenes.basins.basin_map import COLOURS, none_handle
 from vibropipe.scenes.basins.laws import changes_of, laws_text, swept_name
 from vibropipe.scenes.branch.curves import pieces_of
 from vibropipe.solve.attractors import shares
@@ -55,7 +63,10 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
     upper, lower = figure.subplots(2, 1, sharex=True)
     if branches is not None:
         draw_branches(upper, branches, name)
-    draw_amplitudes(upper, dataset, name)
+    if listed:
+        draw_amplitudes(upper, dataset, name)
+    else:
+        write_centred(upper, "No attractor was found")
     draw_bands(lower, dataset, name)
     for ax in (upper, lower):
         for change in changes_of(dataset):
@@ -63,9 +74,6 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
     values = dataset[name].values
     if values.size > 1:
         lower.set_xlim(values[0], values[-1])
-    amplitude = dataset["displacement_amplitude"]
-    units = f" ({text})" if (text := with_units(amplitude, "")) else ""
-    upper.set_ylabel(f"{ORDINALS[0]} harmonic {symbol_of(amplitude, 1)}{units}")
     lower.set(ylim=(0, 1), ylabel="share of the starts")
     lower.set_xlabel(axis_label(dataset[name]))
     figure.align_ylabels([upper, lower])
@@ -85,7 +93,10 @@ def style_of(index: int) -> dict[str, Any]:
 def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     """Draw the first harmonic of each attractor, solid for orbits and dotted without one."""
     values = dataset[name].values
-    amplitude = dataset["displacement_amplitude"].sel(harmonic=1).transpose(name, "attractor_id")
+    array = dataset["displacement_amplitude"]
+    units = f" ({text})" if (text := with_units(array, "")) else ""
+    ax.set_ylabel(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}{units}")
+    amplitude = array.sel(harmonic=1).transpose(name, "attractor_id")
     has_orbit = dataset["period_multiple"].transpose(name, "attractor_id").values > 0
     for index in range(dataset.sizes["attractor_id"]):
         own = amplitude.values[:, index]
@@ -173,6 +184,8 @@ def handles_of(
     if listed.size < own.size:
         text = f"{own.size - listed.size} more with smaller shares"
         handles.append(Patch(facecolor="none", edgecolor="none", label=text))
+    if bool((dataset["attractor"] < 0).any()):
+        handles.append(none_handle())
     if branches is not None:
         handles.append(Line2D([], [], linewidth=3.0, alpha=0.5, label="stable orbit", color=GREY))
         dotted: Any = (0, (1, 1.2))

@@ -117,8 +117,9 @@ def rare_text(dataset: xr.Dataset) -> str:
 
 def share_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return what shares over a parameter show, a sentence each."""
-    texts = together_text(dataset), changes_text(dataset), rare_text(dataset)
-    return texts if dataset.sizes["attractor_id"] else ("No attractor was found",)
+    if dataset.sizes["attractor_id"] == 0:
+        return ("No attractor was found",)
+    return together_text(dataset), changes_text(dataset), rare_text(dataset)
 
 
 def family_table(name: str, dataset: xr.Dataset) -> Table:

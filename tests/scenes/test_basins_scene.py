@@ -209,6 +209,7 @@ def test_lines_are_told_only_where_they_are_drawn(dataset):
     crowded = dataset.assign(border=dataset.border * 0 + 1)
     assert "lines separate basins" in describe_basins(with_lines)
     assert "lines separate basins" not in describe_basins(crowded)
+    assert "of those that the borders contain" in describe_basins(crowded)
 
 
 @pytest.mark.parametrize("over", [{"nu": [1.3, 1.5]}, {"h": [0.0, 0.1]}], ids=str)

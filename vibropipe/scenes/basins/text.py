@@ -73,6 +73,8 @@ def saddles_text(dataset: xr.Dataset) -> str:
         return ""
     orbits = count(len(sizes), "unstable orbit")
     multiples = series(map(str, dict.fromkeys(sorted(sizes))))
+    if float(dataset["border"].mean()) > MAX_BORDER:
+        return f"Crosses: {orbits} (m = {multiples}) of those that the borders contain"
     which = "it" if len(sizes) == 1 else "one of them"
     return f"Crosses: {orbits} (m = {multiples}) on the borders; the starts of a border approach {which}"
 

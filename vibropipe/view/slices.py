@@ -19,6 +19,7 @@ OF_REGIONS = (
     "displacement_mean",
     "periods_to_attractor",
 )
+ROUNDING = 1e-9
 MARKERS = ("circle", "triangle", "inverted_triangle", "square")
 COLUMNS = ("at", "value", "colour", "marker")
 LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 100, 75, 530, 440
@@ -83,7 +84,9 @@ class Slice:
         self.figure = figure(**options)
         self.figure.toolbar.logo = None
         self.ruler = (self.figure.yaxis if self.is_level else self.figure.xaxis)[0]
-        self.ruler.ticker.desired_num_ticks = 4
+        self.ruler.ticker.desired_num_ticks = 4 if self.is_level else 2
+        # rounding is no curve
+        (self.figure.y_range if self.is_level else self.figure.x_range).min_interval = ROUNDING
         x, y = ("at", "value") if self.is_level else ("value", "at")
         self.figure.line(x, y, source=self.lines, color="#9A9A9A", line_width=1)
         self.figure.scatter(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
 from vibropipe.view.plane import Plane
-from vibropipe.view.words import number, symbol
+from vibropipe.view.words import number, symbol, value_of
 
 
 class Border(NamedTuple):
@@ -37,7 +37,7 @@ class Borders:
 
     def __init__(self, plane: Plane) -> None:
         codes, self.text = regime_codes(plane)
-        self._marks = [symbol(plane.dataset[name]) for name in plane.axes]
+        self._arrays = [plane.dataset[name] for name in plane.axes]
         self._logs = [scale_of(values) == "log" for values in plane.values]
         grids = [np.log(v) if log else v for v, log in zip(plane.values, self._logs, strict=True)]
         self._low = np.array([grid[0] for grid in grids])
@@ -76,8 +76,9 @@ class Borders:
         if found is None:
             return "All rows have one regime."
         ways = [
-            f"{mark} = {number(there, 4)} ({'−' if there < here else '+'}{number(abs(there - here), 2)})"
-            for mark, there, here in zip(self._marks, found.at, point, strict=True)
+            f"{symbol(array)} = {value_of(array, there, 4)} "
+            f"({'−' if there < here else '+'}{number(abs(there - here), 2)})"
+            for array, there, here in zip(self._arrays, found.at, point, strict=True)
             if there != here
         ]
         return sentences(f"Nearest border: {self.text(found.beyond)}, at {', '.join(ways)}")

@@ -25,6 +25,7 @@ from vibropipe.view.plane import Plane
 # Of the frame of the map, which the slices share, and of what is left of it.
 FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 320, 70
 NO_VALUE = "#FFFFFF"
+WORDS, EDGE = ("x", "y", "text", "align"), 0.1
 # Cells of a side of the image of an irregular grid.
 FINE = 800
 # Codes are whole: the hover says their words, and for values none.
@@ -58,6 +59,13 @@ def limits_of(name: str, values: NDArray) -> tuple[float, float]:
     return low, high if high > low else low + 1.0
 
 
+def _align(share: float) -> str:
+    """Return the alignment of a word at a share of the width: it must not leave the map."""
+    if share < EDGE:
+        return "left"
+    return "right" if share > 1.0 - EDGE else "center"
+
+
 class MapPanel:
     """The map of a plane.
 
@@ -86,7 +94,7 @@ class MapPanel:
             }
         )
         self.outlines = ColumnDataSource({"x": [], "y": []})
-        self.words = ColumnDataSource({"x": [], "y": [], "text": []})
+        self.words = ColumnDataSource({name: [] for name in WORDS})
         self.regions = ColumnDataSource({"text": []})
         self.figure = figure(
             frame_width=FRAME_WIDTH, frame_height=FRAME_HEIGHT,
@@ -99,7 +107,7 @@ class MapPanel:
         drawn = self.figure.image(source=self.image, color_mapper=self.mapper)
         self.figure.line("x", "y", source=self.outlines, color="#000000", line_width=0.7)
         self.figure.text(
-            "x", "y", "text", source=self.words, text_align="center", text_baseline="middle",
+            "x", "y", "text", source=self.words, text_align="align", text_baseline="middle",
             text_font_size="11px", background_fill_color="white", background_fill_alpha=0.85, padding=2,
         )  # fmt: skip
         self.bar = ColorBar(color_mapper=self.mapper, width=8, visible=False, padding=4)
@@ -138,10 +146,12 @@ class MapPanel:
         self._show_image(codes)
         x, y = self.plane.values
         spots = [(n, widest_spot(codes == n)) for n in np.unique(codes)]
-        placed = [(x[at[1]], y[at[0]], regions[n].short) for n, at in spots if at is not None]
-        self.words.data = {
-            name: [each[n] for each in placed] for n, name in enumerate(("x", "y", "text"))
-        }
+        placed = [
+            (x[at[1]], y[at[0]], regions[n].short, _align(at[1] / x.size))
+            for n, at in spots
+            if at is not None
+        ]
+        self.words.data = {name: [each[n] for each in placed] for n, name in enumerate(WORDS)}
 
     def _show_values(self, series: Series) -> None:
         values = self.plane.field(series)
@@ -149,7 +159,7 @@ class MapPanel:
         self.mapper.update(palette=cividis(256), low=low, high=high)
         self.bar.visible = True
         self.regions.data = {"text": []}
-        self.words.data = {"x": [], "y": [], "text": []}
+        self.words.data = {name: [] for name in WORDS}
         self._show_image(values)
 
     def _show_image(self, values: NDArray) -> None:

@@ -23,7 +23,7 @@ from vibropipe.view.results import Results
 from vibropipe.view.scripts import script
 from vibropipe.view.slices import Slice, shown_series
 from vibropipe.view.what_if import Background, in_thread, solve_anew
-from vibropipe.view.words import number, symbol
+from vibropipe.view.words import symbol, value_of
 
 REGIONS = "regimes and laws of motion"
 Later = Callable[[Callable[[], None]], Any]
@@ -204,7 +204,7 @@ class Page:
         for name in self.others_shown:
             values[name] = self.plane.dataset[name].values[self.plane.further[name]]
         marks = [
-            f"{symbol(self.plane.dataset[name])} = {value if isinstance(value, str) else number(value)}"
+            f"{symbol(self.plane.dataset[name])} = {value_of(self.plane.dataset[name], value)}"
             for name, value in values.items()
         ]
         link = urlencode(

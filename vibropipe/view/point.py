@@ -27,6 +27,7 @@ NUMBERS_CSS = """
 """
 STORED = "as stored"
 NO_ATTRACTOR = "No attractor was found from this start."
+SECTION_TEXT = "White points: its Poincaré section, once every forcing period."
 COPIES = {"yaml": "copy as YAML", "python": "copy as Python", "link": "copy link"}
 
 
@@ -143,10 +144,12 @@ class PointPanel:
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
         """Draw a motion with its numbers."""
         self._draw_motion(motion)
-        head, tail = (
-            html(before + self._where),
-            html(f"{law_text(shown)} {'' if before else self._border}"),
-        )
+        parts = [law_text(shown)]
+        if motion is not None and not motion.is_orbit:
+            parts.append(SECTION_TEXT)
+        if not before:
+            parts.append(self._border)
+        head, tail = html(before + self._where), html(" ".join(parts))
         self.law.text = f'<p class="law"><b>{head}.</b> {tail}</p>'
         columns = [lines_with_momentum(motion, shown)]
         if self.pinned is not None:

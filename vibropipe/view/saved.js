@@ -25,7 +25,7 @@ const show_map = () => {
   mapper.setv({palette: shown < 0 ? plan.regions.map((each) => each.colour) : plan.palette, low: limits[0], high: limits[1]})
   bar.visible = shown >= 0
   regions.data = {text: shown < 0 ? plan.regions.map((each) => each.text) : []}
-  words.data = shown < 0 && others == plan.drawn ? plan.words : {x: [], y: [], text: []}
+  words.data = shown < 0 && others == plan.drawn ? plan.words : {x: [], y: [], text: [], align: []}
   if (others != plan.drawn) outlines.data = {x: [], y: []}
   image.data = {...image.data, image: [ndarray(picture, [plan.rows.length, plan.columns.length])]}
 }

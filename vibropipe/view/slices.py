@@ -20,9 +20,9 @@ OF_REGIONS = (
     "periods_to_attractor",
 )
 ROUNDING = 1e-9
-MARKERS = ("circle", "triangle", "inverted_triangle", "square")
+MARKERS, LETTERS = ("circle", "triangle", "inverted_triangle", "square"), "●▲▼■"
 COLUMNS = ("at", "value", "colour", "marker")
-LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 100, 75, 530, 440
+LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 100, 90, 530, 440
 
 
 def shown_series(plane: Plane, series: Series | None) -> list[Series]:
@@ -40,9 +40,24 @@ def slice_label(plane: Plane, chosen: list[Series]) -> str:
     """Return the label of the quantity of slices: in full beside curves, its symbol beside a map."""
     array, one = plane.dataset[chosen[0].name], len(chosen) == 1
     if len(plane.axes) == 1:
-        return plane.label(chosen[0]) if one else label_of(array)
-    mark = symbol(array, chosen[0].position + 1 if one and chosen[0].position is not None else None)
-    return " ".join(filter(None, [mark, unit_of(array) and f"({unit_of(array)})"]))
+        label = plane.label(chosen[0]) if one else label_of(array)
+    else:
+        index = chosen[0].position
+        mark = symbol(array, index + 1 if one and index is not None else None)
+        label = " ".join(filter(None, [mark, unit_of(array) and f"({unit_of(array)})"]))
+    return " ".join(filter(None, [label, marks_text(plane, chosen)]))
+
+
+def marks_text(plane: Plane, chosen: list[Series]) -> str:
+    """Return what the marks of slices mean, where there are several."""
+    names = [
+        " ".join(filter(None, [str(one.position + 1) if one.position is not None else "", direction]))
+        for one in chosen
+        for direction in plane.directions
+    ]  # fmt: skip
+    if len(names) < 2:
+        return ""
+    return " ".join(f"{LETTERS[n % len(LETTERS)]} {name}" for n, name in enumerate(names))
 
 
 class Slice:

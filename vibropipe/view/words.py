@@ -45,3 +45,8 @@ def html(text: str) -> str:
 def number(value: float, digits: int = 6) -> str:
     """Write a number for a table."""
     return format_number(value, digits)
+
+
+def value_of(array: xr.DataArray, value: float | str, digits: int = 6) -> str:
+    """Write a value of a quantity with its units; text stays."""
+    return value if isinstance(value, str) else with_units(array, number(value, digits))

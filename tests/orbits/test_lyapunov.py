@@ -18,8 +18,8 @@ OUTPUTS = ("stability", "poincare", "lyapunov")
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
 CHAOTIC = [
     vp.Exciter(nu=1.2, f=1.4, delta=0.01, **LOSSY),
-    vp.Exciter(nu=0.7, f=1.97267, **LOSSY),
-    vp.Exciter(nu=1.2, f=1.0, l=0.5, h=0.05, R1=0.8, R2=0.8),
+    vp.Exciter(nu=0.7, f=1.9, **LOSSY),
+    vp.Exciter(nu=1.2, f=1.0, l=0.5, h=0.05, R1=0.6, R2=0.6),
 ]
 
 
@@ -34,6 +34,7 @@ def sections(exciter: vp.Exciter, patience: int) -> tuple[np.ndarray, xr.Dataset
         for each in (earlier, motion)
     )
     assert int(motion.period_multiple) == 0
+    assert int(motion.periods_to_settle) == patience
     shift = EXPONENT_PERIODS - 63
     assert (first[shift:] == last[:-shift]).all()
     return np.concatenate([first, last[-shift:]]), motion

@@ -17,7 +17,8 @@ from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
 from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.return_map import floquet_multipliers, return_map_jacobian, state_xv
 from vibropipe.orbits.return_map import march_periods as orbit_periods
-from vibropipe.orbits.settling import PERIODIC, find_steady_state
+from vibropipe.orbits.settling import find_steady_state
+from vibropipe.orbits.verdict import PERIODIC
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE

@@ -6,7 +6,7 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.march.loop import OK
-from vibropipe.orbits.recurrence import MAX_MULTIPLE, nearly_repeats
+from vibropipe.orbits.recurrence import nearly_repeats
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 
@@ -116,7 +116,7 @@ def reduce_multiple(e, p, grid, orbit, log, c):
 
 
 @jit
-def close_first_candidate(e, p, grid, state, xs, vs, k, norm, log, c):
+def close_first_candidate(e, p, grid, state, xs, vs, k, norm, largest, log, c):
     """Close the orbit of the least multiple that the section nearly repeats with and that the motion settles on.
 
     Parameters
@@ -131,6 +131,8 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, log, c):
         Forcing periods marched.
     norm : float
         Norm of the motion.
+    largest : int
+        Largest multiple tried.
 
     Returns
     -------
@@ -157,7 +159,7 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, log, c):
         0.0,
     )
     trial_periods = 0
-    for m in range(1, min(k, MAX_MULTIPLE) + 1):
+    for m in range(1, min(k, largest) + 1):
         if not nearly_repeats(xs, vs, k, m, norm):
             continue
         trial_periods += m

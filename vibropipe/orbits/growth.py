@@ -6,13 +6,18 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.march.log import IMPACTS
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.return_map import return_map_jacobian
+from vibropipe.physics.load import forcing_period
 
-# Forcing periods at the end of the patience over which the growth of a perturbation is measured, and the logarithm of
-# the growth above which the motion counts as chaotic: a Lyapunov exponent of 0.12 per period. Of 20,000 random rows
-# above it after 300 periods, 7 settled later.
-LYAPUNOV_PERIODS, LYAPUNOV_THRESHOLD = 50, 6.0
+# Logarithm of the growth of a perturbation above which a motion counts as chaotic, and forcing periods before the end
+# of the patience from which the growth is measured.
+CHAOTIC_GROWTH, JUDGED_PERIODS = 6.0, 50
+# Forcing periods after which a motion that settles is examined for chaos before, which marches it again; most motions
+# have settled by then. Its transient was chaotic if a perturbation grew so much, as a logarithm, that rounding became
+# visible: to 1e-4 of the motion.
+EXAMINED_PERIODS, ROUNDING_GROWTH = 64, 27.0
 # Forcing periods at the end of a motion without an orbit from which its Lyapunov exponent is taken, and periods of a
 # block. Growth is correlated over a few periods only, so the means of blocks are independent; in the first block the
 # perturbation turns into the direction that grows most.
@@ -68,6 +73,71 @@ def perturbation_growth(jacobian, dx, dv):
     if not (norm > 0.0 and norm < math.inf):
         return 1.0, 0.0, -math.inf if norm == 0.0 else math.nan
     return dx / norm, dv / norm, math.log(norm)
+
+
+class Divergence(NamedTuple):
+    """A perturbation, and its growth since it began or a rest erased the one before.
+
+    Attributes
+    ----------
+    dx, dv : float
+        Perturbation of (x, x'), of length 1.
+    growth : float
+        Logarithm of its growth.
+    """
+
+    dx: float
+    dv: float
+    growth: float
+
+
+@jit
+def no_divergence():
+    """Return a perturbation that has not grown yet."""
+    return Divergence(1.0, 0.0, 0.0)
+
+
+@jit
+def add_divergence(divergence, jacobian):
+    """Return the divergence a forcing period later; it begins anew after a rest and where the Jacobian is unknown."""
+    dx, dv, growth = perturbation_growth(jacobian, divergence.dx, divergence.dv)
+    if not growth > -math.inf:
+        return no_divergence()
+    return Divergence(dx, dv, divergence.growth + growth)
+
+
+@jit
+def is_chaotic(divergence) -> bool:
+    """Return whether a perturbation has grown as it only does along a chaotic motion."""
+    return divergence.growth > CHAOTIC_GROWTH
+
+
+@jit_inline
+def count_on_support_1(log) -> int:
+    """Return the number of logged impacts on support 1."""
+    n = 0
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        n += abs(log.support[i]) == 1
+    return n
+
+
+@jit
+def contraction(p, periods, on_1, on_2):
+    """Return the logarithm of the factor by which areas of the section shrink, per forcing period.
+
+    Damping shrinks them by exp(-h tau), each impact by R^2, the determinants of flow and saltation matrices.
+
+    Parameters
+    ----------
+    p : Parameters
+    periods, on_1, on_2 : int
+        Forcing periods, and impacts on each support in them.
+    """
+    total = p.h * forcing_period(p) * periods
+    for n, restitution in ((on_1, p.R1), (on_2, p.R2)):
+        if n > 0:
+            total -= 2.0 * n * math.log(restitution) if restitution > 0.0 else -math.inf
+    return total / periods
 
 
 class GrowthSums(NamedTuple):

@@ -39,6 +39,7 @@ class RowResults(NamedTuple):
     period_multiple: np.ndarray
     settled_after: np.ndarray
     window_periods: np.ndarray
+    chaos: np.ndarray
     residual: np.ndarray
     section: np.ndarray
     impacts: np.ndarray

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 
-# Largest period multiple of an orbit, in forcing periods.
-MAX_MULTIPLE = 32
+# Largest period multiple of an orbit, in forcing periods, and of one that is sought where a motion has not settled for
+# long and is not chaotic.
+MAX_MULTIPLE, MAX_LONG_MULTIPLE = 32, 256
 # Entries before period 0: a return is compared with the one before it, two multiples back.
 HISTORY_OFFSET = 2 * MAX_MULTIPLE
 # Largest distance of a near return, relative to the norm of the motion.
@@ -17,11 +18,14 @@ RETURN_TOLERANCE = 1e-4
 # A return after more than MAX_UNCONFIRMED_MULTIPLE periods counts only if the return before it was within
 # CONFIRM_FACTOR times the tolerance: a chaotic motion returns by chance after many periods, but seldom twice.
 MAX_UNCONFIRMED_MULTIPLE, CONFIRM_FACTOR = 2, 30.0
+# Periods in a row that are near those before on a long orbit. Of chaotic motions each further one is rarer by about
+# their contraction of areas.
+REPEATED_PERIODS = 4
 
 
 @jit
-def may_repeat(xs, vs, k, norm) -> bool:
-    """Return whether the section at period k is near any of the last MAX_MULTIPLE sections.
+def may_repeat(xs, vs, k, norm, largest) -> bool:
+    """Return whether the section at period k is near any of the last `largest` sections.
 
     The loop has no branch, so that it is vectorised; `nearly_repeats` then examines each multiple.
 
@@ -33,12 +37,14 @@ def may_repeat(xs, vs, k, norm) -> bool:
         Forcing periods marched.
     norm : float
         Norm of the motion.
+    largest : int
+        Largest period multiple, at most MAX_MULTIPLE or k/2.
     """
     now = HISTORY_OFFSET + k
     x, v = xs[now], vs[now]
-    last_xs, last_vs = xs[now - MAX_MULTIPLE : now], vs[now - MAX_MULTIPLE : now]
+    last_xs, last_vs = xs[now - largest : now], vs[now - largest : now]
     n_near = 0
-    for i in range(MAX_MULTIPLE):
+    for i in range(largest):
         n_near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= RETURN_TOLERANCE * norm
     return n_near > 0
 
@@ -69,3 +75,27 @@ def nearly_repeats(xs, vs, k, m, norm) -> bool:
         m <= MAX_UNCONFIRMED_MULTIPLE
         or _return_distance(xs, vs, k - m, m) <= CONFIRM_FACTOR * RETURN_TOLERANCE * norm
     )
+
+
+@jit
+def lies_on_orbit(xs, vs, k, norm) -> bool:
+    """Return whether the last sections up to period k are near those of up to MAX_LONG_MULTIPLE periods before.
+
+    Parameters
+    ----------
+    xs, vs : (HISTORY_OFFSET + n,) float
+        Sections.
+    k : int
+        Forcing periods marched.
+    norm : float
+        Norm of the motion.
+    """
+    for m in range(1, min(MAX_LONG_MULTIPLE, k - REPEATED_PERIODS) + 1):
+        repeated = 0
+        while repeated < REPEATED_PERIODS and (
+            _return_distance(xs, vs, k - repeated, m) <= RETURN_TOLERANCE * norm
+        ):
+            repeated += 1
+        if repeated == REPEATED_PERIODS:
+            return True
+    return False

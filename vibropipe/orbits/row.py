@@ -24,7 +24,8 @@ from vibropipe.orbits.outputs import (
     write_orbit_exponent,
 )
 from vibropipe.orbits.return_map import clear_log, state_xv
-from vibropipe.orbits.settling import DRIFTING, PERIODIC, UNBOUNDED, find_steady_state
+from vibropipe.orbits.settling import find_steady_state
+from vibropipe.orbits.verdict import DRIFTING, PERIODIC, UNBOUNDED
 from vibropipe.orbits.window import clear_window, new_window
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
@@ -92,6 +93,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         clear_window(window)
     out.status[row] = status
     out.settled_after[row] = steady.periods_marched
+    out.chaos[row] = steady.chaos
     if status != OK and status != MAX_PERIODS:
         out.regime[row] = UNRESOLVED
         return x, v

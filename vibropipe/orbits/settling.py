@@ -20,16 +20,26 @@ from vibropipe.march.loop import OK
 from vibropipe.march.state import State
 from vibropipe.orbits.closing import close_first_candidate
 from vibropipe.orbits.growth import (
+    EXAMINED_PERIODS,
     EXPONENT_PERIODS,
-    LYAPUNOV_PERIODS,
-    LYAPUNOV_THRESHOLD,
+    JUDGED_PERIODS,
+    ROUNDING_GROWTH,
+    add_divergence,
     add_growth,
+    contraction,
+    count_on_support_1,
+    is_chaotic,
+    no_divergence,
     no_growth,
     period_jacobian,
-    perturbation_growth,
 )
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.recurrence import HISTORY_OFFSET, may_repeat
+from vibropipe.orbits.recurrence import (
+    HISTORY_OFFSET,
+    MAX_MULTIPLE,
+    lies_on_orbit,
+    may_repeat,
+)
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
@@ -38,16 +48,18 @@ from vibropipe.orbits.return_map import (
     march_periods,
     state_xv,
 )
-from vibropipe.orbits.shooting import EVENTS_PER_PERIOD, motion_norm
-from vibropipe.orbits.window import (
-    LISTED_PERIODS,
-    WINDOW,
-    add_period,
-    close_window,
-    list_impacts,
-    open_window,
-    write_sections,
+from vibropipe.orbits.shooting import EVENTS_PER_PERIOD, Shooting, motion_norm, shoot
+from vibropipe.orbits.verdict import (
+    APERIODIC,
+    LONG_ORBIT_PATIENCE,
+    PERIODIC,
+    PURSUIT,
+    classify_aperiodic,
+    long_multiple,
+    next_limit,
 )
+from vibropipe.orbits.window import WINDOW, close_window, record_period, write_sections
+from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
 
 # Least ratio of marched periods to periods spent on orbits that were not closed: bounds the cost of failed trials.
@@ -55,11 +67,7 @@ MARCH_TO_TRIAL_RATIO = 4
 # Forcing periods with more contacts than the log holds before a row is given up. No orbit of such periods can be
 # identified, and each takes as long as 100 others. A transient with that many impacts has decayed by then.
 MAX_CROWDED = 32
-# A motion is unbounded if its section grows by GROWTH_FACTOR from the second to the last quarter of the march and the
-# last step from quarter to quarter is at least GROWTH_PERSISTENCE of the one before. A slow approach to an orbit also
-# grows, but by less and less.
-GROWTH_FACTOR, GROWTH_PERSISTENCE = 1.5, 0.9
-PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
+NO_CHAOS, TRANSIENT_CHAOS, CHAOS = int(Chaos.NONE), int(Chaos.TRANSIENT), int(Chaos.LASTING)
 MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
 
 
@@ -82,6 +90,8 @@ class SteadyState(NamedTuple):
         Forcing periods marched before the orbit was recognised.
     first, second : complex
         Floquet multipliers, the larger modulus first; NaN without an orbit.
+    chaos : int
+        Code of `Chaos`.
     """
 
     kind: int
@@ -93,64 +103,48 @@ class SteadyState(NamedTuple):
     periods_marched: int
     first: complex
     second: complex
+    chaos: int
 
 
 @jit
-def has_lossy_impact(p, log) -> bool:
-    """Return whether an impact of the log loses speed (R < 1)."""
-    for i in range(min(log.counts[IMPACTS], log.position.size)):
-        if (p.R1 if abs(log.support[i]) == 1 else p.R2) < 1.0:
-            return True
-    return False
+def transient_chaos(e, p, grid, origin, periods, orbit, log, c):
+    """Return the code of `Chaos` of a motion from `origin` that settled on an orbit after so many forcing periods.
 
-
-@jit
-def classify_aperiodic(p, log, xs, vs, k):
-    """Classify a motion without an orbit by the growth of its section over the quarters of the march.
-
-    A motion that grows from the second to the last quarter is drifting if damping or lossy impacts bound it, and
-    unbounded if it grows as fast as before. Any other motion is aperiodic.
-
-    Parameters
-    ----------
-    p : Parameters
-    log : Log
-        Contacts of the last period.
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
-    k : int
-        Forcing periods marched.
-
-    Returns
-    -------
-    int
-        APERIODIC, UNBOUNDED or DRIFTING.
+    The motion is marched again with a perturbation, by `shoot`, which stops after the first march: another copy of the
+    march in this kernel makes all rows a tenth slower. The log is left with the contacts of the orbit.
     """
-    early, middle, late = 0.0, 0.0, 0.0
-    for i in range(1, k + 1):
-        norm = abs(xs[HISTORY_OFFSET + i]) + abs(vs[HISTORY_OFFSET + i])
-        if 4 * i > k and 2 * i <= k:
-            early = max(early, norm)
-        if 2 * i > k and 4 * i <= 3 * k:
-            middle = max(middle, norm)
-        if 4 * i > 3 * k:
-            late = max(late, norm)
-    if late > GROWTH_FACTOR * early:
-        if p.h > 0.0 or has_lossy_impact(p, log):
-            return DRIFTING
-        if late - middle > GROWTH_PERSISTENCE * (middle - early):
-            return UNBOUNDED
-    return APERIODIC
+    divergence, chaos, state = no_divergence(), NO_CHAOS, origin
+    for _ in range(periods):
+        period = shoot(e, p, grid, state, ONE_PERIOD, Shooting(math.inf, -1.0, -1.0), log, c)
+        state = period.end
+        divergence = add_divergence(divergence, period.derivative)
+        # A log that was emptied tells no derivative, so the perturbation begins anew.
+        if period.status != OK:
+            divergence = no_divergence()
+        if divergence.growth > ROUNDING_GROWTH:
+            chaos = TRANSIENT_CHAOS
+            break
+    shoot(e, p, grid, orbit.state, orbit.m, Shooting(math.inf, math.inf, math.inf), log, c)
+    return chaos
 
 
 @jit
-def settled_on(orbit, periods_marched):
+def settled_on(orbit, periods_marched, chaos):
     """Return the `SteadyState` of a motion that settled on an orbit after so many marched periods."""
     j11, j12, j21, j22 = orbit.derivative
     first, second = floquet_multipliers(j11, j12, j21, j22)
     return SteadyState(
-        PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, periods_marched, first, second
-    )  # fmt: skip
+        PERIODIC,
+        orbit.status,
+        orbit.m,
+        orbit.state,
+        orbit.end,
+        orbit.residual,
+        periods_marched,
+        first,
+        second,
+        chaos,
+    )
 
 
 @jit_allocating
@@ -170,7 +164,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     max_periods : int
         Largest number of forcing periods marched.
     patience : int
-        Forcing periods after which a damped motion is given up if small perturbations still grow fast.
+        Forcing periods after which a damped motion may be left as chaotic.
     window : Window or None
         Sums over the last periods of a motion without an orbit, and what is listed of them.
 
@@ -180,65 +174,78 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
 
     Notes
     -----
-    A damped motion whose perturbations grew by more than exp(LYAPUNOV_THRESHOLD) over the LYAPUNOV_PERIODS before
-    `patience` is left there as aperiodic, any other motion at `max_periods`. The Lyapunov exponent has a perturbation
-    of its own, which begins earlier: labels do not depend on the outputs.
+    A perturbation is followed over the JUDGED_PERIODS before a limit, until it shows chaos. The Lyapunov exponent has
+    a perturbation of its own, which begins earlier: labels do not depend on the outputs.
     """
-    xs, vs = np.empty(HISTORY_OFFSET + max_periods + 1), np.empty(HISTORY_OFFSET + max_periods + 1)
+    n = HISTORY_OFFSET + PURSUIT * max_periods + 1
+    xs, vs = np.empty(n), np.empty(n)
     xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = math.inf
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[HISTORY_OFFSET], vs[HISTORY_OFFSET] = state_xv(p, state)
     norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
-    trial_periods, crowded, is_log_complete = 0, 0, True
-    dx, dv, growth = 1.0, 0.0, 0.0
+    impacts, on_1 = 0, 0
+    trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
+    divergence, origin = no_divergence(), state
     sums, is_measured = no_growth(), False if window is None else window.exponent.size > 0
-    kind, limit = APERIODIC, min(patience, max_periods)
-    window_start = max(0, limit - WINDOW)
-    for k in range(1, max_periods + 1):
+    kind, is_seen_chaotic, k, limit = APERIODIC, False, 0, min(patience, max_periods)
+    window_start, judged_from = max(0, limit - WINDOW), limit - JUDGED_PERIODS
+    while k < limit:
+        k += 1
         clear_log(log)
         start = at_period_zero(state)
         state, status = march_periods(e, p, grid, start, ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
         crowded += status == LOG_FULL
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
-            return SteadyState(APERIODIC, status, 0, state, state, math.inf, k, none, none)
+            return SteadyState(
+                APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS
+            )
         xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
         norm = max(norm, motion_norm(p, state, log))
+        impacts, on_1 = impacts + log.counts[IMPACTS], on_1 + count_on_support_1(log)
         if window is not None and k > window_start:
-            if k == window_start + 1:
-                open_window(p, window, start)
-                is_log_complete = True
             # A log that was emptied during the period holds only its last contacts.
-            is_log_complete = is_log_complete and status == OK
-            add_period(e, p, window, start, state, log, c)
-            list_start = max(window_start, limit - LISTED_PERIODS)
-            if k > list_start:
-                list_impacts(window, log, k - list_start - 1)
-        is_judged = k > patience - LYAPUNOV_PERIODS and k <= patience
-        if is_judged or (is_measured and k > limit - EXPONENT_PERIODS):
+            is_log_complete = status == OK and (is_log_complete or k == window_start + 1)
+            record_period(e, p, window, start, state, log, c, k, window_start + 1, limit)
+        is_judged = k > judged_from and not is_chaotic(divergence)
+        is_counted = is_measured and k > limit - EXPONENT_PERIODS
+        if is_judged or is_counted:
             jacobian = period_jacobian(e, p, log, status == OK, start, state)
             if is_judged:
-                dx, dv, log_growth = perturbation_growth(jacobian, dx, dv)
-                growth += log_growth
-            if is_measured:
+                divergence = add_divergence(divergence, jacobian)
+            if is_counted:
                 sums = add_growth(sums, jacobian)
-        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm):
+        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm, largest):
             new_trials, is_reached, orbit = close_first_candidate(
-                e, p, grid, state, xs, vs, k, norm, log, c
+                e, p, grid, state, xs, vs, k, norm, largest, log, c
             )
             if is_reached:
-                return settled_on(orbit, k)
+                chaos = NO_CHAOS
+                if k > EXAMINED_PERIODS:
+                    chaos = transient_chaos(e, p, grid, origin, k, orbit, log, c)
+                return settled_on(orbit, k, chaos)
             trial_periods += new_trials
         if k == limit:
             kind = classify_aperiodic(p, log, xs, vs, k)
-            if k == max_periods or (
-                growth > LYAPUNOV_THRESHOLD and kind == APERIODIC and p.h > 0.0
-            ):
-                break
-            limit, window_start = max_periods, max(k, max_periods - WINDOW)
-            sums = no_growth() if k <= limit - EXPONENT_PERIODS else sums
+            # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
+            repeats = k <= LONG_ORBIT_PATIENCE * patience and lies_on_orbit(xs, vs, k, norm)
+            is_seen_chaotic = is_chaotic(divergence) and not repeats
+            shrinking = contraction(p, k, on_1, impacts - on_1)
+            limit = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)
+            if limit > k:
+                window_start = max(k, limit - WINDOW)
+                sums = no_growth() if k <= limit - EXPONENT_PERIODS else sums
+                if is_seen_chaotic:
+                    judged_from = limit - JUDGED_PERIODS
+                else:
+                    largest = long_multiple(log, k)
+                if is_chaotic(divergence):
+                    divergence = no_divergence()
     if window is not None:
         close_window(p, window, state, sums)
         write_sections(window, xs, vs, k)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
-    return SteadyState(kind, status, 0, at_period_zero(state), state, math.inf, k, none, none)
+    chaos = CHAOS if is_seen_chaotic else NO_CHAOS
+    return SteadyState(
+        kind, status, 0, at_period_zero(state), state, math.inf, k, none, none, chaos
+    )

@@ -204,6 +204,27 @@ def list_impacts(window, log, period) -> None:
         count[window.row] = n - first
 
 
+@jit_inline
+def record_period(e, p, window, start, end, log, c, k, first, last) -> None:
+    """Add a marched forcing period to a window that it lies in.
+
+    Parameters
+    ----------
+    e, p, window, start, end, log, c
+        As for `add_period`.
+    k : int
+        The period that ends, counted from 1.
+    first, last : int
+        First and last period of the window.
+    """
+    if k == first:
+        open_window(p, window, start)
+    add_period(e, p, window, start, end, log, c)
+    list_first = max(first, last + 1 - LISTED_PERIODS)
+    if k >= list_first:
+        list_impacts(window, log, k - list_first)
+
+
 @jit
 def write_sections(window, xs, vs, k) -> None:
     """Write the sections at the ends of the last periods up to k.

@@ -18,7 +18,7 @@ MAX_TAU = 1e9
 HARMONICS = (1, 1000)
 # Forcing periods before a row may be labelled aperiodic: from the window that it is then measured over to the longest
 # march.
-PATIENCE = (256, 1000)
+PATIENCE = (128, 1000)
 # Lines along each parameter from which boundaries are sought.
 BOUNDARY_LINES = (1, 200)
 

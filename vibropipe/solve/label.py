@@ -58,6 +58,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         "displacement_strobe": (("row",), section[:, 0]),
         "velocity_strobe": (("row",), section[:, 1]),
         "window_periods": (("row",), rows.window_periods),
+        "chaos": (("row",), rows.chaos),
     }
     if rows.amplitudes.size > 0:
         variables |= _harmonics(rows.amplitudes, nu)

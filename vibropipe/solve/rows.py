@@ -98,6 +98,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         period_multiple=np.zeros(n, np.int32),
         settled_after=np.zeros(n, np.int32),
         window_periods=np.zeros(n, np.int32),
+        chaos=np.zeros(n, np.int8),
         residual=np.full(n, np.nan),
         section=np.zeros((n, 2)),
         impacts=np.zeros((n, 2)),

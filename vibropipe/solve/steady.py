@@ -98,6 +98,11 @@ def steady_state(
             Residual of the return map, relative to the norm of the motion.
         energy_input, energy_damping, energy_impact (support), energy_residual
             Energies per orbit: work of the force, losses, and the residual of the balance.
+        chaos
+            none, transient or lasting. Transient: a motion that settled after more than 64 forcing periods had
+            amplified its rounding to 1e-4 of its size, so that rounding may have decided on which of several attractors
+            it did. Lasting: perturbations still grew e^6-fold where the motion was left. An aperiodic motion without
+            chaos is a transient, or on an orbit of more than 256 forcing periods.
         periods_to_settle
             Forcing periods marched; 0 for an orbit in closed form.
         window_periods

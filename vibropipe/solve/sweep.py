@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 # Largest number of forcing periods marched for a row.
 MAX_PERIODS = limits.PATIENCE[1]
-# Forcing periods after which a row of a sweep is given up if perturbations of it still grow.
-PATIENCE = 300
+# Forcing periods after which a row of a sweep may be left as chaotic.
+PATIENCE = 200
 
 
 def sweep(
@@ -82,8 +82,9 @@ def sweep(
         The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
         same kind the result is bitwise identical.
     patience : int
-        Forcing periods after which a damped row is labelled aperiodic if a perturbation grew by more than e^6 over the
-        last 50 of them. Any other row is marched for up to 1,000. Chaos that ends later is recognised only with 1,000.
+        Forcing periods after which a damped row may be left as chaotic: if a perturbation grew by more than e^6 over
+        the last 50 of them, unless areas of the section shrink slowly or a motion without impacts exists. Such rows,
+        and all others, are marched for longer (docs/numerics.md). With 1,000 none is left before.
 
     Returns
     -------

@@ -38,7 +38,13 @@ def mask_unsolved(rows: RowResults) -> RowResults:
     rows.status[lost] = Status.NOT_FINITE
     unsolved = ~is_solved(rows.status)
     rows.regime[unsolved] = Regime.UNRESOLVED
-    for counts in (rows.period_multiple, rows.window_periods, rows.impacts, rows.rests):
+    for counts in (
+        rows.period_multiple,
+        rows.window_periods,
+        rows.chaos,
+        rows.impacts,
+        rows.rests,
+    ):
         counts[unsolved] = 0
     rows.residual[unsolved] = np.inf
     for values in (

@@ -16,3 +16,11 @@ class Regime(IntEnum):
     APERIODIC = 5
     UNBOUNDED = 6
     UNRESOLVED = 7
+
+
+class Chaos(IntEnum):
+    """Whether perturbations of a motion grow exponentially: never, before it settles, or up to where it is left."""
+
+    NONE = 0
+    TRANSIENT = 1
+    LASTING = 2

@@ -18,7 +18,7 @@ from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.boundaries import Meeting
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.measurements import Outcome, Passed
-from vibropipe.words.regimes import Regime
+from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
 from vibropipe.words.units import DIMENSIONS, plain_units
 
@@ -63,6 +63,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "status": _members(Status),
     "outcome": _members(Outcome),
     "support": {"support_1": 1, "support_2": 2},
+    "chaos": _members(Chaos),
     "stable": {"unstable": 0, "stable": 1},
     "admissible": {"inadmissible": 0, "admissible": 1},
     "passed": _members(Passed),

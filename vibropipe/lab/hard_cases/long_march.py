@@ -15,7 +15,7 @@ import numpy as np
 from vibropipe.lab.hard_cases.case import Solver, end_state
 from vibropipe.orbits.outputs import regime_of
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
-from vibropipe.orbits.settling import GROWTH_FACTOR
+from vibropipe.orbits.verdict import GROWTH_FACTOR
 from vibropipe.physics.exciter import Exciter
 from vibropipe.words.regimes import Regime
 

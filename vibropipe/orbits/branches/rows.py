@@ -27,7 +27,8 @@ from vibropipe.orbits.outputs import (
     write_multipliers,
 )
 from vibropipe.orbits.row import row_parameters
-from vibropipe.orbits.settling import PERIODIC, SteadyState
+from vibropipe.orbits.settling import NO_CHAOS, SteadyState
+from vibropipe.orbits.verdict import PERIODIC
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import fly_freely
 
@@ -120,7 +121,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         first_multiplier, second = orbit_multipliers(p, m, supports, u)
         closing = closing_residual(p, m, supports, u, residual, none)
         steady = SteadyState(
-            PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second
+            PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second, NO_CHAOS
         )  # fmt: skip
         impacts, rests = out.impacts[row], out.rests[row]
         residual[0], residual[1] = 0.0, 0.0

@@ -61,8 +61,8 @@ class SweepScene(ForcedScene):
         description="The exact method, or an accuracy: adds an error estimate to each row.",
     )
     patience: Annotated[int, NumberRange(*PATIENCE, whole=True)] = Field(
-        default=300,
-        description="Forcing periods after which a row with growing perturbations is labelled aperiodic.",
+        default=200,
+        description="Forcing periods after which a row with growing perturbations may be labelled aperiodic.",
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
 

@@ -14,7 +14,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, effects_from_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE, combine, motion
 from vibropipe.physics.load import TWO_PI, Force
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 GRID: StepGrid = exact_grid(ALL_EFFECTS, FORCED)
@@ -155,5 +155,5 @@ def test_unforced_refinement_agrees_with_the_polynomial(y: float, w: float, load
         return
     arguments = FORCED, GRID, c, load, 1.0, 0.0, *ends
     theta, slope = refine_root(ALL_EFFECTS, *arguments)
-    unforced = effects_from_names([name for name in EFFECT_NAMES if name != "forcing"])
+    unforced = effects_from_names([name for name in COMMON_EFFECTS if name != "forcing"])
     assert refine_root(unforced, *arguments) == pytest.approx((theta, slope), rel=1e-14)

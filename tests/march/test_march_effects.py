@@ -21,7 +21,7 @@ from vibropipe.march.loop import march
 from vibropipe.march.state import State, departure_mode, initial_state
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
 from vibropipe.physics.flow import DEGREE
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 
 # name of the absent effects: parameters, start (x0, v0), effects present
 FORCED = {"l": 0.5, "nu": 1.1, "f": 0.45, "h": 0.1, "delta": 0.01, "R1": 0.6, "R2": 0.8}
@@ -29,22 +29,22 @@ FREE = {**FORCED, "f": 0.0}
 CASES: dict[str, tuple[dict[str, float], tuple[float, float], tuple[str, ...]]] = {
     "forcing": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution", "rest")),
     "forcing and rest": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution")),
-    "damping": ({**FORCED, "h": 0.0}, (0.0, 0.3), tuple(set(EFFECT_NAMES) - {"damping"})),
+    "damping": ({**FORCED, "h": 0.0}, (0.0, 0.3), tuple(set(COMMON_EFFECTS) - {"damping"})),
     "restitution": (
         {**FORCED, "R1": 1.0, "R2": 1.0},
         (0.0, 0.5),
-        tuple(set(EFFECT_NAMES) - {"restitution"}),
+        tuple(set(COMMON_EFFECTS) - {"restitution"}),
     ),
-    "rest": (FORCED, (0.0, 0.5), tuple(set(EFFECT_NAMES) - {"rest"})),
+    "rest": (FORCED, (0.0, 0.5), tuple(set(COMMON_EFFECTS) - {"rest"})),
     "support 1": (
         {**FORCED, "l": 60.0, "delta": 59.8},
         (0.0, 1.0),
-        tuple(set(EFFECT_NAMES) - {"support_1"}),
+        tuple(set(COMMON_EFFECTS) - {"support_1"}),
     ),
     "support 2": (
         {**FORCED, "l": 60.0, "delta": -59.8},
         (0.0, 1.0),
-        tuple(set(EFFECT_NAMES) - {"support_2"}),
+        tuple(set(COMMON_EFFECTS) - {"support_2"}),
     ),
 }
 QUANTITIES = (

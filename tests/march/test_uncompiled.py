@@ -14,7 +14,7 @@ import pytest
 from comparisons import parameters_of, reference
 
 import vibropipe as vp
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.status import Status
 
 # high_frequency amplifies one rounding, as of a fused product, to 1e-2 of its end.
@@ -66,7 +66,7 @@ def rows_with_a_support_left_out() -> list[list[int]]:
 
     No other test needs these kernels, and their compilation would be the longest of all.
     """
-    effects = [name for name in EFFECT_NAMES if name != "support_1"]
+    effects = [name for name in COMMON_EFFECTS if name != "support_1"]
     ds = vp.sweep(*LEFT_OUT, outputs=["impacts"], effects=effects)
     return [ds.status.values.tolist(), ds.regime.values.tolist()]
 

@@ -111,9 +111,9 @@ def test_effects_that_are_not_needed_may_be_stated() -> None:
 
 def test_an_unknown_effect_is_named() -> None:
     with pytest.raises(
-        vp.ParameterError, match=r"effects: must be among damping, forcing.*, got 'friction'"
+        vp.ParameterError, match=r"effects: must be among damping, forcing.*, got 'magnetism'"
     ):
-        effects_from_names(["friction"])
+        effects_from_names(["magnetism"])
 
 
 # -- the bounds --------------------------------------------------------------------------------

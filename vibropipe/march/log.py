@@ -8,6 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.grid import evaluate
+from vibropipe.march.piece_log import PieceLog
 from vibropipe.physics.contact import to_displacement, to_velocity
 
 # Indices of `Log.counts`.
@@ -29,6 +30,8 @@ class Log(NamedTuple):
         Of each grazing.
     counts : ndarray, shape (COUNTS,)
         Numbers of entries and of operations, by the indices above. Entries beyond the capacity are counted only.
+    pieces, plain : PieceLog or None, None or int
+        Linear pieces of a motion with soft supports or friction. One of both is None: numba then compiles one march.
     """
 
     position: np.ndarray
@@ -41,6 +44,8 @@ class Log(NamedTuple):
     grazing: np.ndarray
     grazing_support: np.ndarray
     counts: np.ndarray
+    pieces: PieceLog | None = None
+    plain: int | None = 1
 
 
 class Samples(NamedTuple):
@@ -58,7 +63,7 @@ class Samples(NamedTuple):
 
 
 @jit_allocating
-def new_log(impacts, rests):
+def new_log(impacts, rests, pieces=None, plain=1):
     """Return an empty log.
 
     Parameters
@@ -67,6 +72,8 @@ def new_log(impacts, rests):
         Capacity for impacts.
     rests : int
         Capacity for rests, and for grazings.
+    pieces, plain : PieceLog or None, None or int
+        As in `Log`.
 
     Returns
     -------
@@ -83,6 +90,8 @@ def new_log(impacts, rests):
         np.empty(rests),
         np.empty(rests, np.int8),
         np.zeros(COUNTS, np.int64),
+        pieces,
+        plain,
     )
 
 
@@ -143,7 +152,7 @@ def is_full(log) -> bool:
 
 
 @jit
-def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
+def record(samples, counts, p, grid, home, c, at_step, origin, until, parts=None) -> None:
     """Write the samples that fall in a step up to theta = until.
 
     Parameters
@@ -159,6 +168,8 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
         The step, counted from tau = 0.
     origin, until : float
         In steps.
+    parts : int, optional
+        Parts of a step that the polynomial is written in: it is one in (theta - origin) parts.
     """
     if samples is not None:
         i = counts[SAMPLES]
@@ -173,7 +184,11 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until) -> None:
                 break
             y, w = 0.0, 0.0
             if c is not None:
-                y, w = evaluate(grid, c, theta - origin)
+                if parts is None:
+                    y, w = evaluate(grid, c, theta - origin)
+                else:
+                    y, w = evaluate(grid, c, (theta - origin) * parts)
+                    w *= parts
             samples.displacement[i] = to_displacement(p, home, y)
             samples.velocity[i] = to_velocity(home, w)
             i += 1

@@ -10,6 +10,7 @@ from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
 from vibropipe.march.log import is_full
 from vibropipe.march.newmark_steps import coast_newmark
+from vibropipe.march.pieces import march_pieces
 from vibropipe.march.state import FLIGHT, REST, is_before, is_watched
 from vibropipe.words.status import Status
 
@@ -46,6 +47,24 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
         Code of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
         SUPPORT_REACHED where the mass meets a watched support; NOT_FINITE; ROOT_BOUND.
     """
+    return march_or_pieces(
+        log.pieces, log.plain, e, p, grid, state, end, log, samples, c, max_events
+    )
+
+
+@jit_inline
+def march_or_pieces(pieces, plain, e, p, grid, state, end, log, samples, c, max_events):
+    """March as `march` does; pieces, plain : of the log, as arguments, so that only one of both marches is compiled."""
+    if pieces is not None:
+        return march_pieces(e, p, grid, state, end, log, samples, c, max_events)
+    if plain is not None:
+        return march_plain(e, p, grid, state, end, log, samples, c, max_events)
+    return state, NOT_FINITE
+
+
+@jit_inline
+def march_plain(e, p, grid, state, end, log, samples, c, max_events):
+    """March with rigid supports and without friction."""
     state, events = impact_at_start(e, p, grid, state, end, log)
     while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):

@@ -8,20 +8,26 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
+from vibropipe.physics.friction import chatter_with_friction, friction_of
 from vibropipe.physics.load import NEVER, Force, force_at, force_rate, largest_force, release_turn
 
 # Modes of a state. FLIGHT: off its home, or written from the equilibrium. LEAVES_BY_*: on its support; the name is
-# the leading derivative of the gap, the number the power of time with which the gap begins to grow.
-# IMPACTS_AT_START: a start on a support with a velocity into it. REST: sticking.
+# the leading derivative of the gap, the number the power of time with which the gap begins to grow. DOWN_BY_*: the
+# same towards the home, or past a soft one. Away from supports they say how a mass without velocity starts to move.
+# IMPACTS_AT_START: a start on a support with a velocity into it. REST: sticking to a support. STUCK: held by friction.
 (
     FLIGHT,
     LEAVES_BY_VELOCITY,
     LEAVES_BY_ACCELERATION,
     LEAVES_BY_JERK,
     LEAVES_BY_SNAP,
+    DOWN_BY_ACCELERATION,
+    DOWN_BY_JERK,
+    DOWN_BY_SNAP,
     IMPACTS_AT_START,
     REST,
-) = 0, 1, 2, 3, 4, 8, 9
+    STUCK,
+) = range(11)
 # Rounding of a phase, in turns: times closer than this are one instant.
 TIME_TOLERANCE = 1e-13
 # Twice the height of the lowest hop that is marched, as a share of l; the height is the rounding of x. Where R = 1
@@ -46,9 +52,9 @@ class State(NamedTuple):
     y, w : float
         Distance from `home` and its derivative by tau.
     mode : int
-        FLIGHT to REST; w < 0 where it is IMPACTS_AT_START.
+        FLIGHT to STUCK; w < 0 where it is IMPACTS_AT_START.
     rest_start : float
-        Start of a rest, in forcing periods; read in the mode REST only.
+        Start of a rest, or of a stick, in forcing periods; read in the modes REST and STUCK only.
     """
 
     period: int
@@ -106,9 +112,12 @@ def is_watched(home, watched) -> bool:
 def release_wait(e, p, home, turn):
     """Return the turns from phase `turn` to the release of a mass sticking to `home`: 0 at once, or NEVER."""
     frame = frame_at(e, p, home)
+    load = frame.load
+    if e.friction is not None:
+        load -= p.friction
     if e.forcing is None:
-        return 0.0 if frame.load > 0.0 else NEVER
-    release = release_turn(p, frame.sigma, frame.load)
+        return 0.0 if load > 0.0 else NEVER
+    release = release_turn(p, frame.sigma, load)
     if release < 0.0:
         return 0.0
     if release == NEVER:
@@ -142,6 +151,8 @@ def departure_mode(e, p, grid, home, w, turn):
         # The force never presses the mass on its support: there is no chatter.
         return (LEAVES_BY_VELOCITY if w > 0.0 else LEAVES_BY_ACCELERATION), 0.0
     max_acceleration = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
+    if e.friction is not None:
+        max_acceleration += p.friction
     if w > MAX_CHATTER_SPEED * max_acceleration and w * w > MIN_HOP_HEIGHT * p.l * max_acceleration:
         return LEAVES_BY_VELOCITY, 0.0
     # The grid itself is not passed: copying it takes longer than the usual departure above.
@@ -160,11 +171,19 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
         h = p.h
         gap_acceleration -= h * w
         gap_jerk -= h * gap_acceleration
+    friction = friction_of(e, p)
+    if e.friction is not None:
+        gap_acceleration -= friction
     if w > 0.0:
         if gap_acceleration < 0.0:
             restitution = restitution_of(e, p, home)
             # A bound by the sum of both rates: where they cancel for an instant, the next order counts.
-            wait = chatter_duration(w, gap_acceleration, abs(gap_jerk) + w, restitution, h, p.nu)
+            rate = abs(gap_jerk) + w
+            if e.friction is not None:
+                press = -gap_acceleration - friction
+                wait = chatter_with_friction(w, press, friction, rate, restitution, h, p.nu)
+            else:
+                wait = chatter_duration(w, gap_acceleration, rate, restitution, h, p.nu)
             if wait < NEVER:
                 return REST, wait / period
             if restitution >= 1.0 and h > 0.0 and w * w <= MIN_HOP_HEIGHT * p.l * -gap_acceleration:

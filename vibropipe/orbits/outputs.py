@@ -11,7 +11,8 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
-from vibropipe.orbits.quadrature import add_energy, replace_resonant_harmonics
+from vibropipe.orbits.pieces import add_energy_of_pieces, add_harmonics_of_pieces
+from vibropipe.orbits.quadrature import add_energy, add_losses, replace_resonant_harmonics
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.linear import linear_exponent
 from vibropipe.physics.load import forcing_period
@@ -136,6 +137,18 @@ def write_amplitudes(e, p, steady, log, m, c, amplitudes, row) -> None:
         Index into `amplitudes`.
     """
     if amplitudes.size > 0:
+        amplitudes_of(log.pieces, e, p, steady, log, m, c, amplitudes, row)
+
+
+@jit_allocating
+def amplitudes_of(pieces, e, p, steady, log, m, c, amplitudes, row) -> None:
+    """Write what `write_amplitudes` does; pieces : `log.pieces`."""
+    if pieces is not None:
+        direct = np.zeros(amplitudes.shape[1], np.complex128)
+        add_harmonics_of_pieces(e, p, pieces, m, amplitudes[row], direct)
+        for k in range(direct.size):
+            amplitudes[row, k] /= steady.m
+    else:
         end, length = steady.end, float(steady.m)
         resting = end.home if end.mode == REST else 0
         add_support_forces(p, log, resting, end.rest_start, m, length, amplitudes[row])
@@ -210,7 +223,7 @@ def orbit_exponent(p, steady, impacts):
 
 @jit_allocating
 def write_energy(e, p, steady, log, c, energy, row) -> None:
-    """Write the energies of a closed orbit: work of the force, loss by damping, at support 1 and at support 2.
+    """Write the energies of a closed orbit: work of the force, losses by damping, at both supports, by friction.
 
     Parameters
     ----------
@@ -220,15 +233,30 @@ def write_energy(e, p, steady, log, c, energy, row) -> None:
         The orbit.
     log : Log
         Its contacts.
-    energy : (rows, 4) float
+    energy : (rows, 4) float, (rows, 5) with soft supports or friction
         Zero on entry, or without entries.
     row : int
         Index into `energy`.
     """
     if energy.size > 0:
+        energy_of(log.pieces, e, p, steady, log, c, energy[row])
+
+
+@jit
+def add_energies(e, p, log, energy) -> None:
+    """Add the energies of logged pieces and impacts to `energy`, (5,): those of `write_energy`."""
+    add_energy_of_pieces(e, p, log.pieces, energy)
+    add_losses(p, log, energy[2:])
+
+
+@jit_allocating
+def energy_of(pieces, e, p, steady, log, c, energy) -> None:
+    """Add what `write_energy` writes; pieces : `log.pieces`."""
+    if pieces is not None:
+        add_energies(e, p, log, energy)
+    else:
         x, v = state_xv(p, steady.state)
-        stop = float(steady.m)
-        add_energy(e, p, x, v, 0.0, stop, steady.end, log, energy[row], c)
+        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, energy, c)
 
 
 @jit

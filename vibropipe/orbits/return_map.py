@@ -8,11 +8,15 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK, march
-from vibropipe.march.state import FLIGHT, REST, State, restitution_of
+from vibropipe.march.piece_log import clear_pieces
+from vibropipe.march.piece_state import initial_piece_state, piece_state
+from vibropipe.march.state import FLIGHT, REST, STUCK, State, restitution_of
+from vibropipe.orbits.pieces import jacobian_of_pieces
 from vibropipe.physics.contact import frame_at, support_position, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.load import force_times, forcing_period
 from vibropipe.physics.saltation import product, saltation_matrix
+from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
 
 LOG_FULL = int(Status.LOG_FULL)
@@ -25,6 +29,7 @@ def clear_log(log) -> None:
     log.counts[RESTS] = 0
     log.counts[GRAZINGS] = 0
     log.counts[TAILS] = 0
+    clear_pieces(log.pieces)
 
 
 @jit
@@ -130,6 +135,14 @@ def return_map_jacobian(e, p, log, start, end, m):
        & Fractals 5 (1995) 1671.
     .. [2] R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
     """
+    return jacobian_of(log.pieces, e, p, log, start, end, m)
+
+
+@jit_inline
+def jacobian_of(pieces, e, p, log, start, end, m):
+    """Compute `return_map_jacobian`; pieces : `log.pieces`, an argument, so that only one of both ways is compiled."""
+    if pieces is not None:
+        return jacobian_of_pieces(e, p, pieces)
     if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.mode == REST or end.mode == REST:
         return 0.0, 0.0, 0.0, 0.0
     period = forcing_period(p)
@@ -185,14 +198,17 @@ def floquet_multipliers(j11, j12, j21, j22):
     return complex(large, 0.0), complex(small, 0.0)
 
 
-@jit
-def newton_step(e, p, state, after, j11, j12, j21, j22):
+@jit_inline
+def newton_step(pieces, e, p, grid, state, after, j11, j12, j21, j22):
     """Compute the next iterate of Newton's method for a fixed point of the return map.
 
     Parameters
     ----------
+    pieces : PieceLog or None
+        `log.pieces`.
     e : Effects
     p : Parameters
+    grid : StepGrid
     state, after : State
         The current iterate and its image.
     j11, j12, j21, j22 : float
@@ -214,7 +230,27 @@ def newton_step(e, p, state, after, j11, j12, j21, j22):
         return state, False
     y = state.y + (a22 * dy + j12 * dw) / determinant
     w = state.w + (j21 * dy + a11 * dw) / determinant
+    if pieces is not None:
+        return iterate_of_pieces(e, p, grid, state, after, y, w)
     frame = frame_at(e, p, state.home)
     if not (y > frame.near and y < frame.far and abs(w) < math.inf):
         return state, False
     return State(0, 0, 0.0, state.home, y, w, FLIGHT, 0.0), True
+
+
+@jit
+def iterate_of_pieces(e, p, grid, state, after, y, w):
+    """Return what `newton_step` does for an iterate (y, w) that soft supports may hold beyond them, or friction still.
+
+    A state that is held, and is so again after the orbit, stays without velocity: only its displacement is sought.
+    """
+    if not (abs(y) < math.inf and abs(w) < math.inf):
+        return state, False
+    if state.mode == STUCK and after.mode == STUCK:
+        w = 0.0
+    frame, at = frame_at(e, p, state.home), Instant(0, 0, 0.0)
+    if y > frame.near and y < frame.far:
+        return piece_state(e, p, grid, at, state.home, y, w), True
+    x, v = to_displacement(p, state.home, y), to_velocity(state.home, w)
+    beyond = 1 if x >= support_position(p, 1) else 2
+    return initial_piece_state(e, p, grid, at, x, v), is_soft(e, p, beyond)

@@ -10,7 +10,7 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, grid_time
 from vibropipe.march.log import GRAZINGS, SAMPLES, Samples
 from vibropipe.march.loop import OK, march
-from vibropipe.march.state import initial_state
+from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
 from vibropipe.orbits.outputs import (
     count_contacts,
@@ -31,8 +31,10 @@ from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
+from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import forcing_period
+from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -84,7 +86,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = exact_grid(e, p)
-    state = initial_state(e, p, grid, 0.0, x, v)
+    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
     window = new_window(p, out, row, first)
     steady = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
@@ -197,9 +199,15 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         elif parameters[row, LOAD] != parameters[row - 1, LOAD]:
             # The same state, counted from another equilibrium.
             x += parameters[row - 1, LOAD] - parameters[row, LOAD]
-        x = min(max(x, support_position(p, 2)), support_position(p, 1))
+        # The section of the row before may lie beyond a soft support.
+        x = x if is_soft(e, p, 2) else max(x, support_position(p, 2))
+        x = x if is_soft(e, p, 1) else min(x, support_position(p, 1))
+        if friction_of(e, p) > 0.0:
+            break
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
+        elif is_soft(e, p, 1) or is_soft(e, p, 2):
+            break
         elif e.watched is None and is_conservative(p, x, v):
             x, v = solve_conservative(p, x, v, out, row, first)
         else:
@@ -264,7 +272,7 @@ def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
     clear_log(log)
     log.counts[SAMPLES] = 0
-    state = initial_state(e, p, grid, 0.0, x, v)
+    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
     _end, status = march(
         e, p, grid, state, grid_time(float(m), grid.steps), log, samples, c, 10_000_000
     )

@@ -242,7 +242,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
                 if is_chaotic(divergence):
                     divergence = no_divergence()
     if window is not None:
-        close_window(p, window, state, sums)
+        close_window(log.pieces, p, window, state, sums)
         write_sections(window, xs, vs, k)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS

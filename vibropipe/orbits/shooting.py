@@ -159,7 +159,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     for iteration in range(MAX_NEWTON):
         if iteration > 0:
             best = min(best, residual)
-            state, is_inside = newton_step(e, p, state, end, j11, j12, j21, j22)
+            state, is_inside = newton_step(log.pieces, e, p, grid, state, end, j11, j12, j21, j22)
             if not is_inside:
                 break
             iterations = iteration

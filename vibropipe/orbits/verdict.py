@@ -32,7 +32,9 @@ PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 
 @jit
 def has_lossy_impact(p, log) -> bool:
-    """Return whether an impact of the log loses speed (R < 1)."""
+    """Return whether friction, a soft support or an impact of the log (R < 1) takes energy."""
+    if p.friction > 0.0 or p.h1 > 0.0 or p.h2 > 0.0:
+        return True
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         if (p.R1 if abs(log.support[i]) == 1 else p.R2) < 1.0:
             return True

@@ -18,6 +18,7 @@ from vibropipe.orbits.harmonics import (
     dynamic_stiffness,
 )
 from vibropipe.orbits.outputs import count_contacts
+from vibropipe.orbits.pieces import add_harmonics_of_pieces
 from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.return_map import state_xv
@@ -162,6 +163,17 @@ def add_period(e, p, window, start, end, log, c) -> None:
     window.start[2] += 1.0
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
+        add_to_window(log.pieces, e, p, window, start, end, log, c)
+
+
+@jit_inline
+def add_to_window(pieces, e, p, window, start, end, log, c) -> None:
+    """Add a period to the amplitudes of a window; pieces : `log.pieces`."""
+    if pieces is not None:
+        add_harmonics_of_pieces(
+            e, p, pieces, ONE_PERIOD, window.amplitudes[window.row], window.direct
+        )
+    else:
         resting = end.home if end.mode == REST else 0
         add_support_forces(
             p, log, resting, end.rest_start, ONE_PERIOD, 1.0, window.amplitudes[window.row]
@@ -254,11 +266,13 @@ def write_exponent(p, window, sums) -> None:
 
 
 @jit
-def close_window(p, window, end, growth) -> None:
+def close_window(pieces, p, window, end, growth) -> None:
     """Convert the sums of a window to means per forcing period and amplitudes at the multiples of nu.
 
     Parameters
     ----------
+    pieces : PieceLog or None
+        `log.pieces`: the sums are then those of the motion itself.
     p : Parameters
     window : Window
     end : State
@@ -275,7 +289,11 @@ def close_window(p, window, end, growth) -> None:
     for side in range(2):
         window.impacts[side] /= periods
         window.rests[side] /= periods
-    if window.amplitudes.size > 0:
+    if pieces is not None:
+        if window.amplitudes.size > 0:
+            for k in range(window.amplitudes.shape[1]):
+                window.amplitudes[window.row, k] /= periods
+    elif window.amplitudes.size > 0:
         amplitudes = window.amplitudes[window.row]
         x, v = state_xv(p, end)
         dx, dv = x - window.start[0], v - window.start[1]

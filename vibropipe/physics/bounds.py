@@ -26,8 +26,8 @@ def state_norm_bound(
     """Return a proven bound of sqrt(x^2 + x'^2), and so of |x|, over all motions of a grid.
 
     It is the least of three bounds: growth by at most |f| per unit of time, with or without impacts; the ultimate bound
-    of damped motions, where the equilibrium lies between the supports; the linear bound, where it keeps all motions off
-    both supports.
+    of damped motions, where the equilibrium lies between rigid supports; the linear bound, where it keeps all motions
+    off both supports. Friction leaves only the first: it takes energy, but the motion is not a linear one.
 
     Parameters
     ----------
@@ -46,13 +46,20 @@ def state_norm_bound(
         The bound; inf if there is none.
     """
     start, force = math.hypot(x, v), largest_force(p)
+    nearest = float(p["l"].min() - np.abs(p["delta"]).max())
+    stiffness = max(float(np.max(p.get(k, 0.0))) for k in ("k1", "k2"))
+    if stiffness > 0.0:
+        # The energy that a soft support gives back to a mass that starts beyond it.
+        start = math.hypot(start, math.sqrt(stiffness) * max(0.0, abs(x) - nearest))
     if force == 0.0:
         return start
     if followed:
         return math.inf
     bounds = [start + force * span]
-    nearest, damping = float(p["l"].min() - np.abs(p["delta"]).max()), p["h"]
-    if nearest >= 0.0 and damping.min() > 0.0:
+    if np.any(p.get("friction", 0.0)):
+        return bounds[0]
+    damping = p["h"]
+    if nearest >= 0.0 and damping.min() > 0.0 and stiffness == 0.0:
         bounds.append(float(ultimate_bound(damping, force, start).max()))
     linear = float(linear_bound(p["nu"], damping.min(), force, start).max())
     if linear * (1 + ROUNDING) < nearest:

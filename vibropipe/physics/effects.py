@@ -14,12 +14,14 @@ import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.words.effects import COMMON_EFFECTS, EFFECT_NAMES
+from vibropipe.words.effects import EFFECT_NAMES
 
 # Effects without machine code of their own, and their parameters: a load is an offset of the supports.
 BY_PARAMETER = {"load": "load"}
 # The bit of each support in `Effects.watched`.
 WATCHED = {"support_1": 1, "support_2": 2}
+# The stiffness of each support, 0 where it is rigid.
+STIFFNESS = {"support_1": "k1", "support_2": "k2"}
 
 
 class Effects(NamedTuple):
@@ -35,12 +37,22 @@ class Effects(NamedTuple):
     support_2: int | None = 1
     restitution: int | None = 1
     rest: int | None = 1
+    soft: int | None = None
+    friction: int | None = None
     watched: int | None = None
 
+    @property
+    def has_pieces(self) -> bool:
+        """Whether motions are marched by pieces: with soft supports or friction."""
+        return self.soft is not None or self.friction is not None
 
+
+# The effects of eqs. (5), (6).
 ALL_EFFECTS = Effects()
 
-# Parameters whose effect is not computed, and what it is.
+# Parameters of soft supports and friction, whose motions are marched by pieces.
+PIECES = ("k1", "k2", "h1", "h2", "friction")
+# Parameters whose effect is not computed, by any call or by all but a few, and what it is.
 NOT_COMPUTED = {
     **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
     "friction": "dry friction is",
@@ -48,13 +60,19 @@ NOT_COMPUTED = {
 }
 
 
-def all_effects(values: Mapping[str, Any]) -> Effects:
-    """Return all effects of eqs. (5), (6), or raise a ParameterError for parameters whose effect is not computed."""
+def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
+    """Return all effects of eqs. (5), (6), or raise a ParameterError for parameters whose effect is not computed.
+
+    pieces : whether the caller computes soft supports and friction; both are then added where the parameters have one,
+    so that one kernel serves all such exciters.
+    """
     for name, effect in NOT_COMPUTED.items():
-        if np.any(values.get(name, 0.0)):
+        if np.any(values.get(name, 0.0)) and not (pieces and name in PIECES):
             largest = float(np.abs(values[name]).max())
-            must = f"must be 0: {effect} not computed by this version"
+            must = f"must be 0: {effect} not computed {'by this version' if pieces else 'here'}"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
+    if any(np.any(values.get(name, 0.0)) for name in ("k1", "k2", "friction")):
+        return ALL_EFFECTS._replace(soft=1, friction=1)
     return ALL_EFFECTS
 
 
@@ -87,7 +105,8 @@ def effects_from_names(names: Iterable[str]) -> Effects:
         raise ParameterError(
             "effects", names, must=f"must be among {', '.join(EFFECT_NAMES)}", got=repr(name)
         )
-    return Effects(*(1 if name in chosen else None for name in COMMON_EFFECTS))
+    marched = [name for name in EFFECT_NAMES if name not in BY_PARAMETER]
+    return Effects(**{name: 1 if name in chosen else None for name in marched})
 
 
 def effects_of(
@@ -103,8 +122,9 @@ def effects_of(
     """Return the effects that exciters over a grid need, the union over all rows.
 
     Damping is needed where h > 0, forcing where f != 0, a support unless `state_norm_bound` keeps every motion from it,
-    restitution where R < 1 on a support reached, rest where the force can press the mass on a support reached, |f| >=
-    its pull towards the equilibrium.
+    restitution where R < 1 on a support reached, rest where the force can press the mass on a support reached, or
+    friction hold it there, |f| + friction >= its pull towards the equilibrium, soft where a support reached has k > 0,
+    friction where it is > 0.
 
     Parameters
     ----------
@@ -131,7 +151,7 @@ def effects_of(
     ParameterError
         If the parameters have an effect that is not computed.
     """
-    all_effects(values)
+    all_effects(values, pieces=True)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
     # A constant load moves the equilibrium, from which x and the supports count.
     load = p.pop("load", np.zeros(1))
@@ -149,12 +169,16 @@ def effects_of(
     }
     included = reached - set(left_out)
     lossy = {name for name, R in (("support_1", "R1"), ("support_2", "R2")) if (p[R] < 1).any()}
+    friction = float(np.max(p.get("friction", 0.0)))
     pressed = {
-        name for name, distance in distances.items() if not force < distance * (1 - ROUNDING)
+        name
+        for name, distance in distances.items()
+        if not force + friction < distance * (1 - ROUNDING)
     }
+    soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
     present = ((p["h"] > 0).any(), force > 0, *(name in reached for name in distances))
     watched = sum(WATCHED[name] for name in reached - included)
-    called_for = (*present, included & lossy, included & pressed)
+    called_for = (*present, included & lossy, included & pressed, included & soft, friction > 0.0)
     effects = Effects(*(1 if is_so else None for is_so in called_for))
     return effects._replace(watched=watched or None)
 
@@ -179,7 +203,7 @@ def resolve_effects(
         If another effect is left out that the parameters call for, or is not computed.
     """
     if names is None:
-        return all_effects(values)
+        return all_effects(values, pieces=True)
     stated = effects_from_names(names)
     missing = missing_effect(names, values, *at, **how)
     if missing is not None:
@@ -215,6 +239,8 @@ def missing_effect(
         "restitution": (["R1", "R2"], "R = 1 on the supports included"),
         "rest": (["f"], f"|f| < {pull}"),
         "load": (["load"], "load = 0"),
+        "soft": (["k1", "k2"], "k = 0 on the supports included"),
+        "friction": (["friction"], "friction = 0"),
     }[effect]
     # what is farthest from an absent effect
     farthest = np.min if effect == "restitution" else np.max

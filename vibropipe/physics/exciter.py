@@ -286,7 +286,7 @@ class Exciter:
         Raises
         ------
         ParameterError
-            If the start is not finite or lies outside the supports.
+            If the start is not finite or lies beyond a rigid support.
         """
         v = number_within("v0", v0, FINITE)
         x = None
@@ -296,6 +296,8 @@ class Exciter:
             )
             x = as_float("x0", x0, allowed)
             least, most = start_room(self.l, self.delta)
+            if (x > self.upper and self.k1 > 0.0) or (x < self.lower and self.k2 > 0.0):
+                return number_within("x0", x, FINITE), v
             if not least <= x <= most:
                 raise ParameterError("x0", x, allowed)
         return float(start_at(self.l, self.delta, x, v, self.load)), v

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
-from vibropipe.physics.limits import within_text
+from vibropipe.physics.limits import MAX_SAMPLES, within_text
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS
@@ -107,3 +107,28 @@ def check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
         raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
     return tuple(name for name in OUTPUTS if name in outputs)
+
+
+def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
+    """Return the times of the samples before the end, in forcing periods after the start.
+
+    Parameters
+    ----------
+    turns : (float, float)
+        Start and end, in forcing periods.
+    per_period : int
+        Samples per forcing period.
+
+    Raises
+    ------
+    ParameterError
+        If there are too many samples.
+    """
+    span = (turns[1] - turns[0]) * per_period
+    # Leaves out a regular sample within rounding of tau_end, which has a sample of its own.
+    count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
+    if count > MAX_SAMPLES:
+        must = f"must give at most {MAX_SAMPLES} samples up to tau_end"
+        got = f"{per_period!r} with {count} samples"
+        raise ParameterError("samples_per_period", per_period, must=must, got=got)
+    return np.arange(count) / max(per_period, 1)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.march.log import COUNTS, GRAZINGS, IMPACTS, RESTS, Log
+from vibropipe.march.piece_log import AT, CAUSE, SLIP, STICK, TURN, PieceLog
 from vibropipe.physics.exciter import Exciter
 
 # Columns of impacts, rests and grazings by variable, each in order of time.
 Contacts = dict[str, np.ndarray]
+# Variables of contacts with soft supports, over `impact`.
+OF_CONTACT = ("contact_duration", "contact_force_max", "contact_depth_max")
 # Columns of a log, by the index of their number of entries in `Log.counts`.
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),
@@ -25,6 +28,20 @@ def drain_log(log: Log) -> dict[str, np.ndarray]:
         for name in names
     }
     log.counts[list(COLUMNS)] = 0
+    return columns if log.pieces is None else columns | drain_pieces(log.pieces)
+
+
+def drain_pieces(pieces: PieceLog) -> dict[str, np.ndarray]:
+    """Return a copy of what a motion shows of its pieces, and empty their log."""
+    n, leaves = (int(count) for count in pieces.counts)
+    at, cause = pieces.values[:n, AT], pieces.codes[:n, CAUSE]
+    columns = {
+        "leaves": pieces.leaves[:leaves].copy(),
+        "turn": at[(cause == TURN) | (cause == STICK)],
+        "stick": at[cause == STICK],
+        "slip": at[cause == SLIP],
+    }
+    pieces.counts[:] = 0
     return columns
 
 
@@ -32,17 +49,41 @@ def contacts_of(columns: dict[str, np.ndarray], period: float) -> Contacts:
     """Convert columns of a log to contacts, with times in tau; `period` is the forcing period."""
     is_impact = columns["support"] > 0
     before = columns["velocity"][is_impact]
+    after = before + columns["impulse"][is_impact]
     return {
         "impact_tau": columns["position"][is_impact] * period,
         "impact_support": columns["support"][is_impact],
         "impact_velocity": before,
-        "impact_velocity_after": before + columns["impulse"][is_impact],
+        "impact_velocity_after": after,
         "rest_start": columns["rest_start"] * period,
         "rest_end": columns["rest_end"] * period,
         "rest_support": columns["rest_support"].astype(np.int8),
         "grazing_tau": columns["grazing"] * period,
         "grazing_support": columns["grazing_support"],
     }
+
+
+def contacts_of_pieces(columns: dict[str, np.ndarray], exciter: Exciter) -> Contacts:
+    """Convert columns of a motion with soft supports or friction: `contacts_of`, and what these add to them.
+
+    A contact that lasts beyond the end has no velocity after it, duration, force and depth yet: they are NaN.
+    """
+    contacts = contacts_of(columns, exciter.period)
+    stiffness = np.array([0.0, exciter.k1, exciter.k2])
+    if stiffness.any():
+        soft = np.flatnonzero(stiffness[contacts["impact_support"]] > 0.0)
+        ended = np.full((soft.size, 4), np.nan)
+        ended[: len(columns["leaves"])] = columns["leaves"]
+        contacts["impact_velocity_after"][soft] = ended[:, 0]
+        for column, name in enumerate(OF_CONTACT, start=1):
+            contacts[name] = np.full(contacts["impact_tau"].size, np.nan)
+            contacts[name][soft] = ended[:, column]
+    if exciter.friction > 0.0:
+        contacts["turn_tau"] = columns["turn"] * exciter.period
+        contacts["stick_start"] = columns["stick"] * exciter.period
+        contacts["stick_end"] = np.full(columns["stick"].size, np.inf)
+        contacts["stick_end"][: columns["slip"].size] = columns["slip"] * exciter.period
+    return contacts
 
 
 def tail_speeds(contacts: Contacts) -> np.ndarray:

@@ -21,6 +21,7 @@ from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
 # Variables of a balance, in the order of its terms; the last is the residual.
 TERMS = ("energy_input", "energy_damping", "energy_impact", "energy_change", "energy_residual")
+FRICTION_TERM = "energy_friction"
 
 
 def work_of_flights(
@@ -103,10 +104,30 @@ def work_of_steps(
     )
 
 
-def balance(work: np.ndarray, start: tuple[float, float], end: tuple[float, float]) -> list[object]:
-    """Return the values of TERMS for a motion from `start` to `end`, each (dimensions, values)."""
+def support_energy(exciter: Exciter, x: float) -> float:
+    """Return the energy stored in soft supports at the displacement x."""
+    deep = max(0.0, x - exciter.upper), max(0.0, exciter.lower - x)
+    return 0.5 * (exciter.k1 * deep[0] ** 2 + exciter.k2 * deep[1] ** 2)
+
+
+def balance(
+    work: np.ndarray,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    in_supports: float = 0.0,
+    has_friction: bool = False,
+) -> dict[str, object]:
+    """Return the terms of the balance of a motion from `start` to `end` by name, each (dimensions, values).
+
+    in_supports : change of the energy stored in soft supports; has_friction : whether there is a term of friction.
+    """
     # The product form of a difference of squares cancels less.
-    stored = 0.5 * sum((b - a) * (b + a) for a, b in zip(start, end, strict=True))
+    stored = 0.5 * sum((b - a) * (b + a) for a, b in zip(start, end, strict=True)) + in_supports
     residual = work[0] - (work[1] + work[2] + work[3] + stored)
-    values = (work[0], work[1], work[2:], stored, residual)
-    return [(("support",) if np.ndim(value) else (), value) for value in values]
+    further = {}
+    if has_friction:
+        residual -= work[4]
+        further = {FRICTION_TERM: ((), work[4])}
+    values = (work[0], work[1], work[2:4], stored, residual)
+    named = zip(TERMS, values, strict=True)
+    return {name: (("support",) if np.ndim(of) else (), of) for name, of in named} | further

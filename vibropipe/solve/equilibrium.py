@@ -25,7 +25,9 @@ def from_equilibrium(exciter: Exciter, x: float) -> float:
 
 
 def displaced(exciter: Exciter, x: Any) -> Any:
-    """Return displacements of `about_equilibrium` as those of an exciter, within its supports; nan stays."""
+    """Return displacements of `about_equilibrium` as those of an exciter, within rigid supports; nan stays."""
     if exciter.load == 0.0:
         return x
-    return np.clip(x + exciter.load, exciter.lower, exciter.upper)
+    lower = exciter.lower if exciter.k2 == 0.0 else -np.inf
+    upper = exciter.upper if exciter.k1 == 0.0 else np.inf
+    return np.clip(x + exciter.load, lower, upper)

@@ -118,12 +118,17 @@ def _impacts(rows: RowResults) -> Variables:
 
 
 def _energy(energy: np.ndarray) -> Variables:
-    """Return the energies of orbits from their terms (rows, 4)."""
+    """Return the energies of orbits from their terms (rows, 4), or (rows, 5) with friction."""
     losses = energy[:, 1] + energy[:, 2] + energy[:, 3]
+    further: Variables = {}
+    if energy.shape[1] > 4:
+        losses = losses + energy[:, 4]
+        further["energy_friction"] = (("row",), energy[:, 4])
     return {
         "energy_input": (("row",), energy[:, 0]),
         "energy_damping": (("row",), energy[:, 1]),
-        "energy_impact": (("row", "support"), energy[:, 2:]),
+        "energy_impact": (("row", "support"), energy[:, 2:4]),
+        **further,
         "energy_residual": (("row",), energy[:, 0] - losses),
     }
 

@@ -10,7 +10,8 @@ from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.load import force_values
 from vibropipe.physics.start import start_text
-from vibropipe.solve.energy import TERMS, balance
+from vibropipe.solve.contacts import OF_CONTACT
+from vibropipe.solve.energy import balance, support_energy
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.run import MotionRequest, MotionResult
 from vibropipe.words.vocabulary import describe
@@ -48,7 +49,8 @@ def to_dataset(
 def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) -> dict[str, Any]:
     """Return the result of a motion as (dimensions, values) by name."""
     variables: dict[str, Any] = {
-        name: (name.split("_")[0], values) for name, values in run.contacts.items()
+        name: ("impact" if name in OF_CONTACT else name.split("_")[0], values)
+        for name, values in run.contacts.items()
     }
     variables["displacement_end"] = ((), run.end[0])
     variables["velocity_end"] = ((), run.end[1])
@@ -56,8 +58,8 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
     if run.energy_terms is not None:
         # The spring and the load together pull towards the equilibrium.
         states = [(x - exciter.load, v) for x, v in ((request.x, request.v), run.end)]
-        terms = balance(run.energy_terms, *states)
-        variables |= dict(zip(TERMS, terms, strict=True))
+        stored = support_energy(exciter, run.end[0]) - support_energy(exciter, request.x)
+        variables |= balance(run.energy_terms, *states, stored, exciter.friction > 0.0)
     if request.samples_per_period > 0:
         start, end = run.turns
         tau = np.append(request.tau_start + run.after * exciter.period, request.tau_end)

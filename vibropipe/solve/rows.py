@@ -15,6 +15,7 @@ import numpy as np
 
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
+from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import (
     LOAD,
@@ -71,7 +72,9 @@ def new_impact_buffer(rows: int) -> ImpactBuffer:
 NO_IMPACT_BUFFER = new_impact_buffer(0)
 
 
-def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer) -> RowResults:
+def new_rows(
+    n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer, energy_terms: int = 4
+) -> RowResults:
     """Return empty results of n rows.
 
     Parameters
@@ -84,6 +87,8 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         Requested outputs; the arrays of the others have no entries.
     buffer : ImpactBuffer
         Buffer for the impacts of at least n rows, used if impacts are requested.
+    energy_terms : int
+        Terms of the energy balance.
     """
     requested = {name: name in outputs for name in OUTPUTS}
 
@@ -110,7 +115,7 @@ def new_rows(n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuf
         impact_velocity=impacts.velocity,
         impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
-        energy=zeros(4, when="energy"),
+        energy=zeros(energy_terms, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
         subharmonics=np.full_like(
             zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),
@@ -151,9 +156,11 @@ def solve_piece(
     max_periods: int,
     patience: int,
     out: RowResults,
+    pieces: PieceLog | None = None,
+    plain: int | None = 1,
 ) -> None:
     """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`."""
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     solve_row_chains(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
 
 
@@ -162,9 +169,11 @@ def _sample(
     e: Effects,
     parameters: np.ndarray,
     out: RowResults,
+    pieces: PieceLog | None = None,
+    plain: int | None = 1,
 ) -> None:
     """Sample closed orbits from their sections: `motion` and `poincare` of the results, if requested."""
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     for row in range(parameters.shape[0]):
         m = out.period_multiple[row]
         if m > 0:
@@ -197,13 +206,16 @@ class _Solver:
         # Each thread keeps its buffer: the first use of a page costs more than a row.
         if not hasattr(self.of_thread, "buffer"):
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
-        out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer)
+        pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
+        terms = 5 if self.effects.has_pieces else 4
+        out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer, terms)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
+        limits = self.max_periods, self.patience
         starts = from_equilibrium(seeds, load)
-        solve_piece(self.effects, values, starts, chain, self.max_periods, self.patience, out)
+        solve_piece(self.effects, values, starts, chain, *limits, out, *pieces)
         if {"motion", "poincare"} & {*self.outputs}:
-            _sample(self.effects, values, out)
+            _sample(self.effects, values, out, *pieces)
         rows = mask_unsolved(compact_impacts(out))
         if "sensitivity" in self.outputs:
             rows = with_impact_derivatives(rows)

@@ -16,22 +16,27 @@ from vibropipe.march.log import (
     new_log,
 )
 from vibropipe.march.loop import march
-from vibropipe.march.state import REST, initial_state
+from vibropipe.march.piece_log import piece_log_of
+from vibropipe.march.piece_state import start_state
+from vibropipe.march.state import REST, STUCK
+from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import DEGREE
-from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, SAMPLES_PER_PERIOD
+from vibropipe.physics.limits import MAX_MARCH_STEPS, SAMPLES_PER_PERIOD
 from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve import linear_motion as linear
-from vibropipe.solve.checks import check_whole, span_in_turns
+from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.conservative_motion import contacts, positions
-from vibropipe.solve.contacts import Contacts, contacts_of, drain_log
+from vibropipe.solve.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
 from vibropipe.solve.energy import work_of_flights, work_of_steps
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.words.status import Status
 
+# Columns of a log that count as contacts.
+EVENTS = ("position", "rest_start", "grazing")
 # Contacts in the log of a march, which is emptied when full and at each progress report. Results do not depend on it.
 MARCH_LOG_CAPACITY = 1024
 
@@ -78,8 +83,8 @@ class MotionResult(NamedTuple):
         Start and end, in forcing periods.
     after : (n,) array
         Times of the samples after the start, in forcing periods.
-    energy_terms : (4,) array, optional
-        Work of the force, loss by damping and at each support; NaN if the motion was stopped.
+    energy_terms : (4,) or (5,) array, optional
+        Work of the force, loss by damping, at each support and by friction; NaN if the motion was stopped.
     """
 
     status: Status
@@ -120,7 +125,10 @@ def run_motion(
     """
     if exciter.load != 0.0:
         return _run_about_equilibrium(exciter, request, grid)
-    if not request.energy:
+    if not request.energy or request.effects.has_pieces:
+        if request.energy and grid is not None and grid.exact is None:
+            must = "must be left out with newmark where there are soft supports or friction"
+            raise ParameterError("energy", True, must=must, got="")
         return _run(exciter, request, grid)
     newmark = None if grid is None or grid.exact is not None else grid
     if newmark is None:
@@ -190,8 +198,11 @@ def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[...
     callable or None
         f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
     """
-    p, x = exciter.parameters(), request.x - exciter.load
-    if request.effects.watched is None and is_conservative(p, x, request.v):
+    p, x, effects = exciter.parameters(), request.x - exciter.load, request.effects
+    if effects.friction is not None:
+        return None
+    is_rigid = effects.soft is None and effects.watched is None
+    if is_rigid and is_conservative(p, x, request.v):
         return _conservative
     phase = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
     return _linear if stays_off_supports(p, x, request.v, phase) else None
@@ -230,53 +241,34 @@ def _check_steps(request: MotionRequest, steps: float) -> None:
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
 
 
-def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
-    """Return the times of the samples before the end, in forcing periods after the start.
-
-    Parameters
-    ----------
-    turns : (float, float)
-        Start and end, in forcing periods.
-    per_period : int
-        Samples per forcing period.
-
-    Raises
-    ------
-    ParameterError
-        If there are too many samples.
-    """
-    span = (turns[1] - turns[0]) * per_period
-    # Leaves out a regular sample within rounding of tau_end, which has a sample of its own.
-    count = max(1, math.ceil(span - 1e-6)) if span > 0 else 0
-    if count > MAX_SAMPLES:
-        must = f"must give at most {MAX_SAMPLES} samples up to tau_end"
-        got = f"{per_period!r} with {count} samples"
-        raise ParameterError("samples_per_period", per_period, must=must, got=got)
-    return np.arange(count) / max(per_period, 1)
-
-
 def _march(
     exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
 ) -> MotionResult:
     """March to the end; the log is emptied, and progress reported, whenever it is full."""
     e, p = request.effects, exciter.parameters()
-    state = initial_state(e, p, grid, turns[0], request.x, request.v)
+    degree = 2 if grid.exact is None else DEGREE
+    pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
+    state = start_state(pieces, e, p, grid, turns[0], request.x, request.v)
+    held_since = state.rest_start if state.mode == STUCK else None
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)
         unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
         start_position = state.period * grid.steps + state.step, state.theta
         samples = Samples(*unfilled, 1, int(request.samples_per_period), *start_position)
-    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
-    c = np.empty(3 if grid.exact is None else DEGREE + 1)
+    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
+    c = np.empty(degree + 1)
     end: Instant = grid_time(turns[1], grid.steps)
-    pieces: list[dict[str, np.ndarray]] = []
+    parts: list[dict[str, np.ndarray]] = []
+    terms = None if pieces is None or not request.energy else np.zeros(5)
     events, reported_period = 0, int(state.period)
     while True:
         events_left = request.max_impacts - events
         state, status = march(e, p, grid, state, end, log, samples, c, events_left)
-        pieces.append(drain_log(log))
-        events += sum(len(pieces[-1][name]) for name in ("position", "rest_start", "grazing"))
+        if terms is not None:
+            add_energies(e, p, log, terms)
+        parts.append(drain_log(log))
+        events += sum(len(parts[-1][name]) for name in EVENTS)
         if request.progress is not None:
             request.progress(int(state.period) - reported_period)
             reported_period = int(state.period)
@@ -288,16 +280,23 @@ def _march(
         status = Status.SHORT_FLIGHTS
     if state.mode == REST:
         rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
-        pieces.append({name: np.array([value]) for name, value in rest.items()})
-    columns = {name: np.concatenate([q[name] for q in pieces if name in q]) for name in pieces[0]}
+        parts.append({name: np.array([value]) for name, value in rest.items()})
+    columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
+    if held_since is not None:
+        columns["stick"] = np.append(held_since, columns["stick"])
     end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
+    if terms is not None and status not in (Status.OK, Status.SHORT_FLIGHTS):
+        terms[:] = math.nan
     return MotionResult(
         Status(status),
-        contacts_of(columns, exciter.period),
+        contacts_of(columns, exciter.period)
+        if pieces is None
+        else contacts_of_pieces(columns, exciter),
         np.empty(0) if samples is None else samples.displacement,
         np.empty(0) if samples is None else samples.velocity,
         end_state if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
         log.counts.copy(),
         turns,
         after,
+        terms,
     )

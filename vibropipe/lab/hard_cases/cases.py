@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
-from vibropipe.lab.hard_cases import chatter, contacts, energy, labels, smooth
+from vibropipe.lab.hard_cases import chatter, contacts, energy, labels, pieces, smooth
 from vibropipe.lab.hard_cases.case import Bound, Case
 from vibropipe.lab.hard_cases.invariants import flight_check
 
@@ -13,6 +14,17 @@ FLIGHTS = (
     "exact: each flight is the closed form from impact to impact; newmark: inside, reset by eq. (6)"
 )
 PROPAGATED = "end by the matrix exponential; newmark: powers of its one-step matrix"
+
+DIGITS = "times and velocities of all events, and the end, to 40 digits"
+
+
+def by_digits(
+    name: str, description: str, tasks: Sequence[pieces.Task], bound: float = 1e-11
+) -> Case:
+    """Return a case of soft supports or friction that is compared with motions of 40 digits, by the exact method."""
+    measure = partial(pieces.agrees_with_reference, tasks=tasks)
+    return Case(name, description, DIGITS, measure, Bound(bound, None))
+
 
 CASES = (
     Case("grazing_free", "free motion, peak 1e-4, 1e-6, ..., 1e-12 beyond a support or short of it; both supports",
@@ -96,4 +108,44 @@ CASES = (
          "the end of the unsplit motion", labels.split, Bound(1e-9, 1e-9)),
     Case("refused", "nan, inf, negative h or l, R outside [0, 1], nu < 0, start outside the supports",
          f"rejected by name; wrong of {len(labels.BAD)}", labels.rejects_bad_input, Bound(0.0, 0.0)),
+    Case("soft_grazing", "soft support, peak 1e-4, 1e-6, ..., 1e-12 beyond it or short of it",
+         "touched from above, not from below; wrong answers of 10", pieces.grazes_soft, Bound(0.0, None)),
+    Case("soft_shallow", "soft support, free contacts of an energy of 1e-2 to 1e-8",
+         "depth by the energy", pieces.shallow_contacts, Bound(1e-7, None)),
+    Case("soft_without_loss", "soft supports without damping, k = 1 to 1e8, 40 units of time",
+         "the same speed at every contact", pieces.keeps_energy, Bound(1e-12, None)),
+    by_digits("soft_stiff", "damped soft supports, k = 1e5, 1e6, 1e8", pieces.STIFF),
+    by_digits("soft_overdamped", "soft supports of critical damping, a little more and 8 times it", pieces.OVERDAMPED),
+    Case("soft_to_rigid", "k = 1e4, 1e6, 1e8 with a fifth of critical damping",
+         "restitution exp(-pi z/sqrt(1 - z^2)) but for 1/sqrt(k): distance of the order from 1/2",
+         pieces.tends_to_rigid, Bound(0.02, None)),
+    Case("soft_start", "start on a soft support moving in, at rest, out; pressed and pulled",
+         "in contact if it moves in or is pressed; wrong of 6", pieces.starts_on_soft, Bound(0.0, 0.0)),
+    Case("soft_pressed", "pressed on a soft support for ever, k = 10 to 1e4",
+         "load over stiffness, to rounding of x", pieces.sinks_in, Bound(1e-11, 0.5)),
+    by_digits("soft_bounces", "bounces on a soft support that end in contact for ever", pieces.BOUNCES),
+    by_digits("soft_together", "soft supports 2e-2 to 2e-6 apart, struck in turn", pieces.TOGETHER),
+    by_digits("soft_and_rigid", "one soft support and one rigid", pieces.ONE_SOFT),
+    Case("friction_decay", "free motion against friction of 0.1 to 1e-3: 5 to 500 turns",
+         "turns at n pi, each 2 d nearer", pieces.decays_by_friction, Bound(1e-12, None)),
+    Case("friction_edge_of_slip", "held, the largest force being the friction, or 1e-12 more or less",
+         "slips if it is more; wrong of 12", pieces.edge_of_slipping, Bound(0.0, None)),
+    Case("friction_edge_of_stick", "at rest where the spring pulls as much as the friction, or 1e-12 more or less",
+         "moves if it is more; wrong of 18", pieces.edge_of_sticking, Bound(0.0, None)),
+    Case("friction_turn_at_support", "turning point on a rigid or soft support, and 1e-9 before and beyond",
+         "struck if beyond; wrong of 6", pieces.turns_at_support, Bound(0.0, None)),
+    by_digits("friction_chatter", "chatter, R = 0.5 to 1, friction up to 98 % of the pull", pieces.CHATTER),
+    Case("friction_release", "at rest on a support, released against friction",
+         "where the force is the pull and the friction", pieces.released_late, Bound(1e-12, None)),
+    by_digits("friction_plastic", "R = 0 with friction: held on a support that does not press", pieces.PLASTIC),
+    by_digits("friction_sticks", "sticks between impacts, with slow and fast forces", pieces.STICKS),
+    by_digits("friction_in_support", "turns and sticks while in contact with a soft support", pieces.STUCK_IN_SUPPORT),
+    by_digits("friction_resonance", "resonance without damping, held down by friction", pieces.RESONANT),
+    by_digits("friction_fast_force", "nu = 40: friction, and damped supports of k = 1e5", pieces.FAST),
+    Case("friction_to_zero", "friction of 1e-6 to 1e-12 against none",
+         "motions that differ by no more than 1e4 of it", pieces.frictionless_limit, Bound(1.0, None)),
+    Case("friction_for_ever", "held by friction for ever",
+         "an orbit where it starts; wrong of 3", pieces.held_for_ever, Bound(0.0, None)),
+    Case("pieces_energy", "orbits with soft contacts, turns and sticks",
+         "work of the force = all losses", pieces.orbit_balances, Bound(1e-12, None)),
 )  # fmt: skip

@@ -54,6 +54,7 @@ class EffectsFigure(FigureOptions):
 class EffectsScene(SetOfMotions):
     """Run time and stored bytes by physical effect and by output."""
 
+    COMPUTES_PIECES = True
     kind: Literal["effects"] = Field(description="Cost of each physical effect and each output.")
     figure: EffectsFigure = Field(
         default_factory=EffectsFigure,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,8 @@ class BaseScene(StudyModel):
         default_factory=FigureOptions,
         description="Options of the picture; data do not depend on them.",
     )
+    # Whether the kind computes soft supports and friction.
+    COMPUTES_PIECES: ClassVar[bool] = False
     if TYPE_CHECKING:  # each kind describes this key itself
         kind: str
     _name: str = PrivateAttr("")

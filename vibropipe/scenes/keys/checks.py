@@ -47,7 +47,7 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
             if not all(is_allowed(name, value) for name, value in corner.items()):
                 return  # reported at that parameter
             Exciter(**corner)
-        all_effects({**scene.resolved_exciter(), **grids})
+        all_effects({**scene.resolved_exciter(), **grids}, pieces=scene.COMPUTES_PIECES)
     except ParameterError as error:
         yield refused(("over" if error.name in grids else "exciter", error.name), error)
 

@@ -81,7 +81,7 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))
-            all_effects(vars(exciter))
+            all_effects(vars(exciter), pieces=scene.COMPUTES_PIECES)
         except ParameterError as error:
             yield refused((*path, "exciter", error.name), error)
             continue

@@ -52,6 +52,7 @@ class MotionFigure(FigureOptions):
 class MotionScene(ForcedScene):
     """One motion from a given start."""
 
+    COMPUTES_PIECES = True
     kind: Literal["motion"] = Field(description="One motion from a given start.")
     figure: MotionFigure = Field(
         default_factory=MotionFigure,

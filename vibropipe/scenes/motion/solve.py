@@ -11,7 +11,7 @@ from vibropipe.physics.effects import resolve_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
-from vibropipe.solve.energy import TERMS
+from vibropipe.solve.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.physical import stored
 from vibropipe.solve.run import MotionRequest
@@ -28,7 +28,7 @@ OF_THE_ORBIT = {
     name: f"orbit_{name}"
     for name in (
         "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
-        *TERMS, *(f"{term}_error" for term in TERMS),
+        *TERMS, FRICTION_TERM, *(f"{term}_error" for term in (*TERMS, FRICTION_TERM)),
     )
 }  # fmt: skip
 

@@ -36,6 +36,7 @@ from vibropipe.words.parameters import PARAMETERS, STARTS
 class SweepScene(ForcedScene):
     """Steady states over all combinations of swept parameters."""
 
+    COMPUTES_PIECES = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = Field(
         default_factory=SweepFigure,

@@ -1,0 +1,146 @@
+"""The polynomial of one linear piece, the first event on it, and the force of a soft support."""
+
+from __future__ import annotations
+
+from vibropipe.compiler import jit
+from vibropipe.march.grid import phase_at
+from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
+from vibropipe.march.roots import NONE, STRIDE_LIMIT, first_root, gap
+from vibropipe.physics.load import Force, first_terms, force_at
+from vibropipe.physics.stiffness import (
+    damping_of,
+    piece_mean_acceleration,
+    piece_taylor,
+    stiffness_of,
+)
+
+# What ends a step: nothing, the near or the far support of the frame, a zero of the velocity.
+NOTHING, NEAR, FAR, ZERO = range(4)
+# Bisections for the time of the largest force, whose value then has an error of the square of theirs.
+BISECTIONS = 30
+# Steps of Newton's method for the length of a Newmark step, and its last correction as a share of that length.
+MAX_STEPS, STEP_TOLERANCE = 20, 2.0**-50
+
+
+@jit
+def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
+    """Fill c with the polynomial of a piece in t/dt, origin at the state; span : length in dt, of Newmark's step."""
+    force = Force(0.0, 0.0)
+    if e.forcing is not None:
+        force = force_at(p, frame.sigma, phase_at(grid, state))
+    load, stiffness, damping = piece.load, piece.stiffness, piece.damping
+    if grid.exact is not None:
+        piece_taylor(c, state.y, state.w, force, load, stiffness, damping, p.nu, dt)
+        # The derivatives that the mode declares zero are set to zero, without rounding.
+        if piece.velocity_power >= 2:
+            c[2] = 0.0
+        if piece.velocity_power >= 3:
+            c[3] = 0.0
+    else:
+        mean = first_terms(force, 0.0)[0]
+        if e.forcing is not None:
+            last = force_at(p, frame.sigma, (state.step + state.theta + span) / grid.steps)
+            mean = 0.5 * (mean + first_terms(last, 0.0)[0])
+        c[0], c[1] = state.y, state.w * dt
+        c[2] = (
+            0.5
+            * dt
+            * dt
+            * piece_mean_acceleration(state.y, state.w, mean + load, stiffness, damping, span * dt)
+        )
+
+
+@jit
+def first_event(e, frame, piece, has_friction, c, span, work, counts):
+    """Locate the first event of a piece within `span`.
+
+    Returns (theta, event, kind): theta in steps of the polynomial, kind of `roots.first_root`, STRIDE_LIMIT where a
+    search has failed. work : array (c.size - 1,).
+    """
+    power = min(piece.gap_power, c.size - 1)
+    theta, event, kind = span, NOTHING, NONE
+    if piece.in_contact:
+        theta, kind = first_root(c, power, -1.0, 0.0, 0.0, span, counts)
+        event = NEAR if kind != NONE else NOTHING
+    else:
+        if frame.to_near:
+            offset = -frame.near if power == 0 else 0.0
+            theta, kind = first_root(c, power, 1.0, offset, frame.load, span, counts)
+            event = NEAR if kind != NONE else NOTHING
+        if frame.to_far and kind != STRIDE_LIMIT:
+            other, other_kind = first_root(
+                c, power - power, -1.0, frame.far, frame.load, span, counts
+            )
+            if other_kind != NONE and (kind == NONE or other < theta):
+                theta, event, kind = other, FAR, other_kind
+    if has_friction and kind != STRIDE_LIMIT:
+        for n in range(work.size):
+            work[n] = (n + 1) * c[n + 1]
+        power = min(piece.velocity_power, work.size - 1)
+        other, other_kind = first_root(work, power, piece.direction, 0.0, 0.0, span, counts)
+        if other_kind != NONE and (kind == NONE or other < theta):
+            theta, event, kind = other, ZERO, other_kind
+    return theta, event, kind
+
+
+@jit
+def _force_and_slope(c, stiffness, damping, theta):
+    """Return the force of a support that resists by stiffness and damping (per theta), and its slope, at theta."""
+    depth, rate, curvature, _third = gap(c, 0, -1.0, 0.0, theta)
+    return stiffness * depth + damping * rate, stiffness * rate + damping * curvature
+
+
+@jit
+def largest_force_between(c, stiffness, damping, theta, dt) -> float:
+    """Return the largest of -(stiffness y + damping w) over a polynomial piece from 0 to theta."""
+    low, high = 0.0, theta
+    share = damping / dt
+    first, slope_first = _force_and_slope(c, stiffness, share, low)
+    last, slope_last = _force_and_slope(c, stiffness, share, high)
+    if not (slope_first > 0.0 and slope_last < 0.0):
+        return max(first, last)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if _force_and_slope(c, stiffness, share, middle)[1] > 0.0:
+            low = middle
+        else:
+            high = middle
+    return _force_and_slope(c, stiffness, share, low)[0]
+
+
+@jit
+def follow_contact(p, home, contact, c, theta, dt) -> None:
+    """Add a part of a contact, from 0 to theta of its polynomial, to the record of the contact."""
+    force = largest_force_between(c, stiffness_of(p, home), damping_of(p, home), theta, dt)
+    contact[FORCE] = max(contact[FORCE], force)
+    contact[DEPTH] = max(contact[DEPTH], largest_force_between(c, 1.0, 0.0, theta, dt))
+    contact[ELAPSED] += theta * dt
+
+
+@jit
+def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c) -> float:
+    """Return the length of the Newmark step that ends at an event, and fill c with that step.
+
+    A step that ends at the event keeps the error smooth in the step size (`flight.step_to_contact`). Where Newton's
+    method finds none, or one that is passed the wrong way, length theta and polynomial of the whole step are kept.
+    """
+    target, way = (frame.far, 1.0) if event == FAR else (frame.near, -1.0)
+    if piece.in_contact:
+        way = 1.0
+    length = theta
+    for _ in range(MAX_STEPS):
+        fill_piece(e, p, grid, frame, piece, state, length, dt, c)
+        value, slope, curvature, _third = gap(c, 0, 1.0, -target, length)
+        if event == ZERO:
+            value, slope, way = slope, curvature, -piece.direction
+        if not slope * way > 0.0:
+            break
+        change = value / slope
+        length -= change
+        if not 0.0 < length <= span:
+            break
+        if abs(change) <= STEP_TOLERANCE * length:
+            fill_piece(e, p, grid, frame, piece, state, length, dt, c)
+            return length
+    fill_piece(e, p, grid, frame, piece, state, span, dt, c)
+    return theta

@@ -1,0 +1,141 @@
+"""The log of pieces: between two events a motion is one linear piece, and orbits are sums and products over pieces."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.flow import DEGREE
+
+# What begins a piece: the march; entering and leaving a soft support; an impact on a rigid one or the tail of a
+# chatter; a zero of the velocity, after which it goes on, or is held; the end of that; a rest and its release; a touch
+# without velocity.
+# They are numpy integers because numba compiles another copy of a kernel for each literal constant.
+BEGIN, ENTER, LEAVE, IMPACT, TURN, STICK, SLIP, REST_BEGINS, RELEASE, TOUCH = map(
+    np.int64, range(10)
+)
+# What a piece is: free flight, contact with a soft support, held by friction, at rest on a support.
+FREE, CONTACT, HELD, RESTING = range(4)
+# Columns of `values` and of `codes`.
+AT, SPAN, Y, W, Y_END, W_END = range(6)
+CAUSE, FORM, HOME, DIRECTION = range(4)
+# Entries of `counts`, and of `contact`: how long the contact under way has lasted, its largest force and depth, and
+# whether there is one: 1, or UNSEEN if its beginning was not.
+PIECES, LEAVES = 0, 1
+ELAPSED, FORCE, DEPTH, IS_OPEN = range(4)
+UNSEEN = 2.0
+
+
+class PieceLog(NamedTuple):
+    """Pieces in order of time, and ends of contacts with soft supports.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n, 6)
+        Start in forcing periods, duration in tau, and (y, w) at start and end, in the frame of HOME.
+    codes : ndarray of int8, shape (n, 4)
+        What began it, what it is, the frame, and the direction of sliding (0 without friction).
+    leaves : ndarray, shape (n, 4)
+        Of each contact that has ended: velocity of x, duration in tau, largest force, largest depth.
+    contact : ndarray, shape (4,)
+        The contact under way.
+    work, polynomial : ndarray, shape (degree,) and (degree + 1,)
+        Work arrays for the polynomials of the velocity and of the displacement.
+    energy, no_harmonics : ndarray, shape (5,) and (0,) of complex
+        Where integrals go that are not wanted.
+    counts : ndarray of int64, shape (2,)
+        Numbers of pieces and of leaves.
+    """
+
+    values: np.ndarray
+    codes: np.ndarray
+    leaves: np.ndarray
+    contact: np.ndarray
+    work: np.ndarray
+    polynomial: np.ndarray
+    energy: np.ndarray
+    no_harmonics: np.ndarray
+    counts: np.ndarray
+
+
+def new_piece_log(n: int, degree: int) -> PieceLog:
+    """Return an empty log for n pieces of motions that are polynomials of a degree."""
+    return PieceLog(
+        np.empty((n, 6)),
+        np.empty((n, 4), np.int8),
+        np.empty((n, 4)),
+        np.zeros(4),
+        np.empty(degree),
+        np.empty(degree + 1),
+        np.zeros(5),
+        np.empty(0, np.complex128),
+        np.zeros(2, np.int64),
+    )
+
+
+@jit
+def clear_pieces(pieces) -> None:
+    """Empty the log, if there is one; the contact under way is kept."""
+    if pieces is not None:
+        pieces.counts[PIECES] = 0
+        pieces.counts[LEAVES] = 0
+
+
+@jit
+def is_full_of_pieces(pieces) -> bool:
+    """Return whether the pieces of one more event might exceed the capacity."""
+    return pieces.counts[PIECES] + 2 >= pieces.values.shape[0]
+
+
+@jit
+def begin_piece(pieces, position, cause, form, home, direction, y, w) -> None:
+    """Append a piece, `position` in forcing periods."""
+    n = pieces.counts[PIECES]
+    values, codes = pieces.values, pieces.codes
+    values[n, AT], values[n, SPAN], values[n, Y], values[n, W] = position, 0.0, y, w
+    values[n, Y_END], values[n, W_END] = y, w
+    codes[n, CAUSE], codes[n, FORM], codes[n, HOME], codes[n, DIRECTION] = (
+        cause,
+        form,
+        home,
+        direction,
+    )
+    pieces.counts[PIECES] = n + 1
+
+
+@jit
+def extend_piece(pieces, span, y, w) -> None:
+    """Add a span of tau to the last piece, which then ends in (y, w)."""
+    n = pieces.counts[PIECES] - 1
+    pieces.values[n, SPAN] += span
+    pieces.values[n, Y_END], pieces.values[n, W_END] = y, w
+
+
+@jit
+def begin_contact(pieces, force) -> None:
+    """Start the record of a contact; force : of the support at once, by its damping."""
+    contact = pieces.contact
+    contact[ELAPSED], contact[FORCE], contact[DEPTH], contact[IS_OPEN] = 0.0, force, 0.0, 1.0
+
+
+@jit
+def end_contact(pieces, velocity) -> None:
+    """Append the end of the contact under way, if its beginning was logged; velocity : of x."""
+    n, was_seen = pieces.counts[LEAVES], pieces.contact[IS_OPEN] != UNSEEN
+    pieces.contact[IS_OPEN] = 0.0
+    if not was_seen:
+        return
+    pieces.leaves[n, 0] = velocity
+    for i in range(3):
+        pieces.leaves[n, 1 + i] = pieces.contact[i]
+    pieces.counts[LEAVES] = n + 1
+
+
+def piece_log_of(
+    effects: Effects, n: int, degree: int = DEGREE
+) -> tuple[PieceLog, None] | tuple[None, int]:
+    """Return `pieces` and `plain` of a `Log`: an empty log for n pieces, if motions have soft supports or friction."""
+    return (new_piece_log(n, degree), None) if effects.has_pieces else (None, 1)

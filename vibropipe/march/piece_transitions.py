@@ -1,0 +1,128 @@
+"""From one linear piece to the next: what is logged of the event between them, and the state after it."""
+
+from __future__ import annotations
+
+from vibropipe.compiler import jit
+from vibropipe.march.contacts import apply_impact, impact_at_start, resolve_departure, support_at
+from vibropipe.march.grid import Instant, turns_at
+from vibropipe.march.log import log_grazing, log_impact
+from vibropipe.march.piece_events import NEAR, ZERO
+from vibropipe.march.piece_log import (
+    BEGIN,
+    ENTER,
+    IMPACT,
+    IS_OPEN,
+    LEAVE,
+    REST_BEGINS,
+    STICK,
+    TOUCH,
+    TURN,
+    UNSEEN,
+    begin_contact,
+    begin_piece,
+    end_contact,
+    extend_piece,
+)
+from vibropipe.march.piece_state import direction_of, form_of, is_in_contact, resume
+from vibropipe.march.state import (
+    FLIGHT,
+    IMPACTS_AT_START,
+    LEAVES_BY_VELOCITY,
+    REST,
+    STUCK,
+    State,
+)
+from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.stiffness import damping_of, is_soft
+
+
+@jit
+def begin(e, p, grid, log, cause, state):
+    """Log the piece that a state begins, and the contact with a soft support that begins or ends there."""
+    pieces = log.pieces
+    was_in_contact, is_pressed = pieces.contact[IS_OPEN] > 0.0, is_in_contact(e, p, state)
+    position = turns_at(grid, state)
+    velocity = to_velocity(state.home, state.w)
+    if was_in_contact and not is_pressed:
+        end_contact(pieces, velocity)
+    if is_pressed and not was_in_contact:
+        log_impact(log, position, state.home, velocity, 0.0)
+        begin_contact(pieces, -damping_of(p, state.home) * state.w)
+    form, direction = form_of(e, p, state), direction_of(state)
+    begin_piece(pieces, position, cause, form, state.home, direction, state.y, state.w)
+
+
+@jit
+def start(e, p, grid, log, state, end):
+    """Log the first piece of a march, and apply the impact of a motion that starts on a support; return the state."""
+    if state.mode != IMPACTS_AT_START:
+        # A contact that begins here without velocity is logged; another one was, in the march before.
+        contact, is_old = log.pieces.contact, state.y != 0.0 or state.w != 0.0
+        if not (is_old and is_in_contact(e, p, state)):
+            contact[IS_OPEN] = 0.0
+        elif contact[IS_OPEN] == 0.0:
+            contact[IS_OPEN] = UNSEEN
+        begin(e, p, grid, log, BEGIN, state)
+        return state
+    log.pieces.contact[IS_OPEN] = 0.0
+    if is_soft(e, p, state.home):
+        after = State(state.period, state.step, state.theta, state.home, 0.0, state.w, FLIGHT, 0.0)
+        begin(e, p, grid, log, ENTER, after)
+        return after
+    begin(e, p, grid, log, BEGIN, state)
+    after, _impacts = impact_at_start(e, p, grid, state, end, log)
+    begin(e, p, grid, log, REST_BEGINS if after.mode == REST else IMPACT, after)
+    return after
+
+
+@jit
+def touch_rigid(e, p, grid, state, at, side, approach, end, log):
+    """Return the state after the mass has met a rigid support with a speed, 0 where it only touches it."""
+    if approach > 0.0:
+        moved = State(state.period, state.step, state.theta, side, 0.0, -approach, FLIGHT, 0.0)
+        after = apply_impact(e, p, grid, moved, True, approach, at, log)
+    else:
+        log_grazing(log, turns_at(grid, Instant(state.period, state.step, at)), side)
+        after = State(state.period, state.step, at, side, 0.0, 0.0, LEAVES_BY_VELOCITY, 0.0)
+    departed = resolve_departure(e, p, grid, after, end, log)
+    cause = REST_BEGINS if departed.mode == REST else IMPACT if approach > 0.0 else TOUCH
+    began = State(after.period, after.step, after.theta, side, 0.0, departed.w, departed.mode, 0.0)
+    begin(e, p, grid, log, cause, began)
+    if departed.mode == REST:
+        waited = (departed.period - after.period) * grid.steps + (departed.step - after.step)
+        extend_piece(log.pieces, (waited + departed.theta - after.theta) * grid.dt, 0.0, 0.0)
+    return departed
+
+
+@jit
+def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log):
+    """Return the state after an event at theta = `at` of the step of a state, with (y, w) just before it."""
+    period, step, home = state.period, state.step, state.home
+    instant = Instant(period, step, at)
+    if event == ZERO:
+        after = resume(e, p, grid, instant, home, y)
+        cause = TURN if direction_of(after) == -piece.direction else TOUCH
+        cause = STICK if after.mode == STUCK else cause
+        begin(e, p, grid, log, cause, after)
+        return after
+    side = support_at(home, event == NEAR)
+    approach = -w if event == NEAR else w
+    if piece.in_contact:
+        approach = -approach
+    if is_grazing or not approach > 0.0:
+        approach = 0.0
+    if not is_soft(e, p, side):
+        return touch_rigid(e, p, grid, state, at, side, approach, end, log)
+    if approach == 0.0:
+        if not piece.in_contact:
+            log_grazing(log, turns_at(grid, instant), side)
+        after = resume(e, p, grid, instant, side, 0.0)
+        begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
+        return after
+    if piece.in_contact:
+        after = State(period, step, at, side, 0.0, approach, LEAVES_BY_VELOCITY, 0.0)
+        begin(e, p, grid, log, LEAVE, after)
+    else:
+        after = State(period, step, at, side, 0.0, -approach, FLIGHT, 0.0)
+        begin(e, p, grid, log, ENTER, after)
+    return after

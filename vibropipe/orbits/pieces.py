@@ -1,0 +1,232 @@
+"""Derivative, harmonics and energies of a motion with soft supports or friction, from its logged linear pieces."""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit
+from vibropipe.march.piece_log import (
+    AT,
+    BEGIN,
+    CAUSE,
+    CONTACT,
+    DIRECTION,
+    ENTER,
+    FORM,
+    FREE,
+    HELD,
+    HOME,
+    IMPACT,
+    LEAVE,
+    PIECES,
+    RESTING,
+    SPAN,
+    STICK,
+    TURN,
+    W_END,
+    Y_END,
+    W,
+    Y,
+)
+from vibropipe.march.piece_state import coefficients, net_force
+from vibropipe.march.state import restitution_of
+from vibropipe.orbits.harmonics import RESONANT
+from vibropipe.orbits.quadrature import NODES, WEIGHTS
+from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
+from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
+from vibropipe.physics.friction import friction_of
+from vibropipe.physics.load import (
+    TWO_PI,
+    Force,
+    force_at,
+    force_times,
+    forcing_period,
+    phase_factor,
+    phase_integral,
+    reaction_integral,
+)
+from vibropipe.physics.quotient import divide
+from vibropipe.physics.saltation import product, saltation_matrix
+from vibropipe.physics.stiffness import damping_of, piece_flow, piece_rate, piece_taylor
+
+
+@jit
+def saltation_of_piece(e, p, pieces, i):
+    """Return the saltation matrix (s11, s12, s21, s22) at the event that begins piece i.
+
+    Entering and leaving a soft support changes the acceleration by its damping; a turn reverses the friction; a stick
+    takes the velocity, and keeps the displacement. A slip begins without velocity and acceleration: the flow is smooth.
+
+    References
+    ----------
+    R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004), ch. 3.
+    """
+    codes, values = pieces.codes, pieces.values
+    cause, home = codes[i, CAUSE], codes[i, HOME]
+    if cause == STICK or (cause == BEGIN and codes[i, FORM] == HELD):
+        return 1.0, 0.0, 0.0, 0.0
+    if cause in (ENTER, LEAVE):
+        damping = damping_of(p, home)
+        return 1.0, 0.0, -damping if cause == ENTER else damping, 1.0
+    if cause in (TURN, IMPACT):
+        force, _rate, _scale = net_force(e, p, home, values[i, Y], values[i, AT])
+        friction, damping = friction_of(e, p), 0.0
+        if e.damping is not None:
+            damping = p.h
+        after = force - friction * codes[i, DIRECTION] - damping * values[i, W]
+        if cause == TURN:
+            before = force + friction * codes[i, DIRECTION]
+            return 1.0, 0.0, 0.0, after / before
+        arrives = to_velocity(codes[i - 1, HOME], values[i - 1, W_END])
+        arrives = to_velocity(home, arrives)
+        before = force + friction - damping * arrives
+        return saltation_matrix(restitution_of(e, p, home), arrives, before, after)
+    return 1.0, 0.0, 0.0, 1.0
+
+
+@jit
+def jacobian_of_pieces(e, p, pieces):
+    """Return the Jacobian (j11, j12, j21, j22) of the motion over all logged pieces; zero after a rest."""
+    j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0
+    for i in range(pieces.counts[PIECES]):
+        form, home = pieces.codes[i, FORM], pieces.codes[i, HOME]
+        if form == RESTING:
+            return 0.0, 0.0, 0.0, 0.0
+        s11, s12, s21, s22 = saltation_of_piece(e, p, pieces, i)
+        j11, j12, j21, j22 = product(s11, s12, s21, s22, j11, j12, j21, j22)
+        if form in (FREE, CONTACT):
+            stiffness, damping = coefficients(e, p, home, form == CONTACT)
+            e11, e12, e21, e22 = piece_flow(stiffness, damping, pieces.values[i, SPAN])
+            j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
+    return j11, j12, j21, j22
+
+
+@jit
+def load_of_piece(e, p, pieces, i):
+    """Return (sigma, constant load) of a piece, friction included."""
+    frame = frame_at(e, p, pieces.codes[i, HOME])
+    return frame.sigma, frame.load - friction_of(e, p) * pieces.codes[i, DIRECTION]
+
+
+@jit
+def end_of_piece(p, pieces, i):
+    """Return the time at which piece i ends, in forcing periods."""
+    return pieces.values[i, AT] + pieces.values[i, SPAN] / forcing_period(p)
+
+
+@jit
+def stiffness_at(stiffness, damping, w):
+    """Return stiffness - w^2 + i damping w, the dynamic stiffness of a piece."""
+    root = math.sqrt(stiffness)
+    return complex((root - w) * (root + w), damping * w)
+
+
+@jit
+def integral_of_piece(e, p, pieces, i, k, m):
+    """Return the integral of x exp(-i k nu tau/m) over piece i, in forcing periods, in closed form.
+
+    Also returns whether it is accurate: not near a resonance of the piece.
+    """
+    home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
+    start, end = pieces.values[i, AT], end_of_piece(p, pieces, i)
+    phase = phase_integral(k / m, start, end)
+    if form in (HELD, RESTING):
+        return to_displacement(p, home, pieces.values[i, Y]) * phase, True
+    stiffness, damping = coefficients(e, p, home, form == CONTACT)
+    w = k * p.nu / m
+    dynamic = stiffness_at(stiffness, damping, w)
+    if abs(dynamic) < RESONANT * stiffness:
+        return complex(0.0, 0.0), False
+    sigma, load = load_of_piece(e, p, pieces, i)
+    total = load * phase
+    if e.forcing is not None:
+        total -= sigma * reaction_integral(p, k, m, start, end)
+    factor = complex(damping, w)
+    first = (pieces.values[i, W] + factor * pieces.values[i, Y]) * phase_factor(k * start / m)
+    last = (pieces.values[i, W_END] + factor * pieces.values[i, Y_END]) * phase_factor(k * end / m)
+    total -= (last - first) * (p.nu / TWO_PI)
+    return to_displacement(p, home, 0.0) * phase + sigma * divide(total, dynamic), True
+
+
+@jit
+def add_harmonics_of_pieces(e, p, pieces, m, out, direct) -> None:
+    """Add the integrals of x exp(-i k nu tau/m) over all logged pieces to out[k], in forcing periods.
+
+    Near a resonance of a piece they are taken by quadrature. direct : work array of the size of `out`.
+    """
+    is_complete = True
+    for k in range(out.size):
+        for i in range(pieces.counts[PIECES]):
+            is_complete = is_complete and integral_of_piece(e, p, pieces, i, k, m)[1]
+    if not is_complete:
+        for k in range(out.size):
+            direct[k] = 0.0
+        for i in range(pieces.counts[PIECES]):
+            integrate_piece(e, p, pieces, i, m, direct, pieces.energy)
+    for k in range(out.size):
+        total, is_accurate = complex(0.0, 0.0), True
+        for i in range(pieces.counts[PIECES]):
+            part, is_part_accurate = integral_of_piece(e, p, pieces, i, k, m)
+            total += part
+            is_accurate = is_accurate and is_part_accurate
+        out[k] += total if is_accurate else direct[k]
+
+
+@jit
+def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
+    """Add the integrals over piece i by Gauss quadrature.
+
+    Parameters
+    ----------
+    e, p, pieces, i
+        Piece i of a log.
+    m : int
+        Denominator of the frequencies k nu/m.
+    out : (n,) complex
+        out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
+    energy : (5,) float
+        Increased by the work of the force and the losses by damping, at support 1 and 2, and by friction.
+    """
+    home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
+    start, span, period = pieces.values[i, AT], pieces.values[i, SPAN], forcing_period(p)
+    y, w = pieces.values[i, Y], pieces.values[i, W]
+    if form in (HELD, RESTING):
+        x = to_displacement(p, home, y)
+        for k in range(out.size):
+            out[k] += x * phase_integral(k / m, start, end_of_piece(p, pieces, i))
+        return
+    stiffness, damping = coefficients(e, p, home, form == CONTACT)
+    sigma, load = load_of_piece(e, p, pieces, i)
+    friction = friction_of(e, p)
+    if e.friction is not None:
+        energy[4] += friction * abs(pieces.values[i, Y_END] - y)
+    parts = max(1, math.ceil(span * max(p.nu, piece_rate(stiffness, damping)) / REACH))
+    dt, c = span / parts, pieces.polynomial
+    for part in range(parts):
+        begin = start + part * dt / period
+        force = Force(0.0, 0.0)
+        if e.forcing is not None:
+            force = force_at(p, sigma, begin)
+        piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt)
+        for g in range(NODES.size):
+            phase = begin + NODES[g] * dt / period
+            node_y = displacement(c, DEGREE, NODES[g])
+            node_w = velocity(c, DEGREE, NODES[g], dt)
+            weight = WEIGHTS[g] * dt
+            if e.forcing is not None:
+                energy[0] += force_times(p, weight, phase) * to_velocity(home, node_w)
+            if e.damping is not None:
+                energy[1] += weight * p.h * node_w * node_w
+            if form == CONTACT:
+                energy[1 + home] += weight * damping_of(p, home) * node_w * node_w
+            x = to_displacement(p, home, node_y)
+            for k in range(out.size):
+                out[k] += weight / period * x * phase_factor(k * phase / m)
+        y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+
+
+@jit
+def add_energy_of_pieces(e, p, pieces, energy) -> None:
+    """Add the energies of the logged pieces, without the losses of impacts on rigid supports, to `energy`, (5,)."""
+    for i in range(pieces.counts[PIECES]):
+        integrate_piece(e, p, pieces, i, 1, pieces.no_harmonics, energy)

@@ -1,0 +1,81 @@
+"""Dry friction: a force of constant size against the velocity; at rest it holds the mass up to the same size.
+
+The law of Coulomb with one coefficient for stick and slip. A sliding mass is a free one under a constant load.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.contact import CHATTER_TOLERANCE
+from vibropipe.physics.load import NEVER, release_turn
+
+
+@jit_inline
+def friction_of(e, p):
+    """Return the friction; 0 where the effect is absent."""
+    friction = 0.0
+    if e.friction is not None:
+        friction = p.friction
+    return friction
+
+
+@jit
+def slip_wait(e, p, sigma, pull, turn):
+    """Return when the force on a held mass exceeds the friction.
+
+    Parameters
+    ----------
+    e, p : Effects, Parameters
+    sigma : float
+        Sign of the frame.
+    pull : float
+        The constant part of the force on the mass: the force is sigma F + pull.
+    turn : float
+        Phase in turns.
+
+    Returns
+    -------
+    wait : float
+        Turns until then; NEVER if it does not.
+    direction : float
+        1 or -1, in the frame.
+    """
+    friction = friction_of(e, p)
+    if e.forcing is None:
+        return NEVER, 1.0
+    wait, direction = NEVER, 1.0
+    for way in (1.0, -1.0):
+        release = release_turn(p, way * sigma, way * pull - friction)
+        if release == NEVER:
+            continue
+        after = 0.0
+        if release >= 0.0:
+            after = release - turn
+            after -= math.floor(after)
+        if after < wait:
+            wait, direction = after, way
+    return wait, direction
+
+
+@jit
+def chatter_with_friction(w, press, friction, rate, restitution, h, nu):
+    """Return the duration of a chatter on a rigid support against friction; NEVER while it is not a geometric series.
+
+    A hop rises against press + friction and falls under press - friction: friction takes speed in every hop, so that
+    hops are a geometric series at R = 1 too. Arguments and tolerance are those of `contact.chatter_duration`; press :
+    force that presses the mass on the support, rate : bound of its rate of change.
+    """
+    rises, falls = press + friction, press - friction
+    if not falls > 0.0:
+        return NEVER
+    tolerance = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
+    flight = w / rises + w / math.sqrt(rises * falls)
+    if flight <= tolerance:
+        return flight
+    ratio = restitution * math.sqrt(falls / rises)
+    if ratio >= 1.0:
+        return NEVER
+    duration = flight / (1.0 - ratio)
+    return duration if duration * (duration * (rate / falls + h)) <= tolerance else NEVER

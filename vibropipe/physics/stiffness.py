@@ -1,0 +1,74 @@
+"""Soft supports: while the mass is beyond support i, k_i (x - b_i) + h_i x' acts on it.
+
+With y = sigma (x - b_i), the gap, a contact is the linear motion y'' + (h + h_i) y' + (1 + k_i) y = load + sigma F at
+y < 0. It begins and ends at y = 0, where the spring is at rest, so velocity and displacement are continuous.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.flow import DEGREE, free_flow
+from vibropipe.physics.load import first_terms, next_term
+
+_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
+
+
+@jit_inline
+def stiffness_of(p, support):
+    """Return k_i of support 1 or 2; 0 where it is rigid."""
+    return p.k1 if support == 1 else p.k2
+
+
+@jit_inline
+def damping_of(p, support):
+    """Return h_i of support 1 or 2."""
+    return p.h1 if support == 1 else p.h2
+
+
+@jit_inline
+def is_soft(e, p, support) -> bool:
+    """Return whether `support`, 1 or 2, is soft; 0, the equilibrium, is none."""
+    if e.soft is None:
+        return False
+    return support > 0 and stiffness_of(p, support) > 0.0
+
+
+@jit
+def piece_rate(stiffness: float, damping: float) -> float:
+    """Return the largest rate of y'' + damping y' + stiffness y = 0: the root of s^2 = damping s + stiffness."""
+    return 0.5 * (damping + math.sqrt(damping * damping + 4.0 * stiffness))
+
+
+@jit
+def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt) -> None:
+    """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for y'' + damping y' + stiffness y = load + force.
+
+    Arguments are those of `flow.taylor`, which is the case of stiffness 1.
+    """
+    d2 = dt * dt
+    stiffness_d2, hd = stiffness * d2, damping * dt
+    term, term_next = first_terms(force, nu * dt)
+    c[0] = y
+    c[1] = w * dt
+    c[2] = 0.5 * (d2 * (term + load) - hd * c[1] - stiffness_d2 * y)
+    for n in range(1, DEGREE - 1):
+        c[n + 2] = (d2 * term_next - stiffness_d2 * c[n] - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
+        term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
+
+
+@jit
+def piece_flow(stiffness: float, damping: float, t: float):
+    """Return the matrix (e11, e12, e21, e22) of y'' + damping y' + stiffness y = 0 over the time t."""
+    root = math.sqrt(stiffness)
+    e11, e12, e21, e22 = free_flow(damping / root, root * t)
+    return e11, e12 / root, e21 * root, e22
+
+
+@jit
+def piece_mean_acceleration(y, w, force_mean, stiffness, damping, dt):
+    """Return the mean acceleration of a step of Newmark's method: `newmark.mean_acceleration` at any stiffness."""
+    return (force_mean - (damping + 0.5 * stiffness * dt) * w - stiffness * y) / (
+        1.0 + 0.5 * damping * dt + 0.25 * stiffness * dt * dt
+    )

@@ -151,3 +151,23 @@ def test_a_chatter_against_friction_ends_earlier() -> None:
 def test_newmark_has_no_energy_balance_by_pieces() -> None:
     with pytest.raises(vp.ParameterError, match="energy: must be left out"):
         motion_of("friction", method="newmark", steps_per_period=100, energy=True)
+
+
+def test_what_does_not_know_pieces_refuses_them() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, friction=0.1)
+    with pytest.raises(vp.ParameterError, match="outputs: must not include sensitivity"):
+        vp.steady_state(exciter, outputs=("sensitivity",))
+    with pytest.raises(vp.ParameterError, match="accuracy: must be left out where there are soft"):
+        vp.simulate(exciter, 10.0, accuracy=1e-6)
+
+
+def test_a_start_beyond_a_soft_support_is_in_contact() -> None:
+    exciter = vp.Exciter(l=0.5, k1=100.0)
+    motion = vp.simulate(exciter, 10.0, 0.6, samples_per_period=0, energy=True)
+    speed = math.sqrt(0.6**2 - 0.5**2 + 100.0 * 0.1**2)
+    # the contact at the start is not an impact, since the mass did not pass the support
+    assert np.allclose(np.abs(motion["impact_velocity"]), speed, rtol=1e-13)
+    assert int(motion["impact_support"][0]) == 2
+    assert abs(float(motion["energy_residual"])) < 1e-14
+    with pytest.raises(vp.ParameterError, match="x0: must be a finite number from"):
+        vp.simulate(exciter, 1.0, -0.6)

@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 import vibropipe as vp
-from vibropipe.physics.effects import Effects
+from vibropipe.physics.effects import BY_PARAMETER, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.scenes.keys.parts import ExciterKeys, Solver
 from vibropipe.words.effects import EFFECT_NAMES
@@ -59,7 +59,8 @@ def test_defaults_are_those_of_an_exciter():
 
 
 def test_effects_are_the_fields_that_kernels_read():
-    assert Effects._fields == (*EFFECT_NAMES, "watched")
+    marched = [name for name in EFFECT_NAMES if name not in BY_PARAMETER]
+    assert Effects._fields == (*marched, "watched")
 
 
 def test_a_study_takes_the_methods_of_a_motion():

@@ -124,10 +124,10 @@ def balance(
     # The product form of a difference of squares cancels less.
     stored = 0.5 * sum((b - a) * (b + a) for a, b in zip(start, end, strict=True)) + in_supports
     residual = work[0] - (work[1] + work[2] + work[3] + stored)
-    further = {}
+    further: dict[str, object] = {}
     if has_friction:
         residual -= work[4]
         further = {FRICTION_TERM: ((), work[4])}
     values = (work[0], work[1], work[2:4], stored, residual)
     named = zip(TERMS, values, strict=True)
-    return {name: (("support",) if np.ndim(of) else (), of) for name, of in named} | further
+    return {**{name: (("support",) if np.ndim(of) else (), of) for name, of in named}, **further}

@@ -57,9 +57,9 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
     variables["status"] = ((), np.int8(run.status))
     if run.energy_terms is not None:
         # The spring and the load together pull towards the equilibrium.
-        states = [(x - exciter.load, v) for x, v in ((request.x, request.v), run.end)]
+        first, last = ((x - exciter.load, v) for x, v in ((request.x, request.v), run.end))
         stored = support_energy(exciter, run.end[0]) - support_energy(exciter, request.x)
-        variables |= balance(run.energy_terms, *states, stored, exciter.friction > 0.0)
+        variables |= balance(run.energy_terms, first, last, stored, exciter.friction > 0.0)
     if request.samples_per_period > 0:
         start, end = run.turns
         tau = np.append(request.tau_start + run.after * exciter.period, request.tau_end)

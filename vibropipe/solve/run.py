@@ -9,12 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.march.grid import Instant, StepGrid, exact_grid, grid_time
-from vibropipe.march.log import (
-    COUNTS,
-    SHORT_FLIGHTS,
-    Samples,
-    new_log,
-)
+from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Samples, new_log
 from vibropipe.march.loop import march
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state

@@ -205,6 +205,9 @@ def solve_blocks(
     values = {**grid.shared, **grid.values}
     farthest = largest_start(values, x0), largest_velocity(values, v0)
     e = resolve_effects(effects, values, *farthest, followed=follow is not None)
+    if e.has_pieces and "sensitivity" in requested_outputs:
+        must = "must not include sensitivity where there are soft supports or friction"
+        raise ParameterError("outputs", outputs, must=must, got="")
     attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:

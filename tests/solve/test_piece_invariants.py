@@ -1,0 +1,176 @@
+"""Invariants of random motions with soft supports and friction, and their agreement with 40 digits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+import vibropipe as vp
+from vibropipe.lab.hard_cases.case import Solver
+from vibropipe.lab.hard_cases.pieces import agrees_with_reference
+from vibropipe.lab.reference_pieces import PieceReferenceSolver
+
+TAU_END = 12.0
+
+
+class Start(NamedTuple):
+    """A random motion."""
+
+    exciter: vp.Exciter
+    x0: float
+    v0: float
+
+
+@st.composite
+def motions(draw: Any, lossless: bool = False) -> Start:
+    """Draw a motion with a soft support, or friction, or both."""
+    number = lambda low, high: draw(st.floats(low, high, allow_subnormal=False))  # noqa: E731
+    of_support = {}
+    for support in "12":
+        k = draw(st.just(0.0) | st.floats(0.0, 6.0).map(lambda n: 10.0**n))
+        of_support[f"k{support}"] = k
+        of_support[f"h{support}"] = 2.0 * math.sqrt(k) * number(0.0, 1.5) * (not lossless)
+    friction = draw(st.just(0.0) | st.floats(0.01, 0.6)) * (not lossless)
+    assume(friction > 0.0 or of_support["k1"] + of_support["k2"] > 0.0)
+    exciter = vp.Exciter(
+        l=0.5,
+        nu=number(0.3, 3.0),
+        f=0.0 if lossless else number(-1.5, 1.5),
+        h=0.0 if lossless else number(0.0, 0.5),
+        delta=number(-0.4, 0.4),
+        R1=1.0 if lossless else number(0.1, 1.0),
+        R2=1.0 if lossless else number(0.1, 1.0),
+        friction=friction,
+        **of_support,
+    )
+    return Start(exciter, number(exciter.lower, exciter.upper), number(-1.0, 1.0))
+
+
+def end_of(motion: Start, **changed: float) -> np.ndarray:
+    """Return (x, x') at the end."""
+    x0, v0 = changed.get("x0", motion.x0), changed.get("v0", motion.v0)
+    ds = vp.simulate(motion.exciter, TAU_END, x0, v0, samples_per_period=0)
+    assert int(ds["status"]) == 0
+    return np.array([float(ds["displacement_end"]), float(ds["velocity_end"])])
+
+
+def amplification(motion: Start) -> float:
+    """Return by how much the motion amplifies a small change of its start, at least 1."""
+    nudge = 1e-9
+    x0 = motion.x0 + (nudge if motion.x0 < motion.exciter.delta else -nudge)
+    return max(1.0, float(np.abs(end_of(motion, x0=x0) - end_of(motion)).max()) / nudge)
+
+
+def balances(motion: Start) -> None:
+    """Work of the force = losses by damping, at supports and by friction + stored energy."""
+    ds = vp.simulate(
+        motion.exciter, TAU_END, motion.x0, motion.v0, samples_per_period=0, energy=True
+    )
+    scale = 1.0 + abs(float(ds["energy_input"])) + float(ds["energy_impact"].sum())
+    assert abs(float(ds["energy_residual"])) < 1e-11 * scale
+    assert float(ds.get("energy_friction", 0.0)) >= 0.0
+
+
+def mirrors(motion: Start) -> None:
+    """x -> -x gives the same motion, bit for bit."""
+    mirrored = Start(motion.exciter.mirrored(), -motion.x0, -motion.v0)
+    assert (end_of(mirrored) == -end_of(motion)).all()
+
+
+def splits(motion: Start) -> None:
+    """A motion that is stopped and goes on from there ends as the whole."""
+    first = vp.simulate(motion.exciter, 5.0, motion.x0, motion.v0, samples_per_period=0)
+    assert int(first["status"]) == 0
+    x, v = float(first["displacement_end"]), float(first["velocity_end"])
+    second = vp.simulate(motion.exciter, TAU_END, x, v, tau_start=5.0, samples_per_period=0)
+    end = np.array([float(second["displacement_end"]), float(second["velocity_end"])])
+    assert np.abs(end - end_of(motion)).max() < 1e-12 * amplification(motion) ** 2 + 1e-11
+
+
+def keeps_energy(motion: Start) -> None:
+    """Without force, damping and friction each contact gives back the speed that it takes."""
+    ds = vp.simulate(motion.exciter, TAU_END, motion.x0, motion.v0, samples_per_period=0)
+    after, before = ds["impact_velocity_after"].values, ds["impact_velocity"].values
+    ended = np.isfinite(after)
+    assert np.allclose(after[ended], -before[ended], rtol=1e-9, atol=1e-13)
+
+
+def agrees_with_40_digits(motion: Start) -> None:
+    """Events and end state are those of the twin in long arithmetic, where the motion is not too sensitive."""
+    sensitivity = amplification(motion)
+    assume(sensitivity < 1e4)
+    task = (motion.exciter, TAU_END, motion.x0, motion.v0)
+    assert agrees_with_reference(Solver("exact"), [task]) < 1e-12 * sensitivity**2 + 1e-10
+
+
+CHECKS: dict[str, tuple[Callable[[Start], None], Any, int]] = {
+    "balances": (balances, motions(), 30),
+    "mirrors": (mirrors, motions(), 30),
+    "splits": (splits, motions(), 20),
+    "keeps_energy": (keeps_energy, motions(lossless=True), 30),
+    "agrees_with_40_digits": (agrees_with_40_digits, motions(), 8),
+}
+SUPPRESSED = [HealthCheck.too_slow, HealthCheck.filter_too_much]
+
+
+def examples_of(name: str, count: int) -> None:
+    """Run a check on random motions."""
+    check, strategy, _few = CHECKS[name]
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=SUPPRESSED)
+    @given(strategy)
+    def run(motion: Start) -> None:
+        check(motion)
+
+    run()
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_random_motions(name: str) -> None:
+    examples_of(name, CHECKS[name][2])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHECKS)
+def test_20000_random_motions(name: str) -> None:
+    examples_of(name, 20_000)
+
+
+@pytest.mark.parametrize("z", [0.0, 0.05, 0.3, 0.7])
+def test_a_soft_support_tends_to_a_rigid_one(z: float) -> None:
+    limit = math.exp(-math.pi * z / math.sqrt(1.0 - z * z))
+    errors = []
+    for k in (1e5, 1e7):
+        exciter = vp.Exciter(
+            l=0.5,
+            nu=1.0,
+            f=-1.0,
+            h=0.2,
+            k1=k,
+            k2=k,
+            h1=2 * z * math.sqrt(k),
+            h2=2 * z * math.sqrt(k),
+        )
+        ds = vp.simulate(exciter, 3.0, samples_per_period=0)
+        errors.append(
+            abs(-float(ds["impact_velocity_after"][0] / ds["impact_velocity"][0]) - limit)
+        )
+    assert errors[0] < 0.01
+    assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.1)
+
+
+def test_the_twin_records_states_and_rests() -> None:
+    exciter = vp.Exciter(l=1.0, delta=-1.5, f=-1.0, nu=0.8, friction=0.1)
+    found = PieceReferenceSolver(exciter).run_pieces(
+        -0.5, 0.0, [Decimal(n) / 10 for n in range(1, 11)]
+    )
+    assert [event[1] for event in found.events] == ["rest", "release"]
+    assert float(found.events[1][0]) == pytest.approx(math.asin(0.6) / 0.8, rel=1e-15)
+    assert [float(x) for x, _v in found.states[:8]] == [-0.5] * 8

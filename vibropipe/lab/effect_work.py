@@ -14,9 +14,10 @@ from vibropipe.lab.timing import Repeat, repeated
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS, Log, new_log
+from vibropipe.march.piece_log import piece_log_of
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import march_row, row_parameters, sample_row
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_of
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects, effects_of
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import (
     ORBIT_LOG_CAPACITY,
@@ -54,6 +55,11 @@ class TimingCase(NamedTuple):
         exciter, x0, v0, _periods = self.motion
         span = math.inf if self.row else self.motion.tau_end
         return effects_of(exciter.parameters()._asdict(), x0 - exciter.load, v0, span)
+
+    @property
+    def all_effects(self) -> Effects:
+        """Effects of the all-effects kernel: those of eqs. (5), (6), and all of pieces where the motion has pieces."""
+        return all_effects(self.motion.exciter.parameters()._asdict(), pieces=True)
 
 
 class TimedWork(NamedTuple):
@@ -122,18 +128,22 @@ def row_calls(
     motion = motion.about_equilibrium()
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
-    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, new_impact_buffer(ROWS_PER_CALL))
-    arrays = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1), out
+    buffer, terms = new_impact_buffer(ROWS_PER_CALL), 5 if effects.has_pieces else 4
+    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, terms)
+    pieces = piece_log_of(effects, ORBIT_LOG_CAPACITY)
+    log = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, *pieces)
+    arrays = log, np.empty(DEGREE + 1), out
 
     def solve(n_calls: int) -> None:
         for first in range(0, n_calls, ROWS_PER_CALL):
             piece = slice(min(n_calls - first, ROWS_PER_CALL))
             out.impacts[piece] = 0.0
             out.rests[piece] = 0.0
-            solve_piece(effects, row[piece], starts[piece], 1, MAX_PERIODS, MAX_PERIODS, out)
+            limits = 1, MAX_PERIODS, MAX_PERIODS
+            solve_piece(effects, row[piece], starts[piece], *limits, out, *pieces)
 
     return (
-        partial(solve_row_repeatedly, ALL_EFFECTS, row, motion.x0, motion.v0, *arrays),
+        partial(solve_row_repeatedly, case.all_effects, row, motion.x0, motion.v0, *arrays),
         solve,
         out,
     )
@@ -186,7 +196,7 @@ def kernel_calls(case: TimingCase) -> list[Callable[[], object]]:
     def call(effects: Effects, closed: bool) -> None:
         motion_work(case, case.motion, effects, closed).repeat(1)
 
-    return [partial(call, case.effects, True), partial(call, ALL_EFFECTS, False)]
+    return [partial(call, case.effects, True), partial(call, case.all_effects, False)]
 
 
 def works_by_kernel(case: TimingCase, full: BenchmarkMotion) -> dict[str, TimedWork]:
@@ -198,6 +208,6 @@ def works_by_kernel(case: TimingCase, full: BenchmarkMotion) -> dict[str, TimedW
     build = row_work if case.row else motion_work
     return {
         "own": build(case, case.motion, case.effects, True),
-        "all": build(case, case.motion, ALL_EFFECTS, False),
+        "all": build(case, case.motion, case.all_effects, False),
         "full": build(case, full, ALL_EFFECTS, False),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.march.loop import march
-from vibropipe.march.state import initial_state
+from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.return_map import clear_log
 
 
@@ -18,7 +18,7 @@ def march_repeatedly(e, p, grid, x, v, end, log, c, max_events, n_calls):
     worst = 0
     for _ in range(n_calls):
         clear_log(log)
-        state = initial_state(e, p, grid, 0.0, x, v)
+        state = start_state(log.pieces, e, p, grid, 0.0, x, v)
         _state, status = march(e, p, grid, state, end, log, None, c, max_events)
         worst = max(worst, status)
     return worst

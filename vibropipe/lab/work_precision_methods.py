@@ -13,7 +13,8 @@ from vibropipe.lab.crude import crude, crude_repeatedly
 from vibropipe.lab.repeat import march_repeatedly
 from vibropipe.lab.timing import Repeat, repeated
 from vibropipe.march.grid import StepGrid, exact_grid, grid_time, newmark_grid
-from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, new_log
+from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, Log, new_log
+from vibropipe.march.piece_log import piece_log_of
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter
@@ -110,8 +111,8 @@ class March:
     def __init__(
         self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects = ALL_EFFECTS
     ) -> None:
-        self.scratch = np.empty(3 if grid.exact is None else DEGREE + 1)
-        self.log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
+        self.scratch, self.effects = np.empty(3 if grid.exact is None else DEGREE + 1), effects
+        self.log = self.new_log(MARCH_LOG_CAPACITY)
         end = grid_time(float(motion.periods), grid.steps)
         start = motion.exciter.parameters(), grid, motion.x0, motion.v0
         self.march = partial(march_repeatedly, effects, *start, end)
@@ -123,7 +124,13 @@ class March:
             capacity = 4 * self.log.position.size
             if status != Status.LOG_FULL or capacity > 2 * MAX_CONTACTS:
                 return
-            self.log = new_log(capacity, capacity)
+            self.log = self.new_log(capacity)
+
+    def new_log(self, capacity: int) -> Log:
+        """Return an empty log for so many contacts, and for their pieces."""
+        pieces = piece_log_of(self.effects, 4 * capacity, self.scratch.size - 1)
+        log: Log = new_log(capacity, capacity, *pieces)
+        return log
 
 
 def solve_once(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit
-from vibropipe.orbits.branches.bordered import factorise, solve_factorised
 from vibropipe.orbits.branches.clearance import clearance, flight_clearance
 from vibropipe.orbits.branches.sequence import fill_equations, next_impact, restitution_at
 from vibropipe.orbits.branches.steps import (
@@ -33,6 +32,7 @@ from vibropipe.orbits.branches.steps import (
     SPEED,
     STALLED,
     TRACE,
+    correct_once,
     fill_tangent,
 )
 from vibropipe.orbits.row import row_parameters
@@ -171,25 +171,14 @@ def correct(
     Arguments are those of `condition` and of `vibropipe.orbits.branches.steps.correct`; `along` (2,) are the indices of
     the parameters that vary. Returns the Newton iterations; -1 if they do not converge.
     """
-    size, previous = u.size, math.inf
+    previous = math.inf
     for iteration in range(1, MAX_CORRECTIONS + 1):
         _fill_system(
             values, along, kind, span, mirrored, supports, flight, side, u, weights, work
         )  # fmt: skip
-        across = -target
-        for column in range(size):
-            work.matrix[size - 1, column] = work.border[column]
-            across += work.border[column] * u[column]
-        work.rhs[size - 1] = across
-        factorise(work.matrix, work.pivots)
-        solve_factorised(work.matrix, work.pivots, work.rhs)
-        change = 0.0
-        for k in range(size):
-            change = max(change, abs(work.rhs[k] * weights[k]))
+        change = correct_once(u, target, weights, work)
         if not change < MAX_CHANGE:
             return -1
-        for k in range(size):
-            u[k] -= work.rhs[k]
         if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
             return iteration
         previous = change

@@ -62,6 +62,27 @@ def _fill_system(values, along, span, mirrored, supports, u, weights, work) -> N
 
 
 @jit
+def correct_once(u, target, weights, work):
+    """Take one Newton step of u, in place, for the equations in work.matrix and work.rhs within the plane of `correct`.
+
+    Returns the largest weighted change; u is kept unless it is less than MAX_CHANGE.
+    """
+    size, across, change = u.size, -target, 0.0
+    for column in range(size):
+        work.matrix[size - 1, column] = work.border[column]
+        across += work.border[column] * u[column]
+    work.rhs[size - 1] = across
+    factorise(work.matrix, work.pivots)
+    solve_factorised(work.matrix, work.pivots, work.rhs)
+    for k in range(size):
+        change = max(change, abs(work.rhs[k] * weights[k]))
+    if change < MAX_CHANGE:
+        for k in range(size):
+            u[k] -= work.rhs[k]
+    return change
+
+
+@jit
 def correct(values, along, span, mirrored, supports, u, target, weights, work):
     """Correct u, in place, to the orbit in the plane work.border . u = target.
 
@@ -86,25 +107,14 @@ def correct(values, along, span, mirrored, supports, u, target, weights, work):
     int
         Newton iterations; -1 if they do not converge.
     """
-    size, previous = u.size, math.inf
+    previous = math.inf
     for iteration in range(1, MAX_CORRECTIONS + 1):
         _fill_system(values, along, span, mirrored, supports, u, weights, work)
-        across = -target
-        for column in range(size):
-            work.matrix[size - 1, column] = work.border[column]
-            across += work.border[column] * u[column]
-        work.rhs[size - 1] = across
-        factorise(work.matrix, work.pivots)
-        solve_factorised(work.matrix, work.pivots, work.rhs)
-        change = 0.0
-        for k in range(size):
-            change = max(change, abs(work.rhs[k] * weights[k]))
+        change = correct_once(u, target, weights, work)
         if not change < MAX_CHANGE:
             return -1
-        for k in range(size):
-            u[k] -= work.rhs[k]
         if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
-            parameters_at(values, along, u[size - 1])
+            parameters_at(values, along, u[u.size - 1])
             return iteration
         previous = change
     return -1

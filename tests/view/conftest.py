@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from small_study import EXCITER, NU, F
 
 import vibropipe as vp
 from vibropipe.store import write
-
-EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.7)
-NU, F = np.linspace(0.4, 2.8, 9), np.linspace(0.1, 1.9, 10)
+from vibropipe.view.results import open_results
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +23,9 @@ def study(tmp_path_factory):
     starts = np.linspace(-0.4, 0.6, 8), np.linspace(-2, 2, 8)
     write(vp.basins(three, *starts, starts=64), folder / "starts.nc")
     return folder
+
+
+@pytest.fixture(scope="session")
+def results(study):
+    """The same, opened."""
+    return open_results(study, study.parent)

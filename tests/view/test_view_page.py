@@ -1,5 +1,7 @@
 """The page without a browser: events on its figures, and what its panels then hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bokeh.document import Document
@@ -10,12 +12,11 @@ from vibropipe.view.border import Borders
 from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import motion_of
-from vibropipe.view.results import open_results
 from vibropipe.view.row_numbers import law_text, lines_of, momentum
 
 
-def new_page(study, scene, **options):
-    return Page(open_results(study, study.parent, scene), background=lambda work: work(), **options)
+def new_page(results, scene, **options):
+    return Page(replace(results, first=scene), background=lambda work: work(), **options)
 
 
 def point_at(page, *point):
@@ -34,8 +35,8 @@ def assert_draws(page, row, nu):
     return own.size
 
 
-def test_a_click_shows_the_stored_impacts(study):
-    page, shown = new_page(study, "map"), 0
+def test_a_click_shows_the_stored_impacts(results):
+    page, shown = new_page(results, "map"), 0
     for nu in page.plane.values[0][::3]:
         for f in page.plane.values[1][1::4]:
             point_at(page, nu, f)
@@ -44,13 +45,13 @@ def test_a_click_shows_the_stored_impacts(study):
     assert shown > 10
 
 
-def test_a_followed_motion_is_drawn_from_its_own_section(study):
+def test_a_followed_motion_is_drawn_from_its_own_section(study, results):
     """Where two motions coexist, each direction shows its own; from rest both would be one."""
     stored = load(study / "both_ways.nc").sel(f=0.5)
     apart = (stored["regime"].sel(direction="up") != stored["regime"].sel(direction="down")).values
     nu = float(stored["nu"].values[np.flatnonzero(apart)[0]])
-    page = new_page(study, "both_ways")
-    menus = {str(menu.name): menu for menu in page.others.children}
+    page = new_page(results, "both_ways")
+    menus = {str(menu.name): menu for menu in page.menus}
     menus["f"].value = "0.5"
     point_at(page, nu)
     struck = {}
@@ -61,12 +62,12 @@ def test_a_followed_motion_is_drawn_from_its_own_section(study):
     assert struck["down"] == 0
 
 
-def test_curves_have_both_directions_and_slices_the_colours_of_their_regions(study):
-    page = new_page(study, "both_ways")
+def test_curves_have_both_directions_and_slices_the_colours_of_their_regions(study, results):
+    page = new_page(results, "both_ways")
     points = page.slices[0].points.data
     assert page.map is None
     assert len(points["at"]) == 2 * 2 * 15  # supports, directions
-    page = new_page(study, "map")
+    page = new_page(results, "map")
     codes, (level, upright) = page.plane.codes(), page.slices
     i, j = page.at
     colours = [page.plane.regions[code].colour for code in codes[j]]
@@ -78,21 +79,21 @@ def test_curves_have_both_directions_and_slices_the_colours_of_their_regions(stu
     np.testing.assert_array_equal(page.map.image.data["image"][0], stored.values.T.astype("f4"))
 
 
-def test_the_document_of_every_scene_is_valid(study):
-    page = new_page(study, "map")
+def test_the_document_of_every_scene_is_valid(results):
+    page = new_page(results, "map")
     document = Document()
     document.add_root(page.root)
     for name in page.scene.options:
         page.scene.value = name
-        for quantity in page.quantity.options[1::7]:
+        for quantity in page.quantity.options[1::12]:
             page.quantity.value = quantity
         assert page.quantity.value != REGIONS
         document.validate()
         document.to_json()  # complex numbers would fail here
 
 
-def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(study):
-    page = new_page(study, "map")
+def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(results):
+    page = new_page(results, "map")
     point_at(page, 1.9, 1.5)
     stored = page.point.stored
     page.point.what_if.spinners["R1"].value = 0.4
@@ -110,8 +111,8 @@ def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(study):
     assert not len(page.point.panel.sources["ghost"].data["time"])
 
 
-def test_the_map_anew_is_the_sweep_with_the_changed_parameter(study):
-    page = new_page(study, "map")
+def test_the_map_anew_is_the_sweep_with_the_changed_parameter(results):
+    page = new_page(results, "map")
     page.point.what_if.spinners["h"].value = 0.3
     page.solve_map()
     assert page.scene.value == "map, h = 0.3"
@@ -127,8 +128,8 @@ def test_the_map_anew_is_the_sweep_with_the_changed_parameter(study):
     assert float(page.plane.dataset["R2"]) == 0.6
 
 
-def test_a_pinned_point_stays_beside_another(study):
-    page = new_page(study, "map")
+def test_a_pinned_point_stays_beside_another(results):
+    page = new_page(results, "map")
     point_at(page, 1.3, 1.5)
     pinned = page.point.panel.sources["motion"].data["v"]
     page.point.toggle_pin()
@@ -143,8 +144,8 @@ def test_a_pinned_point_stays_beside_another(study):
     assert page.point.numbers.text.split("</tr>")[0].count("<td>") == 3
 
 
-def test_coexisting_motions_of_basins_are_a_choice_away(study):
-    page = new_page(study, "starts")
+def test_coexisting_motions_of_basins_are_a_choice_away(results):
+    page = new_page(results, "starts")
     names = page.point.coexisting.options[1:]
     assert len(names) == page.plane.dataset.sizes["attractor_id"]
     for index, name in enumerate(names):
@@ -154,8 +155,8 @@ def test_coexisting_motions_of_basins_are_a_choice_away(study):
             assert_draws(page, row, 3.48)
 
 
-def test_a_link_opens_its_point(study):
-    page = new_page(study, "both_ways", chosen={"scene": "map", "nu": "1.31", "f": "bad"})
+def test_a_link_opens_its_point(results):
+    page = new_page(results, "both_ways", chosen={"scene": "map", "nu": "1.31", "f": "bad"})
     assert page.scene.value == "map"
     assert page.upright.location == pytest.approx(1.3)
     link = dict(part.split("=") for part in page.point.copies.data["link"][0].split("&"))

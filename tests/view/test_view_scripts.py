@@ -1,6 +1,7 @@
 """Scripts that move the crosshair and rebuild motions in the browser, against Python."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ import vibropipe as vp
 from vibropipe.store import load
 from vibropipe.view.page import Page
 from vibropipe.view.rebuild import motion_of
-from vibropipe.view.results import Results, open_results
-from vibropipe.view.save import save_page, saved_document, saved_series, stored_events, thinned
+from vibropipe.view.results import Results
+from vibropipe.view.save import save_page, saved_series, stored_events, thinned
 from vibropipe.view.saved_plan import plan_text
 from vibropipe.view.scripts import source_of
 
@@ -93,8 +94,8 @@ def largest_difference(found, motion):
     return max(float(np.abs(each[same]).max()) for each in errors)
 
 
-def test_the_script_rebuilds_the_motion_of_every_regime(study):
-    plane = Page(open_results(study, study.parent, "map")).plane
+def test_the_script_rebuilds_the_motion_of_every_regime(results):
+    plane = Page(replace(results, first="map")).plane
     rows, events = stored_events(plane)
     cases, motions, regimes = [], [], set()
     for number in range(0, rows["code"].size, 3):
@@ -131,9 +132,8 @@ def test_the_script_has_all_dampings_and_the_resonance(h):
     assert largest_difference(found, motion.sel(tau=slice(1e-6, last - 1e-6))) < 1e-12
 
 
-def fake_page(page, study):
+def fake_page(page):
     """The models that the script of a saved page changes, as plain objects."""
-    document = saved_document(page)
     rows, events = stored_events(page.plane)
     drawn = saved_series(page.plane)
     fields = {f"f{n}": page.plane.field(one).T.ravel() for n, one in enumerate(drawn.values())}
@@ -143,7 +143,7 @@ def fake_page(page, study):
     data = {"image": {"data": {"image": [[0.0]]}}}
     names = ("regions", "words", "outlines", "motion", "jumps", "section", "mass", "law", "numbers",
              "bar", "mapper", "x_range", "drawing_range")  # fmt: skip
-    return document, {
+    return {
         "plan_text": plan_text(page, drawn, list(fields)),
         "fields": {"data": {name: values.tolist() for name, values in fields.items()}},
         "rows": {"data": {name: values.tolist() for name, values in rows.items()}},
@@ -156,10 +156,10 @@ def fake_page(page, study):
     }  # fmt: skip
 
 
-def test_a_saved_page_shows_what_the_server_shows(study):
+def test_a_saved_page_shows_what_the_server_shows(results):
     """The whole script: motion, jumps, slices and text of a point that was not shown before."""
-    page = Page(open_results(study, study.parent, "map"))
-    _document, models = fake_page(page, study)
+    page = Page(replace(results, first="map"))
+    models = fake_page(page)
     nu, f = (float(values[6]) for values in page.plane.values)
     models["upright"]["location"], models["across"]["location"] = nu, f
     models["cb_obj"] = models["upright"]
@@ -188,9 +188,9 @@ def test_a_saved_page_shows_what_the_server_shows(study):
     assert found["walls"][0]["bottom"] == pytest.approx(0.51)
 
 
-def test_a_saved_page_loads_nothing_from_outside(study, tmp_path):
+def test_a_saved_page_loads_nothing_from_outside(results, tmp_path):
     path = tmp_path / "page.html"
-    save_page(open_results(study, study.parent, "map"), path)
+    save_page(replace(results, first="map"), path)
     text = path.read_text(encoding="utf-8")
     assert "<script src" not in text
     assert "<link" not in text

@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 import xarray as xr
 from bokeh.events import DocumentReady, Pan, Tap
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, CustomJS, Select, Span
+from bokeh.models import ColumnDataSource, CustomJS, LayoutDOM, Select, Spacer, Span
 from bokeh.plotting import figure
 
 from vibropipe.scenes.sweep.quantities import Series
@@ -66,8 +66,8 @@ class Page:
             title="scene", options=names, value=results.first or names[0], width=220, name="scene"
         )
         self.quantity = Select(title="map", width=380, name="quantity")
-        self.others = row()
-        self.left = column()
+        self.others = row(Spacer(width=0))
+        self.left = column(Spacer(width=0))
         head = row(self.scene, self.quantity, self.others)
         self.root = column(
             head, row(self.left, self.point.root), self.point.what_if.root, name="page"
@@ -102,12 +102,14 @@ class Page:
         is_map = len(self.plane.axes) > 1
         self.y_axis.data = {"at": self.plane.values[1] if is_map else []}
         self.across.visible = is_map
-        self._build(is_map)
+        panels = self._panels(is_map)
         self.point.what_if.open(self.plane)
         self.at: tuple[int, ...] | None = None
         self.quantity.update(options=[REGIONS, *self.plane.series], value=REGIONS)
         self._is_opening = False
         self._show_quantity()
+        # with their data: a browser finds no ranges of empty panels
+        self.left.children = panels
 
     def _take(self, chosen: Mapping[str, str]) -> None:
         """Place the crosshair at chosen numbers, else in the middle, and choose the other dimensions."""
@@ -125,8 +127,8 @@ class Page:
             if chosen.get(name) in texts:
                 self.plane.further[name] = texts.index(chosen[name])
 
-    def _build(self, is_map: bool) -> None:
-        """Make the panels of the plane: a map with two slices, or curves."""
+    def _panels(self, is_map: bool) -> list[LayoutDOM]:
+        """Make and return the panels of the plane: a map with two slices, or curves."""
         self.borders = Borders(self.plane)
         self.map = MapPanel(self.plane, self.across, self.upright) if is_map else None
         beside = None if self.map is None else self.map.figure
@@ -134,14 +136,14 @@ class Page:
         level = self.slices[0].figure
         self._listen(level, "x")
         self.overlays = Overlays(beside or level)
+        self.menus = [self._select(name) for name in self.plane.further_dims]
+        self.others.children = self.menus or [Spacer(width=0)]
         if self.map is None:
-            self.left.children = [level]
-        else:
-            self.slices.append(Slice(self.plane, 1, self.across, beside))
-            self._listen(self.slices[1].figure, "y")
-            self._listen(self.map.figure, "both")
-            self.left.children = [row(self.map.figure, self.slices[1].figure), level]
-        self.others.children = [self._select(name) for name in self.plane.further_dims]
+            return [level]
+        self.slices.append(Slice(self.plane, 1, self.across, beside))
+        self._listen(self.slices[1].figure, "y")
+        self._listen(self.map.figure, "both")
+        return [row(self.map.figure, self.slices[1].figure), level]
 
     def _select(self, name: str) -> Select:
         """Return the menu of a dimension that is no axis."""
@@ -201,7 +203,7 @@ class Page:
         """Show the motion and the numbers of the row at indices of the axes."""
         number_of_row, point = self.plane.row_number(at), values_at(self.plane, at)
         values = dict(zip(self.plane.axes, point, strict=True))
-        for name in self.others_shown:
+        for name in self.plane.further_dims:
             values[name] = self.plane.dataset[name].values[self.plane.further[name]]
         marks = [
             f"{symbol(self.plane.dataset[name])} = {value_of(self.plane.dataset[name], value)}"
@@ -213,11 +215,6 @@ class Page:
         stored = self.plane.row(number_of_row) if number_of_row >= 0 else None
         border = self.borders.sentence(at, point)
         self.point.show(stored, ", ".join(marks), border, link, self._coexisting(at))
-
-    @property
-    def others_shown(self) -> list[str]:
-        """The dimensions that are no axis and have a menu."""
-        return [str(each.name) for each in self.others.children]
 
     def _coexisting(self, at: tuple[int, ...]) -> dict[str, Callable[[], xr.Dataset]]:
         """Return the attractors of basins at a point by name, each as what returns its row."""

@@ -107,7 +107,7 @@ def saved_document(page: Page) -> Document:
     page.quantity.options = [REGIONS, *drawn]
     for span in (page.upright, page.across):
         span.js_on_change("location", callback)
-    for menu in (page.quantity, *page.others.children):
+    for menu in (page.quantity, *page.menus):
         menu.js_on_change("value", callback)
     document = Document()
     right = column(
@@ -116,7 +116,7 @@ def saved_document(page: Page) -> Document:
         row(point.drawing.figure, point.drawing.button),
         row(point.panel.portrait, point.numbers),
     )
-    head = row(page.quantity, *page.others.children)
+    head = row(page.quantity, *page.menus)
     document.add_root(column(head, row(page.left, right)))
     for event, script in page.scripts.items():
         document.js_on_event(event, script)
@@ -133,7 +133,7 @@ def _models(page: Page) -> dict[str, Any]:
         found = {name: getattr(page.map, name) for name in found}
     return found | {
         "upright": page.upright, "across": page.across, "x_axis": page.x_axis, "y_axis": page.y_axis,
-        "quantity": page.quantity, "menus": list(page.others.children),
+        "quantity": page.quantity, "menus": list(page.menus),
         "slices": [[each.points, each.lines, each.ruler] for each in page.slices],
         "motion": panel.sources["motion"], "jumps": panel.jumps, "section": panel.section,
         "x_range": panel.x_range, "drawing_range": drawing.x_range, "mass": drawing.mass,

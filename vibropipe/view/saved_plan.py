@@ -31,7 +31,7 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
     plane = page.plane
     sizes = [plane.dataset.sizes[name] for name in plane.dims]
     strides = {name: int(np.prod(sizes[n + 1 :])) for n, name in enumerate(plane.dims)}
-    menus, labels = page.others_shown, list(drawn)
+    menus, labels = page.plane.further_dims, list(drawn)
     is_curved = plane.directions != [""]
     plan = {
         "strides": [strides[name] for name in plane.axes],

@@ -1,0 +1,128 @@
+"""What else is known at a point: branches and boundaries over the map, texts to go on with, units."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_study import EXCITER
+
+import vibropipe as vp
+from vibropipe.scenes.registry import kind_of
+from vibropipe.store import load, write
+from vibropipe.study.loading import study_of_text
+from vibropipe.view.overlays import belongs, boundaries, branches
+from vibropipe.view.page import Page
+from vibropipe.view.plane import Plane
+from vibropipe.view.results import Results, open_results
+from vibropipe.view.slices import shown_series
+
+UNITS = """
+title: Units
+physical: {m: 2 kg, C: 8 N/mm, H: 25 N s/m, l: 8 mm, delta: 0.1 mm}
+exciter: {R1: 0.7, R2: 0.7}
+scenes:
+  response:
+    kind: sweep
+    over:
+      F: {start: 20 N, stop: 120 N, points: 9}
+      omega: {start: 30 rad/s, stop: 150 rad/s, points: 9}
+"""
+
+
+@pytest.fixture(scope="module")
+def branch():
+    parameters = {**EXCITER.parameters()._asdict(), "nu": 1.0, "f": 0.5}
+    return vp.branch(vp.Exciter(**parameters), "nu", (0.8, 2.6), switch=("grazing",))
+
+
+@pytest.fixture(scope="module")
+def si_page(tmp_path_factory):
+    study = study_of_text(UNITS, "units")
+    scene = study.scene("response")
+    path = tmp_path_factory.mktemp("si") / "response.nc"
+    write(kind_of(scene).solve(scene), path)
+    page = Page(open_results(path, path.parent), background=lambda work: work())
+    page.upright.location, page.across.location = 82.5, 75.0
+    return page
+
+
+def test_branches_lie_on_the_map_and_on_the_curves(study, branch):
+    whole, curves = Plane(load(study / "map.nc")), Plane(load(study / "both_ways.nc"), {"f": 0})
+    for plane, series in ((whole, None), (curves, shown_series(curves, None)[0])):
+        pieces = list(branches({"laws": branch}, plane, series))
+        assert {piece["stable"] for piece in pieces} == {True, False}
+        assert sum(piece["x"].size for piece in pieces) >= branch.sizes["point"]
+    drawn = np.concatenate([piece["y"] for piece in branches({"laws": branch}, whole, None)])
+    assert set(drawn) == {0.5}
+    assert not list(branches({"laws": branch}, Plane(load(study / "both_ways.nc"), {"f": 1}), None))
+    assert not list(branches({"laws": branch.assign_coords(h=0.3)}, whole, None))
+
+
+def test_boundaries_lie_over_the_map_of_their_parameters(study):
+    plane = Plane(load(study / "map.nc"))
+    grazing = vp.boundary(EXCITER, "grazing", within=((0.8, 1.4), (0.1, 0.8)), lines=2)
+    curves = list(boundaries({"borders": grazing}, plane))
+    assert curves
+    assert {each["kind"] for each in curves} == {"grazing"}
+    assert sum(each["x"].size for each in curves) == grazing.sizes["point"]
+    assert not belongs(grazing.assign_coords(R1=0.71), plane, plane.axes)
+    page = Page(Results("t", {"map": load(study / "map.nc"), "borders": grazing}, "map"))
+    assert set(page.overlays.curves.data["text"]) == {"grazing (borders)"}
+
+
+def test_basins_at_a_point_of_a_map_are_offered_there(study):
+    starts = load(study / "starts.nc")
+    same = {name: float(starts[name]) for name in ("l", "h", "delta", "R1", "R2")}
+    around = vp.sweep(
+        vp.Exciter(**same), {"nu": np.linspace(3.4, 3.56, 9), "f": np.linspace(0.5, 0.9, 9)}
+    )
+    page = Page(Results("t", {"map": around, "starts": starts}, "map"))
+    assert "basins: starts" in page.overlays.marks.data["text"]
+    page.upright.location, page.across.location = 3.48, 0.7
+    assert len(page.point.coexisting.options) == 1 + starts.sizes["attractor_id"]
+    page.upright.location = 3.56
+    assert not page.point.coexisting.visible
+
+
+@pytest.mark.parametrize("is_physical", [False, True])
+def test_the_copied_texts_make_the_motion_again(results, si_page, is_physical):
+    page = si_page if is_physical else Page(replace(results, first="map"))
+    stored, shown = page.point.stored, page.point.panel.jumps.data
+    copied = study_of_text(page.point.copies.data["yaml"][0], "copied").scene("point")
+    motion = kind_of(copied).solve(copied)
+    n = shown["before"].size
+    np.testing.assert_allclose(motion["impact_velocity"].values[:n], shown["before"], atol=1e-9)
+    names: dict = {}
+    exec(page.point.copies.data["python"][0], names)
+    np.testing.assert_allclose(
+        names["row"]["impact_velocity"].values, stored["impact_velocity"].values, atol=1e-9
+    )
+    clock = "impact_time" if is_physical else "impact_tau"
+    np.testing.assert_allclose(names["motion"][clock].values[:n], shown["time"], atol=1e-9)
+
+
+def test_a_study_with_units_is_shown_in_them(si_page):
+    jumps, stored = si_page.point.panel.jumps.data, si_page.point.stored
+    np.testing.assert_allclose(np.sort(jumps["before"]), np.sort(stored["impact_velocity"].values))
+    assert jumps["time"].max() < 2 * np.pi / 75.0
+    assert "F = 82.5 N, ω = 75 rad/s" in si_page.point.law.text
+    assert "N·s</td>" in si_page.point.numbers.text
+    si_page.point.what_if.spinners["H"].value = 40.0
+    si_page.solve_map()
+    again = study_of_text(UNITS.replace("25 N s/m", "40 N s/m"), "units").scene("response")
+    expected, found = kind_of(again).solve(again), si_page.plane.dataset
+    for name in ("regime", "displacement_mean", "impact_velocity", "omega"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9, atol=1e-12)
+    si_page.scene.value = "response"
+
+
+def test_a_motion_without_an_orbit_shows_its_section(results):
+    page = Page(replace(results, first="map"))
+    regime = page.plane.dataset["regime"].values
+    i, j = (int(each[0]) for each in np.nonzero(regime == 5))
+    page.upright.location, page.across.location = page.plane.values[0][i], page.plane.values[1][j]
+    assert "Aperiodic" in page.point.law.text
+    assert "Poincaré section" in page.point.law.text
+    assert len(page.point.panel.section.data["x"]) > 300
+    first = page.point.panel.section.data["x"][0]
+    assert first == float(page.point.stored["displacement_strobe"])

@@ -89,7 +89,7 @@ def test_the_document_of_every_scene_is_valid(results):
             page.quantity.value = quantity
         assert page.quantity.value != REGIONS
         document.validate()
-        document.to_json()  # complex numbers would fail here
+    document.to_json()  # complex numbers would fail here
 
 
 def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(results):

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 
+from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.named import Named
 from vibropipe.solve.points import Points, clipped
 
 # Steps of central differences over the size of a parameter: orbits are known to some 1e-13, and the error of a
 # difference is least near the cube root.
 STEP = 3e-5
-Solve = Callable[[np.ndarray, np.ndarray], Points]
 Read = Callable[[Points], np.ndarray]
+Difference = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Solve(Protocol):
+    """Solves points (n, p) from starts (n, 2), with the output `sensitivity` if it is asked for."""
+
+    def __call__(
+        self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False
+    ) -> Points:
+        """Return the solved points."""
 
 
 def parameter_steps(parameters: np.ndarray, columns: Sequence[int], step: float) -> np.ndarray:
@@ -31,10 +43,11 @@ def values_and_jacobian(
     columns: Sequence[int],
     solve: Solve,
     read: Read,
-    difference: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    difference: Difference,
     step: float = STEP,
+    names: Sequence[Named] | None = None,
 ) -> tuple[Points, np.ndarray, np.ndarray]:
-    """Return the solved point, its quantities (q,), and their derivatives (q, columns) by central differences.
+    """Return the solved point, its quantities (q,), and their derivatives (q, columns).
 
     Parameters
     ----------
@@ -43,15 +56,56 @@ def values_and_jacobian(
         Start near the orbit.
     columns : sequence of int
         Parameters by which the derivatives are taken.
-    solve, read : callable
-        Solve points (n, p) from starts (n, 2); return the quantities (n, q) of solved points.
+    solve : Solve
+    read : callable
+        Returns the quantities (n, q) of solved points.
     difference : callable
         Returns the difference of two rows of quantities.
     step : float
-        Of the differences, over the size of a parameter.
+        Of differences, over the size of a parameter.
+    names : sequence of Named, optional
+        The quantities that `read` returns, if they have exact derivatives. Those that are undefined, as of an amplitude
+        that vanishes, and all without names are central differences.
+    """
+    if names is None:
+        return by_differences(parameters, state, columns, solve, read, difference, step)
+    point = solve(parameters[None], state[None], sensitivity=True)
+    values, jacobian = read(point)[0], exact_slopes(point, names, columns)[0]
+    missing = np.isnan(jacobian) & np.isfinite(values)[:, None]
+    if missing.any() and point.is_stable[0]:
+        _, _, differences = by_differences(
+            parameters, state, columns, solve, read, difference, step
+        )
+        jacobian = np.where(missing, differences, jacobian)
+    return point, values, jacobian
 
-    Notes
-    -----
+
+def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int]) -> np.ndarray:
+    """Return the derivatives (n, names, columns) of quantities by parameters; NaN where there is none."""
+    found = np.full((len(points.parameters), len(names), len(columns)), np.nan)
+    for row, name in enumerate(names):
+        for k, column in enumerate(columns):
+            parameter = Parameters._fields[column]
+            if name.is_parameter:
+                found[:, row, k] = float(name.variable == parameter)
+            elif parameter in DIFFERENTIATED and not name.is_of_law:
+                found[:, row, k] = name.slopes(points.variables, DIFFERENTIATED.index(parameter))
+            elif name.is_of_law:
+                found[:, row, k] = 0.0
+    return found
+
+
+def by_differences(
+    parameters: np.ndarray,
+    state: np.ndarray,
+    columns: Sequence[int],
+    solve: Solve,
+    read: Read,
+    difference: Difference,
+    step: float,
+) -> tuple[Points, np.ndarray, np.ndarray]:
+    """Return the same as `values_and_jacobian` by central differences.
+
     A neighbour with another law of motion is left out: its derivative is one-sided, or 0 with none on either side.
     """
     k = len(columns)

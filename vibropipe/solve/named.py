@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, quantity
 
 if TYPE_CHECKING:
     from vibropipe.solve.label import Variables
@@ -100,6 +100,13 @@ class Named(NamedTuple):
             return parameters[:, Parameters._fields.index(self.variable)]
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
+        real: np.ndarray = column.imag if self.part == "im" else column.real
+        return real.astype(float)
+
+    def slopes(self, variables: Variables, parameter: int) -> np.ndarray:
+        """Return its derivatives (rows,) by one of the parameters of the output `sensitivity`."""
+        slopes = variables[self.variable + SENSITIVITY_SUFFIX][1][..., parameter]
+        column = slopes if self.number is None else slopes[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real
         return real.astype(float)
 

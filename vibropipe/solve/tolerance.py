@@ -164,8 +164,9 @@ def spread_variables(
     columns = [Parameters._fields.index(name) for name in sigma]
     deviations = np.array(list(sigma.values()))
 
-    def near(rows: np.ndarray, states: np.ndarray) -> Points:
-        return solve_points(rows, (states[:, 0], states[:, 1]), OUTPUTS, harmonics)
+    def near(parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
+        outputs = (*OUTPUTS, "sensitivity") if sensitivity else OUTPUTS
+        return solve_points(parameters, (states[:, 0], states[:, 1]), outputs, harmonics)
 
     def read(points: Points) -> np.ndarray:
         return points.values(names)
@@ -174,7 +175,9 @@ def spread_variables(
         each = [name.difference(one[..., n], two[..., n]) for n, name in enumerate(names)]
         return np.stack(each, axis=-1)
 
-    _, own, slopes = values_and_jacobian(base, point.states[0], columns, near, read, difference)
+    _, own, slopes = values_and_jacobian(
+        base, point.states[0], columns, near, read, difference, names=names
+    )
     slopes = np.where(np.isfinite(own)[:, None], slopes, np.nan)
     effects = slopes * deviations
     moves = np.vstack([scattered(len(sigma), n), box(len(sigma), reach)]) * deviations

@@ -6,7 +6,6 @@ import numpy as np
 
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.design.problem import Problem
-from vibropipe.solve.gradient import values_and_jacobian
 from vibropipe.solve.points import clipped
 from vibropipe.solve.tolerance import box
 from vibropipe.words.parameters import DEFAULTS
@@ -35,9 +34,7 @@ def needed_tolerances(problem: Problem, parameters: np.ndarray, state: np.ndarra
         for column, name in enumerate(Parameters._fields)
         if name in ("nu", *problem.vary) or parameters[column] != DEFAULTS.get(name)
     ]
-    _, values, slopes = values_and_jacobian(
-        parameters, state, columns, problem.near, problem.read, problem.difference, problem.step
-    )
+    _, values, slopes = problem.linearised(parameters, state, columns)
     widths = LARGEST * np.abs(parameters[columns])
     half = parameters[Parameters._fields.index("l")]
     widths = np.where(widths > 0, widths, LARGEST * half)

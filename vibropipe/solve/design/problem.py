@@ -11,13 +11,13 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.solve import curve_fit
 from vibropipe.solve.design.goals import MET, Goals
-from vibropipe.solve.gradient import STEP, values_and_jacobian
+from vibropipe.solve.gradient import STEP, exact_slopes, values_and_jacobian
 from vibropipe.solve.named import SENSITIVITY, Named, harmonics_of, outputs_of
 from vibropipe.solve.points import Points, solve_points, within_ranges
 from vibropipe.words.outputs import OUTPUTS
 
-# Steps of differences of what is itself a difference.
-WIDE_STEP = 2e-3
+# The output of derivatives.
+OUTPUT = "sensitivity"
 
 
 @dataclass(frozen=True)
@@ -76,12 +76,8 @@ class Problem:
     def outputs(self) -> tuple[str, ...]:
         """Outputs that the quantities need."""
         wanted = {*outputs_of(self.names), *(curve_fit.OUTPUTS if self.goals.curve else ())}
+        wanted |= {OUTPUT} if any(name.derived for name in self.names) else set()
         return tuple(name for name in OUTPUTS if name in wanted)
-
-    @cached_property
-    def step(self) -> float:
-        """Relative step of differences."""
-        return WIDE_STEP if any(name.derived for name in self.names) else STEP
 
     def parameters(self, shares: np.ndarray) -> np.ndarray:
         """Return the parameters (n, p) of points (n, k) in shares of the ranges."""
@@ -97,10 +93,22 @@ class Problem:
         """Return the motions that settle from the start at parameters (n, p)."""
         return solve_points(parameters, (self.x0, self.v0), self.outputs, harmonics_of(self.names))
 
-    def near(self, parameters: np.ndarray, states: np.ndarray) -> Points:
-        """Return the motions that settle from states (n, 2)."""
+    def near(self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
+        """Return the motions that settle from states (n, 2), with their sensitivities if they are asked for."""
         start = states[:, 0], states[:, 1]
-        return solve_points(parameters, start, self.outputs, harmonics_of(self.names))
+        outputs = (*self.outputs, OUTPUT) if sensitivity else self.outputs
+        return solve_points(
+            parameters, start, tuple(dict.fromkeys(outputs)), harmonics_of(self.names)
+        )
+
+    def linearised(
+        self, parameters: np.ndarray, state: np.ndarray, columns: list[int]
+    ) -> tuple[Points, np.ndarray, np.ndarray]:
+        """Return the motion near a state, its quantities as `read` returns them, and their derivatives (q, columns)."""
+        return values_and_jacobian(
+            parameters, state, columns, self.near, self.read, self.difference, STEP,
+            None if self.goals.curve or any(name.derived for name in self.names) else self.names,
+        )  # fmt: skip
 
     def read(self, points: Points) -> np.ndarray:
         """Return the wanted quantities (n, names) and then the misses of the curve, if one is wanted."""
@@ -116,18 +124,14 @@ class Problem:
 
     def _derived(self, points: Points, name: Named) -> np.ndarray:
         """Return standard deviations or sensitivities (n,) of a quantity."""
-        plain = name.plain()
         of = [name.parameter] if name.derived == SENSITIVITY else list(self.tolerance)
         columns = [Parameters._fields.index(each) for each in of]
-        derived = np.full(len(points.parameters), np.nan)
-        for row in np.flatnonzero(points.is_stable):
-            _, _, jacobian = values_and_jacobian(
-                points.parameters[row], points.states[row], columns, self.near,
-                lambda solved: solved.values([plain]), plain.difference,
-            )  # fmt: skip
-            scaled = jacobian[0] * [self.tolerance.get(each, 1.0) for each in of]
-            derived[row] = scaled[0] if name.derived == SENSITIVITY else np.linalg.norm(scaled)
-        return derived
+        slopes = exact_slopes(points, [name.plain()], columns)[:, 0]
+        if name.derived == SENSITIVITY:
+            return slopes[:, 0]
+        scaled = slopes * np.array([self.tolerance[each] for each in of])
+        std: np.ndarray = np.linalg.norm(scaled, axis=1)
+        return std
 
     def difference(self, one: np.ndarray, two: np.ndarray) -> np.ndarray:
         """Return one - two of quantities as `read` returns them, phases between -pi and pi."""

@@ -10,7 +10,6 @@ import numpy as np
 
 from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
-from vibropipe.solve.gradient import values_and_jacobian
 from vibropipe.solve.named import Named
 
 # Residual in place of that of a trial with another law of motion: steps that lead there are refused.
@@ -84,10 +83,7 @@ class Search:
             return self._tried[key]
         problem = self.problem
         parameters = problem.parameters(share[None])[0]
-        point, values, jacobian = values_and_jacobian(
-            parameters, self.state, problem.columns, problem.near, problem.read,
-            problem.difference, problem.step,
-        )  # fmt: skip
+        point, values, jacobian = problem.linearised(parameters, self.state, problem.columns)
         valid = bool(problem.is_valid(point, values[None])[0] and (point.laws[0] == self.law).all())
         trial = Trial(share, values, jacobian * problem.width, point.states[0], valid)
         self._tried[key] = trial

@@ -117,7 +117,7 @@ def test_pictures_of_the_spread_say_what_to_add(dataset):
 def test_the_front_is_drawn(tmp_path):
     text = (
         STUDY[: STUDY.index("    target")]
-        + "    minimise: [impact_velocity_max_1, -displacement_amplitude_1]\n    samples: 32\n"
+        + "    minimise: [impact_velocity_max_1, -displacement_amplitude_1]\n    samples: 16\n"
     )
     scene = load(tmp_path, text).scenes["shifted"]
     front = kind_of(scene).solve(scene)

@@ -31,7 +31,8 @@ class RowResults(NamedTuple):
 
     The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
     all rows, one row after the other. While rows are solved, their length is the capacity (`solve.rows`). The last
-    dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it.
+    dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
+    rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity).
     """
 
     regime: np.ndarray
@@ -66,6 +67,8 @@ class RowResults(NamedTuple):
     d_energy: np.ndarray
     d_velocity_max: np.ndarray
     d_impacts: np.ndarray
+    e_row: np.ndarray
+    e_impacts: np.ndarray
 
 
 @jit_inline

@@ -21,9 +21,10 @@ from vibropipe.words.vocabulary import physical_name
 
 # Least seconds in which a job loads libraries and compiled kernels.
 MIN_LOAD_SECONDS = 0.7
-# Bytes of a row without outputs and of an impact; usual impacts of an orbit; samples of an orbit.
+# Bytes of a row without outputs, of an impact, and of the error of a number; usual impacts and samples of an orbit.
 ROW_BYTES = 96
 IMPACT_BYTES = 21
+ERROR_BYTES = 4
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
 # Subharmonics per harmonic, and sections of a row.
@@ -173,9 +174,9 @@ def grid_size(scene: BaseScene) -> str:
 def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS) -> float:
     """Return the bytes of one steady state with some outputs and a number of impacts."""
     costs = {
-        "harmonics": 2 * 8 + 4 * 8 * harmonics,
-        "impacts": 4 + 2 * 8 + impacts * IMPACT_BYTES,
-        "stability": 2 * 16 + 1,
+        "harmonics": 2 * 8 + 4 * 8 * harmonics + ERROR_BYTES * (1 + 2 * harmonics),
+        "impacts": 4 + 2 * (8 + ERROR_BYTES) + impacts * (IMPACT_BYTES + 2 * ERROR_BYTES),
+        "stability": 2 * 16 + 1 + 2 * ERROR_BYTES,
         "motion": 2 * 8 * PHASE_SAMPLES,
         "energy": 5 * 8,
         "subharmonics": 2 * 8 * SUBHARMONICS * harmonics,
@@ -183,7 +184,11 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
         "lyapunov": 2 * 8,
     }
     requested = list(outputs)
-    size = ROW_BYTES + sum(costs[output] for output in requested if output != "sensitivity")
+    size = (
+        ROW_BYTES
+        + 2 * ERROR_BYTES
+        + sum(costs[output] for output in requested if output != "sensitivity")
+    )
     if "sensitivity" in requested:
         # A derivative by each parameter beside every number that has one.
         numbers = {

@@ -15,6 +15,7 @@ from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import LOAD
+from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
@@ -212,6 +213,8 @@ def solve_points(
         np.empty(2 * n + 2), out,
     )  # fmt: skip
     out = compact_impacts(out)
+    if "impacts" in outputs:
+        out = with_errors(out, parameters, max(n, 1))
     if "sensitivity" in outputs:
         out = with_impact_derivatives(out)
         differentiate_rows(ALL_EFFECTS, parameters, out, max(n, 1), 1)

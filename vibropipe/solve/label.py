@@ -10,6 +10,7 @@ import numpy as np
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.derivatives import DIFFERENTIATED
+from vibropipe.solve.accuracy.orbit_errors import label_errors
 from vibropipe.solve.rows import PHASES, SUBHARMONICS_PER_HARMONIC
 from vibropipe.solve.sensitivity import label_derivatives
 from vibropipe.solve.unsolved import is_solved
@@ -83,6 +84,8 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.exponent.size > 0:
         variables["lyapunov_exponent"] = (("row",), rows.exponent[:, 0])
         variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
+    if rows.e_row.size > 0:
+        variables |= label_errors(rows, nu, parameters)
     if rows.d_section.size > 0:
         variables |= label_derivatives(rows, nu)
     return variables

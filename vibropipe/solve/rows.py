@@ -24,6 +24,7 @@ from vibropipe.orbits.row import (
     sample_sections,
     solve_row_chains,
 )
+from vibropipe.orbits.sensitivity.errors import COLUMNS, with_errors
 from vibropipe.orbits.sensitivity.rows import (
     differentiate_rows,
     new_derivatives,
@@ -123,6 +124,8 @@ def new_rows(
         ),
         poincare=zeros(2, LISTED_PERIODS, when="poincare"),
         exponent=zeros(2, when="lyapunov"),
+        e_row=np.empty((0, COLUMNS)),
+        e_impacts=np.empty((0, 2)),
         **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs),
     )
 
@@ -208,7 +211,9 @@ class _Solver:
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
         pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
         terms = 5 if self.effects.has_pieces else 4
-        out = new_rows(len(values), self.harmonics, self.outputs, self.of_thread.buffer, terms)
+        # The error of an orbit follows from its impacts, requested or not.
+        computed = self.outputs if "impacts" in self.outputs else (*self.outputs, "impacts")
+        out = new_rows(len(values), self.harmonics, computed, self.of_thread.buffer, terms)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
         limits = self.max_periods, self.patience
@@ -216,12 +221,12 @@ class _Solver:
         solve_piece(self.effects, values, starts, chain, *limits, out, *pieces)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
-        rows = mask_unsolved(compact_impacts(out))
+        rows = with_errors(mask_unsolved(compact_impacts(out)), values, ORBIT_LOG_CAPACITY)
         if "sensitivity" in self.outputs:
             rows = with_impact_derivatives(rows)
             differentiate_rows(self.effects, values, rows, ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY)
         add_load(rows, load)
-        return rows
+        return rows if "impacts" in self.outputs else without_impacts(rows)
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
@@ -338,6 +343,15 @@ def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResu
         RowResults(*map(np.concatenate, zip(*each, strict=True)))
         for each in zip(*parts, strict=True)
     ]
+
+
+def without_impacts(rows: RowResults) -> RowResults:
+    """Return the results without what the output `impacts` adds."""
+    names = (
+        *("impact_count", "impact_position", "impact_velocity", "impact_support"),
+        *("impact_velocity_max", "d_velocity_max", "d_impacts", "e_impacts"),
+    )
+    return rows._replace(**{name: getattr(rows, name)[:0] for name in names})
 
 
 def compact_impacts(out: RowResults) -> RowResults:

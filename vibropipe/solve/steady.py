@@ -89,6 +89,9 @@ def steady_state(
             Largest Lyapunov exponent per unit of tau, and its standard error. Of an orbit log|multiplier| / (m T), T
             the forcing period, with error 0; -inf where a rest erases every perturbation. Without an orbit: the mean
             growth of a perturbation [4]_ over the last 70 forcing periods, with the error from blocks of 5 of them.
+        <name>_error
+            Error estimate (float32) of the state at the start of the orbit, the harmonics of displacement, multipliers,
+            and impacts: rounding and residual, carried through the inverse that closes the orbit. NaN without an orbit.
         <name>_sensitivity (..., parameter)
             With the output sensitivity: the derivative, by each parameter, of the state at the start of the orbit and
             of the quantities of harmonics, impacts, stability, energy, subharmonics and lyapunov that are requested

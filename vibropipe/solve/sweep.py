@@ -15,7 +15,7 @@ from vibropipe.physics.effects import effect_names, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
-from vibropipe.solve.accuracy.row_errors import perturbed_rows, row_errors, with_error
+from vibropipe.solve.accuracy.row_errors import row_errors, with_error
 from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
@@ -208,12 +208,16 @@ def solve_blocks(
     if e.has_pieces and "sensitivity" in requested_outputs:
         must = "must not include sensitivity where there are soft supports or friction"
         raise ParameterError("outputs", outputs, must=must, got="")
+    if e.has_pieces and max_error is not None:
+        must = (
+            "must be left out where there are soft supports or friction, whose errors are not known"
+        )
+        raise ParameterError("accuracy", accuracy, must=must)
     attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)
-        unperturbed = grid.parameters(Parameters._fields, numbers)
-        return [unperturbed] if max_error is None else [unperturbed, perturbed_rows(unperturbed)]
+        return [grid.parameters(Parameters._fields, numbers)]
 
     row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
     start = starts_of_rows(grid, x0, v0, row_start)
@@ -241,11 +245,9 @@ def _label(
     import xarray as xr
 
     stop = start + len(parameters[0])
-    variables, *perturbed = map(label_rows, solved, parameters)
+    variables = label_rows(solved[0], parameters[0])
     if max_error is not None:
-        variables = with_error(
-            variables, row_errors(parameters[0], variables, *perturbed), max_error
-        )
+        variables = with_error(variables, row_errors(parameters[0], variables), max_error)
     variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
     names = list(grid.values)
     swept = grid.parameters(names, np.arange(start, stop))

@@ -154,6 +154,9 @@ def _ordered(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[str]:
 def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
     """Return the columns of a quantity: codes by name, the parts of complex numbers apart."""
     flat = np.asarray(values.values).ravel()
+    if flat.dtype == np.float32:
+        # A text of fewer digits would be read as another number.
+        flat = flat.astype(float)
     if flat.dtype.kind == "c":
         real, imaginary = part_names(name)
         return [(real, flat.real), (imaginary, flat.imag)]

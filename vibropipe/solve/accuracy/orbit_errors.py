@@ -1,0 +1,100 @@
+"""Errors of labelled quantities of orbits, from those of their sections, impacts and return maps.
+
+They estimate rounding and the residual, carried through the inverse that closes the orbit
+(`orbits.sensitivity.errors`); NaN without an orbit. Their two digits need no more than single precision.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.orbits.harmonics import RESONANT
+from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.sensitivity.errors import (
+    IMPULSES,
+    PHASES,
+    SPEED_1,
+    TRACE,
+    TURN,
+    ULP,
+    V,
+    X,
+)
+from vibropipe.physics.derivatives import H
+from vibropipe.words.vocabulary import ERROR_SUFFIX
+
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+# Factor of the root mean square of four samples, which may happen to be small.
+SAFETY = 1.5
+
+
+def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Variables:
+    """Label the errors of compacted results.
+
+    Parameters
+    ----------
+    rows : RowResults
+        With `e_row` and `e_impacts`.
+    nu : (rows,) array
+        Frequency of the first harmonic.
+    parameters : (rows, parameters) array
+
+    Returns
+    -------
+    Variables
+        `<name>_error` over the dimensions of `<name>`, float32.
+    """
+    e = SAFETY * rows.e_row
+    labelled: Variables = {
+        "displacement_strobe": (("row",), e[:, X]),
+        "velocity_strobe": (("row",), e[:, V]),
+    }
+    if rows.amplitudes.size > 0:
+        errors = _harmonics(rows, e, nu, parameters[:, H])
+        size = np.abs(rows.amplitudes[:, 1:])
+        labelled["displacement_mean"] = (("row",), errors[:, 0])
+        labelled["displacement_amplitude"] = (("row", "harmonic"), 2.0 * errors[:, 1:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turned = np.where(errors[:, 1:] > 0.0, errors[:, 1:] / size, 0.0)
+        # A phase of nothing is any.
+        labelled["displacement_phase"] = (("row", "harmonic"), np.minimum(turned, np.pi))
+    if rows.multipliers.size > 0:
+        labelled["floquet_multiplier"] = (("row", "multiplier"), _multipliers(rows, e[:, TRACE]))
+    if rows.impact_count.size > 0:
+        labelled["impact_phase"] = (("impact",), SAFETY * rows.e_impacts[:, 0])
+        labelled["impact_velocity"] = (("impact",), SAFETY * rows.e_impacts[:, 1])
+        speeds = e[:, SPEED_1:TURN]
+        is_struck = ~np.isnan(rows.impact_velocity_max)
+        labelled["impact_velocity_max"] = (("row", "support"), np.where(is_struck, speeds, np.nan))
+    return {
+        name + ERROR_SUFFIX: (dims, values.astype(np.float32))
+        for name, (dims, values) in labelled.items()
+    }
+
+
+def _harmonics(rows: RowResults, e: np.ndarray, nu: np.ndarray, h: np.ndarray) -> np.ndarray:
+    """Return the errors of the complex amplitudes (rows, harmonics + 1)."""
+    k = np.arange(rows.amplitudes.shape[1])
+    w = k * nu[:, None]
+    stiffness = np.hypot((1.0 - w) * (1.0 + w), h[:, None] * w)
+    size = np.abs(rows.amplitudes)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        errors = (e[:, IMPULSES, None] + k * e[:, PHASES, None] + ULP * size) / stiffness
+    # Near resonance amplitudes are integrals of the motion.
+    along = e[:, X, None] + e[:, V, None] / np.minimum(1.0, nu)[:, None]
+    errors = np.where(stiffness < RESONANT, along + 8.0 * ULP * size, errors)
+    is_struck = (rows.impacts.sum(axis=1) > 0)[:, None]
+    still = np.where(size > 0.0, e[:, IMPULSES, None], 0.0)
+    exact = np.where(np.isnan(e[:, IMPULSES, None]), np.nan, still)
+    return np.asarray(np.where(is_struck, errors, exact))
+
+
+def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
+    """Return the errors of both multipliers (rows, 2) from that of the trace."""
+    size = np.abs(rows.multipliers)
+    apart = np.abs(rows.multipliers[:, 0] - rows.multipliers[:, 1])[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        split = size * trace[:, None] / apart
+    # Where both are equal the root of the error of the trace counts.
+    limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
+    return np.asarray(np.fmin(split, limit) + ULP * size + 0.0 * trace[:, None])

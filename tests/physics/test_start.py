@@ -9,6 +9,7 @@ import yaml
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
 from vibropipe.scenes.registry import kind_of
+from vibropipe.solve.sweep import PATIENCE
 from vibropipe.study import parse_study
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
@@ -39,7 +40,7 @@ def test_the_default_start_is_that_of_each_row() -> None:
     sweep = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets, "nu": [0.8, 1.2]})
     for i, delta in enumerate(offsets):
         for j, nu in enumerate((0.8, 1.2)):
-            alone = vp.steady_state(vp.Exciter(delta=delta, nu=nu, **BEYOND), patience=300)
+            alone = vp.steady_state(vp.Exciter(delta=delta, nu=nu, **BEYOND), patience=PATIENCE)
             assert float(sweep.displacement_strobe[i, j]) == float(alone.displacement_strobe)
             assert int(sweep.periods_to_settle[i, j]) == int(alone.periods_to_settle)
     assert sweep.attrs["start"] == "x0 = 0 or the support nearest to it, v0 = 0"
@@ -51,7 +52,7 @@ def test_a_chain_begins_at_its_own_start() -> None:
     offsets = np.linspace(0.55, 0.8, 6)
     for direction, first in (("up", 0), ("down", -1)):
         chain = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets}, follow=("delta", direction))
-        alone = vp.steady_state(vp.Exciter(delta=offsets[first], **BEYOND), patience=300)
+        alone = vp.steady_state(vp.Exciter(delta=offsets[first], **BEYOND), patience=PATIENCE)
         assert float(chain.displacement_strobe[first]) == float(alone.displacement_strobe)
 
 

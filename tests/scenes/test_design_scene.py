@@ -173,6 +173,26 @@ def test_a_wrong_key_is_named(tmp_path, old, new, message):
     assert message in str(error.value)
 
 
+def test_a_curve_is_a_target_with_and_without_units(tmp_path):
+    curve = "displacement: [[0, -0.2], [0.5, 0.1]]"
+    scene = load(
+        tmp_path,
+        STUDY.replace("displacement_mean: -0.1", curve).replace(
+            "    allow: {displacement_mean: 0.005}\n", ""
+        ),
+    ).scenes["shifted"]
+    assert scene.target == {"displacement": [[0.0, -0.2], [0.5, 0.1]]}
+    text = PHYSICAL.replace(
+        "displacement_mean: -100 mm", "displacement: [[0, -200 mm], [0.5, 0.1 m]]"
+    )
+    scene = load(tmp_path, text.replace("    allow: {displacement_mean: 5 mm}\n", "")).scenes[
+        "shifted"
+    ]
+    assert scene.target == {"displacement": [[0.0, -0.2], [0.5, 0.1]]}
+    with pytest.raises(StudyError, match=r"target\.displacement: must be a finite number or, of"):
+        load(tmp_path, STUDY.replace("displacement_mean: -0.1", "displacement: [[0, 1, 2]]"))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

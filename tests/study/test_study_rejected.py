@@ -27,18 +27,18 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
     [
         (
             "{kind: motin}",
-            "s.kind: must be one of motion, sweep, branch, boundary, basins, backbone, hard_cases, accuracy, "
+            "s.kind: must be one of motion, sweep, branch, boundary, basins, design, backbone, hard_cases, accuracy, "
             "effects, got 'motin' (did you mean 'motion'?)",
         ),
         (
             "{knd: motion}",
-            "s.kind: is required (one of motion, sweep, branch, boundary, basins, backbone, hard_cases, accuracy, "
-            "effects) (is 'knd' meant to be it?)",
+            "s.kind: is required (one of motion, sweep, branch, boundary, basins, design, backbone, hard_cases, "
+            "accuracy, effects) (is 'knd' meant to be it?)",
         ),
         (
             "3",
-            "s: must be a mapping with kind (one of motion, sweep, branch, boundary, basins, backbone, hard_cases, "
-            "accuracy, effects) and its keys, got 3",
+            "s: must be a mapping with kind (one of motion, sweep, branch, boundary, basins, design, backbone, "
+            "hard_cases, accuracy, effects) and its keys, got 3",
         ),
         (
             "{kind: sweep}",
@@ -194,7 +194,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         (
             "{kind: motion, outputs: []}",
             "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, subharmonics, "
-            "poincare, lyapunov, got an "
+            "poincare, lyapunov, sensitivity, got an "
             "empty list",
         ),
         (
@@ -204,7 +204,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         (
             "{kind: motion, outputs: [harmonic]}",
             "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, subharmonics, "
-            "poincare, lyapunov, got "
+            "poincare, lyapunov, sensitivity, got "
             "'harmonic' (did you mean 'harmonics'?)",
         ),
         (

@@ -18,6 +18,7 @@ from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import A_GRID, Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import REFUSED, UnitRule
+from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
 from vibropipe.study.pydantic_errors import plain_path
@@ -224,6 +225,12 @@ class _Reader:
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
         """Return a target, a bound or an allowance without units; unknown names are reported by the models."""
+        if name == CURVE and isinstance(value, list):
+            pairs = [pair if isinstance(pair, list) else [pair] for pair in value]
+            return [
+                [*pair[:1], *(self.goal("displacement_mean", x, path) for x in pair[1:])]
+                for pair in pairs
+            ]
         dimension = _goal_dimension(name)
         if not dimension:
             return value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
@@ -13,7 +14,15 @@ from vibropipe.scenes.keys.base import BaseScene, each_once, plain
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
 from vibropipe.scenes.keys.problems import KeyPath, Problem, refused, required
-from vibropipe.scenes.keys.values import Interval, Measured, NumberRange, TextRule, is_allowed
+from vibropipe.scenes.keys.values import (
+    Interval,
+    NumberOrUnit,
+    NumberRange,
+    TextRule,
+    as_number,
+    is_allowed,
+    refuse,
+)
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
@@ -23,6 +32,29 @@ NAMES_SCHEMA = {
     "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "maxItems": 2}]
 }
 Sigma = Annotated[float, NumberRange(0, above=True)]
+
+
+@dataclass(frozen=True)
+class TargetRule(NumberOrUnit):
+    """A number, or a curve: a list of pairs of phase, in forcing periods, and displacement."""
+
+    @property
+    def allowed(self) -> str:  # noqa: D102 - as Rule
+        return "a finite number or, of displacement, a list of pairs [phase, displacement]"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        pair = {"type": "array", "items": super().schema, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [super().schema, {"type": "array", "items": pair, "minItems": 1}]}
+
+    def convert(self, value: Any) -> Any:  # noqa: D102
+        if not isinstance(value, list):
+            return super().convert(value)
+        pairs = [[as_number(part) for part in pair] for pair in value if isinstance(pair, list)]
+        complete = all(len(pair) == 2 and None not in pair for pair in pairs)
+        if len(pairs) != len(value) or not pairs or not complete:
+            refuse(self.allowed, f"a list of {len(value)}")
+        return pairs
 
 
 def _as_list(value: Any) -> Any:
@@ -55,9 +87,10 @@ class DesignScene(BaseScene):
     vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
         description="Ends of each parameter that may be varied."
     )
-    target: dict[Text, Measured] = Field(
+    target: dict[Text, Annotated[float, TargetRule()]] = Field(
         default={},
-        description="Values of quantities, named as columns of tables are: `impact_velocity_max_1`.",
+        description="Values of quantities, named as columns of tables are: `impact_velocity_max_1`; of `displacement` "
+        "a curve, a list of [phase, displacement].",
     )
     subject_to: dict[Text, Text] = Field(
         default={}, description='Bounds of quantities: `"< 0.8"`, `"> 0.1, < 0.8"`.'

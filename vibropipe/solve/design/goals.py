@@ -115,7 +115,7 @@ def goals_of(
 ) -> Goals:
     """Return the goals of a design; ParameterError for unknown names, wrong bounds and contradictions."""
     wanted = dict(target or {})
-    curve = curve_of("target.displacement", wanted.pop(CURVE)) if CURVE in wanted else None
+    curve = curve_of(f"target.{CURVE}", wanted.pop(CURVE)) if CURVE in wanted else None
     bounds = [_target(name, value) for name, value in wanted.items()]
     bounds += [_bound(name, value) for name, value in (subject_to or {}).items()]
     _check_contradictions(bounds)

@@ -22,6 +22,7 @@ class Scene:
     title: str = "A scene"
     caption: str = ""
     figure: FigureOptions | None = None
+    mass_and_stiffness: None = None
 
     def __post_init__(self):
         field = kinds()[self.kind].keys.model_fields["figure"]

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from vibropipe.cli import INTERRUPTED
+from vibropipe.cli.handing_over import INTERRUPTED
 from vibropipe.cli.options import ResultsFolder
 
 # Folders that contain the workflow: in an installed package, and in a clone.

@@ -6,38 +6,18 @@ one that finds none runs by itself.
 
 from __future__ import annotations
 
-import _thread
 import atexit
-import gc
-import json
 import os
-import select
 import shutil
-import signal
 import socket
 import subprocess
 import sys
 import tempfile
-import threading
-import traceback
-from contextlib import suppress
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
-from vibropipe.cli import INTERRUPTED, block_dask_import, main
 from vibropipe.cli.handing_over import SOCKET
 
-COMMAND = "from vibropipe.cli.workers import serve; serve()"
-# What the commands of jobs import; an idle worker also imports what figures and reports need.
-SOLVING = ("vibropipe.cli.commands", "vibropipe.jobs.solving", "vibropipe.solve.sweep", "netCDF4")
-DRAWING = (
-    "vibropipe.scenes.sweep.pictures",
-    "vibropipe.jobs.reporting",
-    "matplotlib.backends.backend_svg",
-    "matplotlib.backends.backend_pdf",
-    "typst",
-)
+COMMAND = "from vibropipe.cli.serving import serve; serve()"
 
 
 class Workers:
@@ -79,101 +59,6 @@ class Workers:
 
 
 WORKERS = Workers()
-
-
-def serve() -> None:
-    """Run the commands that arrive at a socket, until the process that started this one has ended.
-
-    The arguments of the process are the descriptors of the socket, and of a pipe whose other end the starting process
-    holds. A command that is interrupted ends this process, too.
-    """
-    # Ctrl-C reaches all processes of a run; an idle one ends with the run.
-    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    listener, lifeline = socket.socket(fileno=int(sys.argv[1])), int(sys.argv[2])
-    block_dask_import()
-    _load_numba()
-    _import(SOLVING)
-    to_import = [DRAWING]
-    code = 0
-    while code != INTERRUPTED:
-        waited: list[Any] = [listener, lifeline]
-        ready, *_ = select.select(waited, [], [], 0 if to_import else None)
-        if lifeline in ready:
-            remove_socket()
-            return
-        if not ready:
-            _import(to_import.pop())
-            continue
-        try:
-            link, _ = listener.accept()
-        except BlockingIOError:  # another worker was faster
-            continue
-        with link:
-            signal.signal(signal.SIGINT, on_interrupt)
-            code = _answer(link)
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-        gc.collect()  # figures refer to themselves
-
-
-def _import(names: tuple[str, ...]) -> None:
-    """Import modules, and spare all that is loaded from the collection of garbage."""
-    for name in names:
-        import_module(name)
-    gc.freeze()
-
-
-def _load_numba() -> None:
-    """Compile a function that does nothing: this loads what numba needs for its first kernel."""
-    import numba
-
-    numba.njit(lambda n: n).compile((numba.int64,))
-
-
-def _answer(link: socket.socket) -> int:
-    """Run the command of a client with its streams; send it the exit code and return this."""
-    head, streams, *_ = socket.recv_fds(link, 8, 3)
-    with link.makefile("rb") as sent:
-        folder, arguments = json.loads(sent.read(int.from_bytes(head, "big")))
-    os.chdir(folder)
-    _use_streams(streams)
-    done = threading.Event()
-    watch = threading.Thread(target=_interrupt_at_end, args=(link, done))
-    watch.start()
-    code = _exit_code(arguments)
-    done.set()
-    _use_streams([os.open(os.devnull, os.O_RDWR) for _ in streams])
-    with suppress(OSError):  # the client may have been killed
-        link.send(bytes([code]))
-        link.shutdown(socket.SHUT_RDWR)
-    watch.join()
-    return code
-
-
-def _exit_code(arguments: list[str]) -> int:
-    """Run a command and return its exit code."""
-    try:
-        main(arguments)
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    except Exception:
-        traceback.print_exc()
-        return 1
-    return 0
-
-
-def _use_streams(streams: list[int]) -> None:
-    """Make descriptors the standard streams, and close them."""
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    for target, stream in enumerate(streams):
-        os.dup2(stream, target)
-        os.close(stream)
-
-
-def _interrupt_at_end(link: socket.socket, done: threading.Event) -> None:
-    """Interrupt the command, as Ctrl-C does, if its client ends before it."""
-    if not link.recv(1) and not done.is_set():
-        _thread.interrupt_main()
 
 
 def remove_socket() -> None:

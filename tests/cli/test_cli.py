@@ -156,7 +156,7 @@ def test_a_fault_of_the_program_keeps_its_traceback(study, monkeypatch):
 
     monkeypatch.setattr("vibropipe.jobs.terminal_tables.plan_text", broken)
     with pytest.raises(ZeroDivisionError):
-        cli.main(["plan", str(study)])
+        cli.main(["plan", "--rough", str(study)])
 
 
 def test_plan_lists_every_scene(study, capsys):

@@ -32,27 +32,29 @@ STYLES = {
 def curve_of(motion: Motion) -> dict[str, NDArray]:
     """Return time, displacement and velocity of a motion, with breaks of the velocity at impacts."""
     data = motion.curves
-    tau, at = data[clock(data)].values, times_of(data, "impact").values
-    wall = np.where(data["impact_support"].values == 1, motion.walls[1], motion.walls[2])
-    before, after = data["impact_velocity"].values, data["impact_velocity_after"].values
+    jumps = data.isel(impact=~np.isin(data["impact_support"].values, motion.soft))
+    tau, at = data[clock(data)].values, times_of(jumps, "impact").values
+    wall = np.where(jumps["impact_support"].values == 1, motion.walls[1], motion.walls[2])
+    before, after = jumps["impact_velocity"].values, jumps["impact_velocity_after"].values
     time, x = with_breaks(tau, data["displacement"].values, at, wall, wall)
-    return {
-        "time": time,
-        "x": x,
-        "v": with_breaks(tau, data["velocity"].values, at, before, after)[1],
-    }
+    _time, v = with_breaks(tau, data["velocity"].values, at, before, after)
+    return {"time": time, "x": x, "v": v}
 
 
 def jumps_of(motion: Motion) -> dict[str, NDArray]:
-    """Return the impacts of a motion: time, place, velocities, colour of the support."""
+    """Return the impacts of a motion: time, place, velocities, colour of the support.
+
+    On a soft support the velocity does not jump: both are that of touching it.
+    """
     data = motion.curves
-    support = data["impact_support"].values
+    support, before = data["impact_support"].values, data["impact_velocity"].values
+    after = np.where(np.isin(support, motion.soft), before, data["impact_velocity_after"].values)
     colours = np.array(["", SUPPORT_COLOURS[1], SUPPORT_COLOURS[2]])
     return {
         "time": times_of(data, "impact").values,
         "x": np.where(support == 1, motion.walls[1], motion.walls[2]),
-        "before": data["impact_velocity"].values,
-        "after": data["impact_velocity_after"].values,
+        "before": before,
+        "after": after,
         "colour": colours[support],
     }
 

@@ -65,6 +65,11 @@ class Motion:
         return self.exciter.period * (1.0 if si is None else float(convert("tau", 1.0, si)))
 
     @property
+    def soft(self) -> tuple[int, ...]:
+        """The supports that yield: their contacts last, and no velocity jumps."""
+        return tuple(n for n, k in enumerate((self.exciter.k1, self.exciter.k2), 1) if k > 0.0)
+
+    @property
     def walls(self) -> dict[int, float]:
         """Positions of the supports."""
         return {1: self.exciter.upper, 2: self.exciter.lower}

@@ -94,7 +94,9 @@ def momentum(motion: Motion) -> tuple[float, float]:
 
 
 def momentum_lines(motion: Motion) -> Iterator[Line]:
-    """Yield the momentum given to each support as lines of the table."""
+    """Yield the momentum given to each support as lines of the table; none with soft supports or friction."""
+    if motion.soft or motion.exciter.friction > 0.0:
+        return
     si = mass_and_stiffness(motion.row)
     unit = 1.0 if si is None else math.sqrt(si["m"]) * math.sqrt(si["C"])
     for side, value in enumerate(momentum(motion), 1):

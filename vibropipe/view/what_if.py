@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from bokeh.layouts import column
 from bokeh.layouts import row as in_row
-from bokeh.models import Button, Spinner
+from bokeh.models import Button, Spacer, Spinner, Toggle
 
 from vibropipe.figures.text import format_number, parameter_names
 from vibropipe.physics.exciter import Exciter
@@ -25,8 +26,9 @@ from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of, without_units
 from vibropipe.view.words import symbol, unit_of
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
-from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.status import UnsolvedWarning
+from vibropipe.words.vocabulary import attributes, physical_attributes, physical_name
 
 Background = Callable[[Callable[[], None]], None]
 OnRows = Callable[[int], None]
@@ -40,9 +42,22 @@ def in_thread(work: Callable[[], None]) -> None:
     threading.Thread(target=work, daemon=True).start()
 
 
-def unswept(plane: Plane) -> list[str]:
-    """Return the parameters that are the same in every row."""
-    return [name for name in parameter_names(plane.dataset) if plane.dataset[name].ndim == 0]
+def unswept(plane: Plane) -> dict[str, xr.DataArray]:
+    """Return the parameters that are the same in every row, those of absent effects included, by name."""
+    names = [name for name in parameter_names(plane.dataset) if plane.dataset[name].ndim == 0]
+    return {name: plane.dataset[name] for name in names} | absent(plane)
+
+
+def absent(plane: Plane) -> dict[str, xr.DataArray]:
+    """Return the parameters of effects that no row has, at 0, by the names that the dataset would have for them."""
+    is_si = mass_and_stiffness(plane.dataset) is not None
+    found = {}
+    for name in FURTHER:
+        held = physical_name(name) if is_si else name
+        if held not in plane.dataset.variables:
+            attrs = physical_attributes(name) if is_si else attributes(name)
+            found[held] = xr.DataArray(0.0, name=held, attrs=attrs)
+    return found
 
 
 def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
@@ -145,14 +160,22 @@ class WhatIf:
         self.button.on_click(on_solve)
         self.reset = Button(label="as stored", width=80, name="as_stored", disabled=True)
         self.reset.on_click(self.as_stored)
-        self.root = in_row(styles={"flex-wrap": "wrap", "align-items": "end"}, width=1270)
+        look = {"styles": {"flex-wrap": "wrap", "align-items": "end"}, "width": 1270}
+        self._first, self._second = in_row(Spacer(width=0), **look), in_row(Spacer(width=0), **look)
+        self._second.visible = False
+        self.more = Toggle(label="further effects", width=110, name="further_effects")
+        self.more.js_link("active", self._second, "visible")
+        self.root = column(self._first, self._second)
         self._is_setting = False
 
     def open(self, plane: Plane) -> None:
         """Make the spinners of a plane."""
-        self._stored = {name: float(plane.dataset[name]) for name in unswept(plane)}
-        self.spinners = {name: self._spinner(plane.dataset[name]) for name in self._stored}
-        self.root.children = [*self.spinners.values(), self.reset, self.button]
+        arrays, further = unswept(plane), absent(plane)
+        self._stored = {name: float(array) for name, array in arrays.items()}
+        self.spinners = {name: self._spinner(array) for name, array in arrays.items()}
+        present = [spinner for name, spinner in self.spinners.items() if name not in further]
+        self._first.children = [*present, self.reset, self.button, self.more]
+        self._second.children = [self.spinners[name] for name in further] or [Spacer(width=0)]
         self._set_buttons()
 
     def _spinner(self, array: xr.DataArray) -> Spinner:

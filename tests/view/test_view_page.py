@@ -210,3 +210,20 @@ def test_the_nearest_border_is_the_nearest_change_of_regime(study):
         scaled = (found.at[0] - x[at[0]]) / np.ptp(x), (found.at[1] - y[at[1]]) / np.ptp(y)
         assert np.hypot(*scaled) == pytest.approx(best)
         assert found.beyond != regime[at]
+
+
+@pytest.mark.parametrize("changed", [{"load": 0.1}, {"k1": 30.0, "h1": 1.0}])
+def test_absent_effects_can_be_tried(results, changed):
+    page = new_page(results, "map")
+    point_at(page, 1.9, 1.5)
+    stored = page.point.stored
+    for name, value in changed.items():
+        page.point.what_if.spinners[name].value = value
+    values = {name: float(stored[name]) for name in ("l", "nu", "f", "h", "delta", "R1", "R2")}
+    x0, v0 = float(stored["displacement_strobe"]), float(stored["velocity_strobe"])
+    expected = vp.steady_state(vp.Exciter(**values, **changed), x0=x0, v0=v0)
+    drawn = page.point.panel.sources["motion"].data
+    assert_draws(page, expected, values["nu"])
+    is_soft = "k1" in changed
+    assert (np.nanmax(drawn["x"]) > page.point.motion.walls[1] + 0.01) == is_soft
+    assert ("momentum" in page.point.numbers.text) != is_soft

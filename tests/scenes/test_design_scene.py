@@ -114,6 +114,18 @@ def test_pictures_of_the_spread_say_what_to_add(dataset):
         assert "add tolerance" in picture.describe(bare, None, {})
 
 
+def test_goals_without_a_spread_show_the_usual_quantities(dataset):
+    of_law = dataset.drop_vars(
+        [name for name in dataset if str(name).endswith(("_target", "_upper"))]
+    )
+    of_law["impacts_per_period_target"] = ("support", [3.0, np.nan])
+    for name in ("designs", "tornado", "sensitivities"):
+        picture = picture_of("design", of_law, name)
+        assert picture.draw(of_law, None, {}).axes
+        assert picture.describe(of_law, None, {})
+    assert sections({"law": of_law})[0].tables[1].as_data()["head"][-1].startswith("share of")
+
+
 def test_the_front_is_drawn(tmp_path):
     text = (
         STUDY[: STUDY.index("    target")]

@@ -217,6 +217,8 @@ def test_progress_reaches_its_total():
         ({"target": WANTED, "subject_to": {"displacement_mean": "> 0"}},
          "must agree with target.displacement_mean = -0.1"),
         ({"minimise": ("f", "h", "nu")}, "minimise: must be one quantity or two"),
+        ({"target": {"displacement": [[0, 0.1]]}, "minimise": "f"}, "minimise: must be left out"),
+        ({"target": {"displacement": [0, 0.1]}}, "target.displacement: must be a table"),
         ({"minimise": "impacts_per_period_1"}, "must depend continuously on the parameters"),
         ({"minimise": "displacement_mean_std"}, "tolerance: is required"),
         ({}, "must have a target, a bound or a quantity to minimise"),

@@ -11,6 +11,7 @@ from vibropipe.scenes.design.data import (
     law_text,
     objectives,
     part_of,
+    spread_parts,
     varied,
     wanted_parts,
 )
@@ -98,11 +99,11 @@ def leading(dataset: xr.Dataset) -> list[str]:
     """Write, for each wanted quantity, which parameter matters most for its spread."""
     best = dataset.isel(design=0)
     texts = []
-    for part in wanted_parts(dataset):
-        if f"{part.variable}_contribution" in dataset:
-            share = part.of(best, "_contribution")
-            most = int(share.fillna(-1).argmax("parameter"))
-            name = plain_symbol(str(best["parameter"].values[most]))
+    for part in spread_parts(dataset):
+        share = part.of(best, "_contribution")
+        most = int(share.fillna(-1).argmax("parameter"))
+        name = plain_symbol(str(best["parameter"].values[most]))
+        if float(share[most]) > 0:
             texts.append(f"{part.name} comes from {name} ({100 * float(share[most]):.0f} %)")
     return texts
 

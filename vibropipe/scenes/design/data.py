@@ -73,11 +73,23 @@ def wanted_parts(dataset: xr.Dataset) -> list[Part]:
                 [int(n) for n in values[dim].values[np.isfinite(values.values)]] if dim else [0]
             )
             found += [Part(stem, dim, label) for label in labels]
+    found += [Part(name) for name in ("displacement_misfit",) if name in dataset]
     named = [text.removeprefix("-") for text in objectives(dataset)]
     found += [part for name in named for part in [part_of(dataset, name)] if part]
-    if not found:
-        found = [part for name in USUAL for part in [part_of(dataset, name)] if part]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(found or usual_parts(dataset)))
+
+
+def usual_parts(dataset: xr.Dataset) -> list[Part]:
+    """Return the usual quantities that a dataset has."""
+    return [part for name in USUAL for part in [part_of(dataset, name)] if part]
+
+
+def spread_parts(dataset: xr.Dataset) -> list[Part]:
+    """Return the wanted quantities whose spread is known; the usual ones if there are none."""
+    for parts in (wanted_parts(dataset), usual_parts(dataset)):
+        if kept := [part for part in parts if f"{part.variable}_contribution" in dataset]:
+            return kept
+    return []
 
 
 def objectives(dataset: xr.Dataset) -> list[str]:

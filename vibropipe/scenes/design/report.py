@@ -21,6 +21,7 @@ from vibropipe.scenes.design.data import (
     has_spread,
     law_text,
     numbers,
+    spread_parts,
     varied,
     wanted_parts,
 )
@@ -83,7 +84,7 @@ def tolerance_table(scene: str, dataset: xr.Dataset) -> Table | None:
     names = [str(name) for name in dataset.coords if name in stem or name in of_spread]
     if not names:
         return None
-    parts = [part for part in wanted_parts(dataset) if f"{part.variable}_contribution" in dataset]
+    parts = spread_parts(dataset) if of_spread else []
     head = ["parameter", "nominal", *(["tolerance"] if stem else [])]
     head += (
         ["deviation", *(f"share of {breakable(part.name)}" for part in parts)] if of_spread else []

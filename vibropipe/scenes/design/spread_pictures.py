@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from vibropipe.figures.style import BLACK, BLUE, NEUTRAL, ORANGE, legend, new_figure, write_centred
 from vibropipe.figures.text import format_number, symbol_of, with_units
 from vibropipe.figures.units import unit_text
-from vibropipe.scenes.design.data import Part, has_spread, wanted_parts
+from vibropipe.scenes.design.data import Part, has_spread, spread_parts
 from vibropipe.solve.tolerance import WORST
 
 NO_SPREAD = "No deviations of parameters are given: add tolerance"
@@ -35,7 +35,7 @@ def draw_tornado(dataset: xr.Dataset) -> Figure:
     if not has_spread(dataset):
         return empty(NO_SPREAD)
     best = dataset.isel(design=0)
-    parts = [part for part in wanted_parts(dataset) if f"{part.variable}_deviation" in dataset]
+    parts = spread_parts(dataset)
     k = best.sizes["parameter"]
     figure = new_figure(len(parts) * (1.9 + 0.55 * k) + 1.6)
     axes = figure.subplots(len(parts), 1, squeeze=False)[:, 0]
@@ -90,8 +90,7 @@ def draw_sensitivities(dataset: xr.Dataset) -> Figure:
         return empty(NO_SPREAD)
     best = dataset.isel(design=0)
     held = [part for part in MAPPED if f"{part.variable}_contribution" in dataset]
-    parts = list(dict.fromkeys([*wanted_parts(dataset), *held]))
-    parts = [part for part in parts if f"{part.variable}_contribution" in dataset]
+    parts = list(dict.fromkeys([*spread_parts(dataset), *held]))
     signed = np.array([shares_of(best, part) for part in parts])
     names = [str(name) for name in best["parameter"].values]
     figure = new_figure(0.85 * len(parts) + 3.4)

@@ -126,6 +126,9 @@ def goals_of(
     if not bounds and not objectives and curve is None:
         must = "must have a target, a bound or a quantity to minimise"
         raise ParameterError("target", target, must=must)
+    if curve is not None and objectives:
+        must = f"must be left out with the target {CURVE}, whose misfit is least"
+        raise ParameterError("minimise", minimise, must=must)
     goals = Goals(tuple(bounds), objectives, curve)
     for quantity in goals.names:
         if quantity.derived == STD and not tolerance:

@@ -7,6 +7,7 @@ import pytest
 from drawing import draw
 from figures.figure_text import words
 
+import vibropipe as vp
 from vibropipe.figures.style import SUPPORT_COLOURS, house_style
 from vibropipe.scenes.motion.curves import curve, jumps
 from vibropipe.scenes.motion.keys import MotionFigure
@@ -81,3 +82,15 @@ def test_rests_are_shaded_up_to_the_end_if_never_released(made):
         figure = draw("motion", dataset)
     assert figure.axes[1].get_xlim()[1] == pytest.approx(float(dataset["tau"][-1]))
     assert "rest on a support" in words(figure)
+
+
+def test_a_soft_support_is_entered_without_a_jump_of_the_velocity() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R2=0.7, k1=100.0, h1=1.0)
+    motion = vp.simulate(exciter, 20.0, samples_per_period=512)
+    is_soft = motion["impact_support"].values == 1
+    _tau, velocity = curve(motion, "velocity")
+    at = np.flatnonzero(np.isnan(velocity))
+    steps = np.abs(velocity[at + 1] - velocity[at - 1])
+    assert is_soft.any()
+    assert (steps[is_soft] == 0.0).all()
+    assert (steps[~is_soft] > 0.1).all()

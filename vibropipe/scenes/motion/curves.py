@@ -20,12 +20,21 @@ def supports(dataset: xr.Dataset) -> dict[int, float]:
 
 
 def acceleration_bound(dataset: xr.Dataset) -> float:
-    """Return a bound of |x''| between impacts, by the equation of motion; infinite in physical units."""
-    if "nu" not in dataset.variables:
+    """Return a bound of |x''| between impacts, by the equation of motion; infinite in physical units, or if soft."""
+    if "nu" not in dataset.variables or {"k1", "k2"} & {*dataset.variables}:
         return np.inf
     speed = float(np.abs(dataset["velocity"].values).max())
     reach = float(dataset["l"]) + abs(float(dataset["delta"]))
     return abs(float(dataset["f"])) + float(dataset["h"]) * speed + reach
+
+
+def velocities_at_impacts(dataset: xr.Dataset) -> tuple[Floats, Floats]:
+    """Return the velocities before and after each impact; a soft support is entered without a jump."""
+    before, after = dataset["impact_velocity"].values, dataset["impact_velocity_after"].values
+    if "contact_duration" not in dataset:
+        return before, after
+    is_soft = np.isfinite(dataset["contact_duration"].values) | np.isnan(after)
+    return before, np.where(is_soft, before, after)
 
 
 def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
@@ -43,9 +52,8 @@ def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
     inside = (at >= tau[0]) & (at <= tau[-1])
     at = at[inside]
     if name == "velocity":
-        before = dataset["impact_velocity"].values[inside]
-        after = dataset["impact_velocity_after"].values[inside]
-        return with_breaks(tau, values, at, before, after)
+        before, after = velocities_at_impacts(dataset)
+        return with_breaks(tau, values, at, before[inside], after[inside])
     where = supports(dataset)
     struck = dataset["impact_support"].values[inside]
     corner = np.where(struck == 1, where[1], where[2])

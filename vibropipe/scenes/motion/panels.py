@@ -38,7 +38,7 @@ from vibropipe.figures.text import (
     parameter_line,
     times_of,
 )
-from vibropipe.scenes.motion.curves import Floats, curve, jumps, supports
+from vibropipe.scenes.motion.curves import Floats, curve, jumps, supports, velocities_at_impacts
 
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
@@ -210,8 +210,7 @@ def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> N
     ax.plot(*curve(dataset, "velocity"), color=BLACK, zorder=2)
     for support, index in events(dataset, "impact", view).items():
         tau = times_of(dataset, "impact").values[index]
-        before = dataset["impact_velocity"].values[index]
-        after = dataset["impact_velocity_after"].values[index]
+        before, after = (velocity[index] for velocity in velocities_at_impacts(dataset))
         ax.vlines(
             tau, before, after, color=SUPPORT_COLOURS[support], linestyle=(0, (1, 1.5)), zorder=1
         )

@@ -26,7 +26,7 @@ from vibropipe.figures.text import (
     sentences,
     times_of,
 )
-from vibropipe.scenes.motion.curves import curve, supports
+from vibropipe.scenes.motion.curves import curve, supports, velocities_at_impacts
 from vibropipe.scenes.motion.panels import window
 from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
@@ -74,8 +74,7 @@ def impacts_of(dataset: xr.Dataset) -> Impacts:
     return Impacts(
         times_of(dataset, "impact").values,
         dataset["impact_support"].values,
-        dataset["impact_velocity"].values,
-        dataset["impact_velocity_after"].values,
+        *velocities_at_impacts(dataset),
     )
 
 

@@ -16,6 +16,7 @@ from vibropipe.cli.options import (
     parse_shard,
     use_threads,
 )
+from vibropipe.cli.results import show, table, verify, view
 from vibropipe.cli.run import new, run
 from vibropipe.words.methods import METHODS
 from vibropipe.words.parameters import DEFAULTS
@@ -233,113 +234,8 @@ def report(file: StudyFile, output: OutputFile, results: ResultsFolder = Path("r
     typer.echo(build_report(load_study(file), results, output))
 
 
-@app.command()
-def show(
-    dataset: Annotated[
-        Path, typer.Argument(metavar="DATASET", help="A .nc file, or a study's folder.")
-    ],
-) -> None:
-    """Summarise a dataset: parameters, dimensions, quantities and provenance."""
-    from vibropipe.store import load, open_study, summary
-
-    if dataset.is_dir():
-        tree = open_study(dataset)
-        texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
-    else:
-        texts = [summary(load(dataset))]
-    typer.echo("\n".join(texts))
-
-
-@app.command()
-def table(
-    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A .nc file.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="F", help="Write to this file.")
-    ] = None,
-    impacts: Annotated[
-        bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
-    ] = False,
-) -> None:
-    """Print a dataset as CSV that spreadsheets open: a row for each point, names for codes, units in the head."""
-    from vibropipe.store import atomic_file, table
-    from vibropipe.store.table import with_units
-
-    text = with_units(table(dataset, impacts)).to_csv(index=False)
-    if output is None:
-        typer.echo(text, nl=False)
-        return
-    with atomic_file(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-@app.command()
-def verify(
-    results: Annotated[
-        Path, typer.Argument(metavar="RESULTS", help="A study's folder, or a .nc file of it.")
-    ],
-    rows: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Rows of each sweep to recompute.")
-    ] = 100,
-    seed: Annotated[
-        int | None, typer.Option(min=0, metavar="S", help="Seed of the sample (default: random).")
-    ] = None,
-) -> None:
-    """Recompute a random sample of each dataset and compare it bit for bit."""
-    from vibropipe.jobs.verify import new_seed, verify
-
-    sample_seed = new_seed() if seed is None else seed
-    verdicts = []
-    for verdict in verify(results, rows, sample_seed):
-        typer.echo(verdict)
-        verdicts.append(verdict)
-    typer.echo(f"sample: --rows {rows} --seed {sample_seed}")
-    if not all(verdict.good for verdict in verdicts):
-        raise typer.Exit(1)
-
-
-@app.command()
-def view(
-    results: Annotated[
-        Path,
-        typer.Argument(metavar="RESULTS", help="A study's folder, a .nc file of it, or a study."),
-    ],
-    folder: ResultsFolder = Path("results"),
-    scene: Annotated[
-        str | None, typer.Option("--scene", metavar="S", help="Scene to begin with.")
-    ] = None,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="F", help="Write a sweep as one page, F.html, and end."),
-    ] = None,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, metavar="N", help="Port; 0 is a free one.")
-    ] = 0,
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
-    ] = True,
-) -> None:
-    """Explore a study on a page: point at its maps and see the motion there. Ends with Ctrl-C."""
-    from vibropipe.view.missing import check_installed
-
-    check_installed()
-    from vibropipe.view.results import open_results
-
-    opened = open_results(results, folder, scene)
-    if save is not None:
-        from vibropipe.view.save import save_page
-
-        save_page(opened, save)
-        typer.echo(save)
-        return
-    from vibropipe.view.server import serve
-
-    serve(
-        opened,
-        lambda address: typer.echo(f"{opened.title}: {address}\nCtrl-C ends the page"),
-        browser,
-        port,
-    )
-    typer.echo("\nended")
+for on_results in (show, table, verify, view):
+    app.command()(on_results)
 
 
 @app.command()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LETTERS = {
     "alpha": "α", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
     "tau": "τ", "lambda": "λ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
-    "det": "det", "partial": "∂",
+    "det": "det", "partial": "∂", "Sigma": "Σ", "chi": "χ",
 }  # fmt: skip
 ACCENTS = {"dot": "\u0307", "bar": "\u0304"}
 # characters shown of a text of several lines

@@ -147,17 +147,6 @@ def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> N
             call()
 
 
-@pytest.mark.parametrize("name", sorted(NOT_COMPUTED.keys() - set(PIECES)))
-def test_a_study_refuses_an_effect_that_is_not_computed(name: str) -> None:
-    stiff = f"k{name[1]}: 1, " if name in ("h1", "h2") else ""
-    text = f"title: T\nexciter: {{l: 1, {stiff}{name}: 0.5}}\nscenes: {{s: {{kind: motion}}}}"
-    with pytest.raises(StudyError, match=r"must be 0: .* not computed by this version, got"):
-        study_of_text(text, "s")
-    swept = f"title: T\nexciter: {{l: 1, {stiff}}}\nscenes: {{s: {{kind: sweep, over: {{{name}: [0, 1]}}}}}}"
-    with pytest.raises(StudyError, match=r"must be 0: .* not computed by this version, got"):
-        study_of_text(swept, "s")
-
-
 @pytest.mark.parametrize(
     "kind", ["basins, over: {x0: [0, 1], v0: [0, 1]}", "accuracy, motions: {a: {periods: 1}}"]
 )

@@ -174,8 +174,9 @@ def motion_work(
         solve = partial(run_motion, exciter, request)
         impact_tau = solve().contacts["impact_tau"]
         return TimedWork(repeated(solve), periods, 1, impact_tau.size / periods, 0.0)
-    # A grid depends on one effect, the forcing: two kernels build all grids.
-    grid = exact_grid(ALL_EFFECTS._replace(forcing=effects.forcing), exciter.parameters())
+    # A grid depends on the force alone: few kernels build all grids.
+    force = {"forcing": effects.forcing, "second_harmonic": effects.second_harmonic}
+    grid = exact_grid(ALL_EFFECTS._replace(**force), exciter.parameters())
     march = March(motion, grid, effects)
     march.repeat(1)
     impacts, rests = (float(march.log.counts[k]) / periods for k in (IMPACTS, RESTS))

@@ -82,7 +82,7 @@ def row_grid(inputs, p):
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, inputs.steps)
     return StepGrid(
         None, inputs.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
-        inputs.sines, inputs.cosines, inputs.basis,
+        inputs.sines, inputs.cosines, inputs.basis, None, (0.0, 0.0, 0.0, 0.0),
     )  # fmt: skip
 
 

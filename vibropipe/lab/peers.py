@@ -104,11 +104,15 @@ def solve_by_scipy(
 
     exciter, recorder = motion.exciter, Recorder(motion, bounded=not timed)
     nu, f, h, upper, lower = exciter.nu, exciter.f, exciter.h, exciter.upper, exciter.lower
+    f2, phi2 = exciter.f2, exciter.phi2
 
     def equation(tau: float, state: Any) -> Any:
         if not recorder.spend():
             raise WorkError
-        return state[1], f * math.sin(nu * tau) - h * state[1] - state[0]
+        force = f * math.sin(nu * tau)
+        if f2:
+            force += f2 * math.sin(2 * nu * tau + phi2)
+        return state[1], force - h * state[1] - state[0]
 
     def gap_1(tau: float, state: Any) -> Any:
         return upper - state[0]
@@ -141,13 +145,20 @@ def solve_by_scipy(
 
 
 @cache
-def heyoka_equation() -> tuple[Any, Any, Any]:
-    """Return x, v and the right side of eq. (5) with parameters nu, f, h and the positions of both supports."""
+def heyoka_equation(second: bool) -> tuple[Any, Any, Any]:
+    """Return x, v and the right side of eq. (5) with parameters nu, f, h and the positions of both supports.
+
+    second : whether f2 and phi2 follow.
+    """
     import heyoka
 
     x, v = heyoka.make_vars("x", "v")
     nu, f, h = (heyoka.par[i] for i in range(3))
-    return x, v, f * heyoka.sin(nu * heyoka.time) - h * v - x
+    acceleration = f * heyoka.sin(nu * heyoka.time) - h * v - x
+    if second:
+        f2, phi2 = heyoka.par[5], heyoka.par[6]
+        acceleration += f2 * heyoka.sin(2.0 * nu * heyoka.time + phi2)
+    return x, v, acceleration
 
 
 def heyoka_peer(motion: BenchmarkMotion, tolerance: float) -> Candidate:
@@ -155,7 +166,8 @@ def heyoka_peer(motion: BenchmarkMotion, tolerance: float) -> Candidate:
     import heyoka
 
     exciter, recorder = motion.exciter, Recorder(motion)
-    x, v, acceleration = heyoka_equation()
+    x, v, acceleration = heyoka_equation(exciter.f2 != 0.0)
+    second = [exciter.f2, exciter.phi2] if exciter.f2 else []
 
     def reset_at(support: int) -> Any:
         def callback(integrator: Any, _sign: int) -> bool:
@@ -172,7 +184,7 @@ def heyoka_peer(motion: BenchmarkMotion, tolerance: float) -> Candidate:
         [(x, v), (v, acceleration)],
         [motion.x0, motion.v0],
         tol=tolerance,
-        pars=[exciter.nu, exciter.f, exciter.h, exciter.upper, exciter.lower],
+        pars=[exciter.nu, exciter.f, exciter.h, exciter.upper, exciter.lower, *second],
         t_events=[
             heyoka.t_event(gap, callback=reset_at(i + 1), direction=closing)
             for i, gap in enumerate(gaps)

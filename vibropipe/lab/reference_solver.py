@@ -63,6 +63,16 @@ def derivative(series: Series) -> Series:
     return [n * coefficient for n, coefficient in enumerate(series)][1:]
 
 
+def sine_and_cosine(angle: Decimal) -> tuple[Decimal, Decimal]:
+    """Return sine and cosine by their series, for an angle of some radians."""
+    sums, term, n = [ZERO, ZERO], ONE, 0
+    while abs(term) > ONE.scaleb(-2 * DIGITS):
+        sums[n % 2] += term if n % 4 < 2 else -term
+        n += 1
+        term *= angle / n
+    return sums[1], sums[0]
+
+
 class ReferenceSolver:
     """Solver of one exciter; `run` marches from tau = 0."""
 
@@ -71,9 +81,11 @@ class ReferenceSolver:
         # supports at their positions in double precision, as in the other methods
         self.bound = {1: Decimal(exciter.upper), 2: Decimal(exciter.lower)}
         self.load = Decimal(exciter.load)
+        self.f2, self.phi2 = Decimal(exciter.f2), Decimal(exciter.phi2)
         self.restitution = {1: Decimal(exciter.R1), 2: Decimal(exciter.R2)}
         self.half_distance = Decimal(exciter.l)
-        self.reach = ONE / max(self.nu, self.h, ONE)
+        fastest = self.nu * (TWO if exciter.f2 else ONE)
+        self.reach = ONE / max(fastest, self.h, ONE)
 
     def run(self, x0: float, v0: float, times: Sequence[Decimal]) -> ReferenceMotion:
         """Solve the motion from (x0, v0) at tau = 0.
@@ -98,7 +110,11 @@ class ReferenceSolver:
         with localcontext(Context(prec=DIGITS)):
             self.motion, self.times_left = ReferenceMotion(), deque(times)
             self.tau, self.x, self.v = ZERO, Decimal(x0), Decimal(v0)
-            self.force = (ZERO, self.f * self.nu)
+            # value and rate of each harmonic of the force
+            sine, cosine = sine_and_cosine(self.phi2)
+            self.force = [(ZERO, self.f * self.nu)]
+            if self.f2:
+                self.force.append((self.f2 * sine, TWO * self.nu * self.f2 * cosine))
             self.last_contact: dict[int, tuple[Decimal, Decimal, int]] = {}
             support = 1 if self.x >= self.bound[1] else 2 if self.x <= self.bound[2] else 0
             for _ in range(MAX_EVENTS):
@@ -118,7 +134,9 @@ class ReferenceSolver:
         """
         earlier, count = self.last_contact.get(support), len(self.motion.impacts)
         self.last_contact[support] = (self.tau, self.v, count)
-        lossless = self.f == self.h == 0 and self.restitution[1] == self.restitution[2] == 1
+        lossless = (
+            self.f == self.f2 == self.h == 0 and self.restitution[1] == self.restitution[2] == 1
+        )
         if (
             earlier is None
             or not lossless
@@ -137,7 +155,8 @@ class ReferenceSolver:
 
     def pressing_force(self, support: int) -> Decimal:
         """Return the force that presses the mass into the support it touches."""
-        return SIDE[support] * (self.force[0] + self.pull(support) - self.h * self.v)
+        force = sum((value for value, _rate in self.force), ZERO)
+        return SIDE[support] * (force + self.pull(support) - self.h * self.v)
 
     def pull(self, support: int) -> Decimal:
         """Return the force of the spring and the load at a support."""
@@ -156,28 +175,34 @@ class ReferenceSolver:
         if self.v * self.v > TWO * pressing_force * MIN_HOP * self.half_distance:
             return False
         # the force changes during the chatter, so that its hops are not a geometric series
-        if duration * (abs(self.f) * self.nu + self.h * pressing_force) > pressing_force / 1000:
+        rate = (abs(self.f) + TWO * abs(self.f2)) * self.nu
+        if duration * (rate + self.h * pressing_force) > pressing_force / 1000:
             return False
         self.v = ZERO
         self.pass_time(duration, [self.x])
         return True
 
-    def series(self) -> tuple[Series, Series]:
-        """Return the series of displacement and force about the current time, truncated at rounding."""
-        x, force = [self.x, self.v], [*self.force]
-        square, power, n = self.nu * self.nu, self.reach * self.reach, 0
+    def series(self) -> tuple[Series, list[Series]]:
+        """Return the series of displacement and of each harmonic of the force about the current time.
+
+        They are truncated at rounding.
+        """
+        x, forces = [self.x, self.v], [[*part] for part in self.force]
+        power, n = self.reach * self.reach, 0
         while True:
             scale = (n + 1) * (n + 2)
             constant = self.load if n == 0 else ZERO
-            x.append((force[n] + constant - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
-            force.append(-square * force[n] / scale)
-            tail = (abs(x[-1]) + abs(x[-2])) * power + (abs(force[-1]) + abs(force[-2])) * power
+            constant += sum((force[n] for force in forces), ZERO)
+            x.append((constant - self.h * (n + 1) * x[n + 1] - x[n]) / scale)
+            for k, force in enumerate(forces, 1):
+                force.append(-((k * self.nu) ** 2) * force[n] / scale)
+            tail = sum((abs(part[-1]) + abs(part[-2]) for part in (x, *forces)), ZERO) * power
             if n > 8 and tail <= self.half_distance.scaleb(-DIGITS):
-                return x, force
+                return x, forces
             power *= self.reach
             n += 1
 
-    def pass_time(self, span: Decimal, x: Series, force: Series | None = None) -> None:
+    def pass_time(self, span: Decimal, x: Series, force: list[Series] | None = None) -> None:
         """Advance by `span` along a series and record the states at requested times within it."""
         while self.times_left and self.times_left[0] < self.tau + span:
             t = self.times_left.popleft() - self.tau
@@ -186,21 +211,27 @@ class ReferenceSolver:
             step = min(span, self.reach)
             if force is None or step < span:
                 _x, force = self.series()
-            self.force = value_at(force, step), value_at(derivative(force), step)
+            self.force = [
+                (value_at(each, step), value_at(derivative(each), step)) for each in force
+            ]
             self.tau, span, force = self.tau + step, span - step, None
 
     def advance_rest(self, support: int) -> None:
         """Stick to a support until the release or the last requested time."""
         start, side = self.tau, SIDE[support]
         while self.times_left:
-            if -side * self.pull(support) + abs(self.f) <= 0 or self.f == 0:
+            if (
+                -side * self.pull(support) + abs(self.f) + abs(self.f2) <= 0
+                or self.f == self.f2 == 0
+            ):
                 # the force cannot overcome the spring and the load
                 self.pass_time(self.times_left[-1] - self.tau + ONE, [self.bound[support]])
                 break
             _x, force = self.series()
+            total = [sum(terms, ZERO) for terms in zip(*force, strict=True)]
             pressing_force = [
-                side * (force[0] + self.pull(support)),
-                *(side * c for c in force[1:]),
+                side * (total[0] + self.pull(support)),
+                *(side * c for c in total[1:]),
             ]
             release = self.first_zero(pressing_force, self.reach)
             self.pass_time(self.reach if release is None else release, [self.bound[support]], force)

@@ -35,6 +35,7 @@ FIRST_CAPACITY, CAPACITY_PER_PERIOD, CAPACITY_GROWTH = 64, 6, 4
 # Capacity of all logs of one call in contacts, which bounds its memory to about 80 MB.
 MAX_CAPACITY = 2_000_000
 # Columns of a log by the index of their count.
+F2 = Parameters._fields.index("f2")
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),
     RESTS: ("rest_start", "rest_end", "rest_support"),
@@ -98,7 +99,8 @@ def simulate_rows(
     starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
     turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
     parameters = np.array([e.parameters() for e in exciters])
-    all_effects(columns_of(parameters))
+    if all_effects(columns_of(parameters)).second_harmonic is not None:
+        raise ParameterError("f2", parameters[:, F2], must="must be 0 for rows in lockstep", got="")
     columns = march_rows(parameters, starts, turns, steps, max_impacts)
     variables = {name: (_dim_of(name), values) for name, values in columns.items()}
     coords = {

@@ -16,7 +16,7 @@ from vibropipe.march.grid import StepGrid, exact_grid, grid_time, newmark_grid
 from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, Log, new_log
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.physics.conservative import is_conservative
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.equilibrium import about_equilibrium, from_equilibrium
@@ -50,7 +50,15 @@ class BenchmarkMotion(NamedTuple):
 
     def request(self, samples_per_period: int = 0) -> MotionRequest:
         """Return the request for this motion, with samples per forcing period."""
-        return MotionRequest(0.0, self.tau_end, self.x0, self.v0, samples_per_period, MAX_CONTACTS)
+        return MotionRequest(
+            0.0,
+            self.tau_end,
+            self.x0,
+            self.v0,
+            samples_per_period,
+            MAX_CONTACTS,
+            effects=effects_of_motion(self),
+        )
 
 
 class MethodResult(NamedTuple):
@@ -83,18 +91,24 @@ def failed(outcome: Outcome) -> MethodResult:
     return MethodResult(outcome, (math.nan,) * 2, empty, empty, empty, empty, (math.nan,) * 3)
 
 
+def effects_of_motion(motion: BenchmarkMotion) -> Effects:
+    """Return all effects that the kernels of a motion have."""
+    return all_effects(vars(motion.exciter), pieces=True)
+
+
 def exact(motion: BenchmarkMotion) -> Candidate:
     """Return the exact method; a conservative motion is evaluated in closed form."""
     p = motion.exciter.parameters()
     if is_conservative(p, motion.x0, motion.v0):
         solve = partial(run_motion, motion.exciter, motion.request())
         return Candidate(partial(solve_once, motion, None), repeated(solve))
-    return marching_candidate(motion, exact_grid(ALL_EFFECTS, p))
+    return marching_candidate(motion, exact_grid(effects_of_motion(motion), p))
 
 
 def newmark(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Return Newmark's method with event location."""
-    return marching_candidate(motion, newmark_grid(ALL_EFFECTS, motion.exciter.parameters(), steps))
+    p = motion.exciter.parameters()
+    return marching_candidate(motion, newmark_grid(effects_of_motion(motion), p, steps))
 
 
 def marching_candidate(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
@@ -109,13 +123,14 @@ class March:
     """
 
     def __init__(
-        self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects = ALL_EFFECTS
+        self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects | None = None
     ) -> None:
-        self.scratch, self.effects = np.empty(3 if grid.exact is None else DEGREE + 1), effects
+        self.scratch = np.empty(3 if grid.exact is None else DEGREE + 1)
+        self.effects = effects_of_motion(motion) if effects is None else effects
         self.log = self.new_log(MARCH_LOG_CAPACITY)
         end = grid_time(float(motion.periods), grid.steps)
         start = motion.exciter.parameters(), grid, motion.x0, motion.v0
-        self.march = partial(march_repeatedly, effects, *start, end)
+        self.march = partial(march_repeatedly, self.effects, *start, end)
 
     def repeat(self, n_calls: int) -> None:
         """March `n_calls` times; the log grows until it has capacity for all contacts."""
@@ -154,7 +169,13 @@ def solve_once(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:
 def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Return Newmark's method with impacts applied at the end of the step."""
     p = motion.exciter.parameters()
-    arguments = (p, newmark_grid(ALL_EFFECTS, p, steps), motion.periods, motion.x0, motion.v0)
+    arguments = (
+        p,
+        newmark_grid(effects_of_motion(motion), p, steps),
+        motion.periods,
+        motion.x0,
+        motion.v0,
+    )
     capacity = MARCH_LOG_CAPACITY
 
     def show() -> MethodResult:

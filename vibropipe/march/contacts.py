@@ -21,7 +21,7 @@ from vibropipe.march.state import (
     restitution_of,
 )
 from vibropipe.physics.contact import frame_at, reset
-from vibropipe.physics.load import NEVER, force_at
+from vibropipe.physics.load import NEVER, force_at, force_rate
 
 
 @jit
@@ -131,12 +131,11 @@ def advance_rest(e, p, grid, state, end, log, samples):
     if not released:
         return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, state.rest_start)
     log_rest(log, state.rest_start, turns_at(grid, at), state.home)
-    force_cosine = 0.0
+    jerk, second = 0.0, e.second_harmonic
     if e.forcing is not None:
-        force_cosine = force_at(p, frame_at(e, p, state.home).sigma, phase_at(grid, at)).cosine
-    return State(
-        at.period, at.step, at.theta, state.home, 0.0, 0.0, release_mode(force_cosine), 0.0
-    )
+        sigma = frame_at(e, p, state.home).sigma
+        jerk = force_rate(p, force_at(p, sigma, phase_at(grid, at), second), second)
+    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, release_mode(jerk), 0.0)
 
 
 @jit_inline

@@ -23,7 +23,7 @@ from vibropipe.march.state import (
 )
 from vibropipe.physics.contact import Frame, frame_at, reset
 from vibropipe.physics.flow import combine, motion_with_curvature
-from vibropipe.physics.load import Force, force_at
+from vibropipe.physics.load import force_at, no_force
 
 # Error bounds of the slope and of the curvature of the cubic Hermite interpolant of a step, as multiples of the error
 # bound of its value.
@@ -144,9 +144,9 @@ def step_through_impact(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
     distance = frame.far - frame.near
     if not crosses_once(grid, y, w, frame.load, first, last, slope0, slope1, distance):
         return False, frame, 0.0, y, w
-    force = Force(0.0, 0.0)
+    force = no_force()
     if e.forcing is not None:
-        force = force_at(p, frame.sigma, at / grid.steps)
+        force = force_at(p, frame.sigma, at / grid.steps, e.second_harmonic)
     combine(e, grid.basis, c, y, w, frame.load, force)
     theta, slope = refine_root(e, p, grid, c, frame.load, sign, offset, first, last, slope0, slope1)
     if not theta < MAX_IMPACT_THETA:

@@ -20,7 +20,7 @@ from vibropipe.march.state import (
 )
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.flow import combine
-from vibropipe.physics.load import Force, force_at
+from vibropipe.physics.load import force_at, force_value, no_force
 from vibropipe.physics.newmark import quadratic, step
 from vibropipe.words.status import Status
 
@@ -39,16 +39,17 @@ def fill_polynomial(e, p, grid, frame, state, limit, c):
 
     limit : in steps; c : (DEGREE + 1,) of the exact method, (3,) of Newmark's.
     """
-    sigma, load, force = frame.sigma, frame.load, Force(0.0, 0.0)
+    sigma, load, force = frame.sigma, frame.load, no_force()
     if e.forcing is not None:
-        force = force_at(p, sigma, phase_at(grid, state))
-    s = force.sine
+        force = force_at(p, sigma, phase_at(grid, state), e.second_harmonic)
+    s = force_value(force, e.second_harmonic)
     if grid.exact is not None:
         combine(e, grid.basis, c, state.y, state.w, load, force)
     else:
         end = s
         if e.forcing is not None:
-            end = force_at(p, sigma, (state.step + limit) / grid.steps).sine
+            turn = (state.step + limit) / grid.steps
+            end = force_value(force_at(p, sigma, turn, e.second_harmonic), e.second_harmonic)
         span = (limit - state.theta) * grid.dt
         if e.damping is not None:
             quadratic(c, state.y, state.w, s + load, end + load, p.h, span, grid.dt)
@@ -110,8 +111,9 @@ def step_by(e, p, grid, frame, state, theta):
     load, start, end = frame.load, 0.0, 0.0
     if e.forcing is not None:
         turn = phase_at(grid, state)
-        start = force_at(p, frame.sigma, turn).sine
-        end = force_at(p, frame.sigma, turn + theta / grid.steps).sine
+        later, second = turn + theta / grid.steps, e.second_harmonic
+        start = force_value(force_at(p, frame.sigma, turn, second), second)
+        end = force_value(force_at(p, frame.sigma, later, second), second)
     if e.damping is None:
         return step(state.y, state.w, start + load, end + load, None, theta * grid.dt)
     return step(state.y, state.w, start + load, end + load, p.h, theta * grid.dt)

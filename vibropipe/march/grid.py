@@ -8,13 +8,23 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_unfused
-from vibropipe.physics.flow import exact_basis, exact_map, motion, steps_for_exact
+from vibropipe.physics.flow import (
+    exact_basis,
+    exact_map,
+    exact_map_of_second,
+    motion,
+    steps_for_exact,
+)
 from vibropipe.physics.load import (
+    contribution_of_second,
     exact_factors,
+    exact_factors_of_second,
+    fastest_forcing,
     force_bounds,
     force_contribution,
     forcing_period,
     mean_factors,
+    mean_factors_of_second,
     sincos_at_step,
     sincos_tables,
 )
@@ -54,6 +64,10 @@ class StepGrid(NamedTuple):
         force or where a period has too many steps.
     basis : ndarray, shape (COLUMNS, DEGREE + 1) or (0, 0)
         `flow.exact_basis`; empty for Newmark's method.
+    second : int or None
+        The effect `second_harmonic`; a type.
+    force_2 : tuple of float
+        The factors of sin and cos of 2 nu tau, in the order of `force`.
     """
 
     exact: int | None
@@ -71,6 +85,8 @@ class StepGrid(NamedTuple):
     table_1: np.ndarray
     table_2: np.ndarray
     basis: np.ndarray
+    second: int | None
+    force_2: tuple[float, float, float, float]
 
 
 @jit
@@ -104,22 +120,48 @@ def exact_grid_with_steps(e, p, steps):
     StepGrid
     """
     dt = forcing_period(p) / steps
-    basis = exact_basis(p.h, p.nu, dt)
+    basis = exact_basis(p.h, p.nu, dt, e.second_harmonic)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
     force = exact_factors(p, p1, p2, q1, q2)
     ps, qs = sincos_tables(e, steps)
+    force_2 = (0.0, 0.0, 0.0, 0.0)
+    if e.second_harmonic is not None:
+        p1, p2, q1, q2 = exact_map_of_second(basis, dt)
+        force_2 = exact_factors_of_second(p, p1, p2, q1, q2)
     for j in range(ps.size):
-        ps[j], qs[j] = force_contribution(force, ps[j], qs[j])
+        s, c = ps[j], qs[j]
+        ps[j], qs[j] = force_contribution(force, s, c)
+        if e.second_harmonic is not None:
+            second_y, second_w = contribution_of_second(force_2, s, c)
+            ps[j] += second_y
+            qs[j] += second_w
     margin0, margin1 = _margins(p, dt)
     return StepGrid(
-        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis
+        1,
+        steps,
+        dt,
+        a11,
+        a12,
+        b1,
+        a21,
+        a22,
+        b2,
+        margin0,
+        margin1,
+        force,
+        ps,
+        qs,
+        basis,
+        e.second_harmonic,
+        force_2,
     )
 
 
 @jit_allocating
 def exact_grid(e, p):
     """Return the grid of the exact method, with the fewest steps that it allows."""
-    return exact_grid_with_steps(e, p, steps_for_exact(p.nu, p.h))
+    fastest = fastest_forcing(p, e.second_harmonic)
+    return exact_grid_with_steps(e, p, steps_for_exact(p.nu, p.h, fastest))
 
 
 @jit
@@ -146,9 +188,27 @@ def newmark_grid(e, p, steps):
     """
     sines, cosines = sincos_tables(e, steps)
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
-    basis = np.zeros((0, 0))
+    basis, force_2 = np.zeros((0, 0)), (0.0, 0.0, 0.0, 0.0)
+    if e.second_harmonic is not None:
+        force_2 = mean_factors_of_second(p, b1, b2, dt)
     return StepGrid(
-        None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines, basis
+        None,
+        steps,
+        dt,
+        a11,
+        a12,
+        b1,
+        a21,
+        a22,
+        b2,
+        margin0,
+        margin1,
+        force,
+        sines,
+        cosines,
+        basis,
+        e.second_harmonic,
+        force_2,
     )
 
 
@@ -158,7 +218,12 @@ def force_at_step(grid, step):
     if grid.exact is not None and grid.table_1.size > 0:
         return grid.table_1[step], grid.table_2[step]
     s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
-    return force_contribution(grid.force, s, c)
+    force_y, force_w = force_contribution(grid.force, s, c)
+    if grid.second is not None:
+        second_y, second_w = contribution_of_second(grid.force_2, s, c)
+        force_y += second_y
+        force_w += second_w
+    return force_y, force_w
 
 
 @jit_unfused

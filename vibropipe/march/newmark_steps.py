@@ -14,7 +14,7 @@ from vibropipe.march.grid import stays_between, whole_step
 from vibropipe.march.log import STEPS
 from vibropipe.march.state import FLIGHT, State
 from vibropipe.physics.contact import frame_at
-from vibropipe.physics.load import load_contribution, sincos_at_step
+from vibropipe.physics.load import contribution_of_second, load_contribution, sincos_at_step
 
 # Motions in a block: a multiple of every vector width.
 WIDTH = 64
@@ -53,6 +53,10 @@ def coast_newmark(e, p, grid, state, end, counts):
             forcing_w = load_contribution(
                 sigma * grid.force[2], sigma * grid.force[3], load_w, s, c
             )
+            if e.second_harmonic is not None:
+                second_y, second_w = contribution_of_second(grid.force_2, s, c)
+                forcing_y += sigma * second_y
+                forcing_w += sigma * second_w
         y1, w1 = whole_step(grid.a11, grid.a12, grid.a21, grid.a22, y, w, forcing_y, forcing_w)
         if not stays_between(grid, frame, 0, y, w, y1, w1, 1.0):
             break

@@ -6,7 +6,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.grid import phase_at
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
 from vibropipe.march.roots import NONE, STRIDE_LIMIT, first_root, gap
-from vibropipe.physics.load import Force, first_terms, force_at
+from vibropipe.physics.load import force_at, force_value, no_force
 from vibropipe.physics.stiffness import (
     damping_of,
     piece_mean_acceleration,
@@ -25,22 +25,22 @@ MAX_STEPS, STEP_TOLERANCE = 20, 2.0**-50
 @jit
 def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
     """Fill c with the polynomial of a piece in t/dt, origin at the state; span : length in dt, of Newmark's step."""
-    force = Force(0.0, 0.0)
+    force, second = no_force(), e.second_harmonic
     if e.forcing is not None:
-        force = force_at(p, frame.sigma, phase_at(grid, state))
+        force = force_at(p, frame.sigma, phase_at(grid, state), second)
     load, stiffness, damping = piece.load, piece.stiffness, piece.damping
     if grid.exact is not None:
-        piece_taylor(c, state.y, state.w, force, load, stiffness, damping, p.nu, dt)
+        piece_taylor(c, state.y, state.w, force, load, stiffness, damping, p.nu, dt, second)
         # The derivatives that the mode declares zero are set to zero, without rounding.
         if piece.velocity_power >= 2:
             c[2] = 0.0
         if piece.velocity_power >= 3:
             c[3] = 0.0
     else:
-        mean = first_terms(force, 0.0)[0]
+        mean = force_value(force, second)
         if e.forcing is not None:
-            last = force_at(p, frame.sigma, (state.step + state.theta + span) / grid.steps)
-            mean = 0.5 * (mean + first_terms(last, 0.0)[0])
+            turn = (state.step + state.theta + span) / grid.steps
+            mean = 0.5 * (mean + force_value(force_at(p, frame.sigma, turn, second), second))
         c[0], c[1] = state.y, state.w * dt
         c[2] = (
             0.5

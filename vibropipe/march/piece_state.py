@@ -28,7 +28,7 @@ from vibropipe.march.state import (
 from vibropipe.physics.contact import frame_at, support_position
 from vibropipe.physics.flow import REACH
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.load import first_terms, force_at, force_rate, largest_force
+from vibropipe.physics.load import force_at, force_rate, force_value, largest_force
 from vibropipe.physics.stiffness import damping_of, is_soft, piece_rate, stiffness_of
 
 
@@ -126,9 +126,9 @@ def net_force(e, p, home, y, turn):
     value, rate = frame.load - stiffness * y, 0.0
     scale = abs(frame.load) + abs(stiffness * y)
     if e.forcing is not None:
-        force = force_at(p, frame.sigma, turn)
-        value += first_terms(force, 0.0)[0]
-        rate = force_rate(p, force)
+        force = force_at(p, frame.sigma, turn, e.second_harmonic)
+        value += force_value(force, e.second_harmonic)
+        rate = force_rate(p, force, e.second_harmonic)
         scale += largest_force(p)
     return value, rate, scale
 

@@ -9,7 +9,17 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
 from vibropipe.physics.friction import chatter_with_friction, friction_of
-from vibropipe.physics.load import NEVER, Force, force_at, force_rate, largest_force, release_turn
+from vibropipe.physics.load import (
+    NEVER,
+    fastest_forcing,
+    force_at,
+    force_rate,
+    force_value,
+    largest_force,
+    no_force,
+    release_turn,
+    release_wait_of_second,
+)
 
 # Modes of a state. FLIGHT: off its home, or written from the equilibrium. LEAVES_BY_*: on its support; the name is
 # the leading derivative of the gap, the number the power of time with which the gap begins to grow. DOWN_BY_*: the
@@ -117,6 +127,9 @@ def release_wait(e, p, home, turn):
         load -= p.friction
     if e.forcing is None:
         return 0.0 if load > 0.0 else NEVER
+    if e.second_harmonic is not None:
+        wait = release_wait_of_second(p, frame.sigma, load, turn)
+        return 0.0 if wait < TIME_TOLERANCE else wait
     release = release_turn(p, frame.sigma, load)
     if release < 0.0:
         return 0.0
@@ -163,10 +176,11 @@ def departure_mode(e, p, grid, home, w, turn):
 def _slow_departure(e, p, period, home, w, turn, max_acceleration):
     """Return `departure_mode` of a speed that may be part of a chatter; max_acceleration bounds |gap acceleration|."""
     frame = frame_at(e, p, home)
-    force = Force(0.0, 0.0)
+    force, second = no_force(), e.second_harmonic
     if e.forcing is not None:
-        force = force_at(p, frame.sigma, turn)
-    gap_acceleration, gap_jerk, h = force.sine + frame.load, force_rate(p, force), 0.0
+        force = force_at(p, frame.sigma, turn, second)
+    gap_acceleration, h = force_value(force, second) + frame.load, 0.0
+    gap_jerk = force_rate(p, force, second)
     if e.damping is not None:
         h = p.h
         gap_acceleration -= h * w
@@ -176,14 +190,14 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
         gap_acceleration -= friction
     if w > 0.0:
         if gap_acceleration < 0.0:
-            restitution = restitution_of(e, p, home)
+            restitution, fastest = restitution_of(e, p, home), fastest_forcing(p, second)
             # A bound by the sum of both rates: where they cancel for an instant, the next order counts.
             rate = abs(gap_jerk) + w
             if e.friction is not None:
                 press = -gap_acceleration - friction
-                wait = chatter_with_friction(w, press, friction, rate, restitution, h, p.nu)
+                wait = chatter_with_friction(w, press, friction, rate, restitution, h, fastest)
             else:
-                wait = chatter_duration(w, gap_acceleration, rate, restitution, h, p.nu)
+                wait = chatter_duration(w, gap_acceleration, rate, restitution, h, fastest)
             if wait < NEVER:
                 return REST, wait / period
             if restitution >= 1.0 and h > 0.0 and w * w <= MIN_HOP_HEIGHT * p.l * -gap_acceleration:

@@ -16,8 +16,13 @@ from vibropipe.orbits.outputs import (
 )
 from vibropipe.physics.conservative import arc, arc_harmonic, arc_state, speed_at, top_support
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.linear import linear_amplitude, linear_exponent, linear_multipliers
-from vibropipe.physics.load import phase_factor, work_of_force
+from vibropipe.physics.linear import (
+    linear_amplitude,
+    linear_exponent,
+    linear_multipliers,
+    second_linear_amplitude,
+)
+from vibropipe.physics.load import phase_factor, work_of_force, work_of_second
 
 
 @jit_inline
@@ -54,6 +59,21 @@ def _linear_motion(p, x, motion, row) -> None:
             motion[row, 1, i] = -p.nu * rotated.imag
 
 
+@jit
+def _add_second(p, x, amplitudes, energy, motion, row) -> None:
+    """Add the part 2 Re(X exp(2 i nu tau)) of a linear motion to its amplitudes, energies and samples."""
+    if amplitudes.size > 0 and amplitudes.shape[1] > 2:
+        amplitudes[row, 2] = x
+    if energy.size > 0:
+        energy[row, 0] += work_of_second(p, x)
+        energy[row, 1] += p.h * (4.0 * p.nu * abs(x)) ** 2 * (math.pi / p.nu)
+    if motion.size > 0:
+        for i in range(motion.shape[2]):
+            rotated = 2.0 * x * phase_factor(-2.0 * i / motion.shape[2])
+            motion[row, 0, i] += rotated.real
+            motion[row, 1, i] -= 2.0 * p.nu * rotated.imag
+
+
 @jit_inline
 def solve_linear(p, out, row):
     """Solve a row whose motion reaches no support: the steady state of eq. (5) in closed form.
@@ -71,7 +91,7 @@ def solve_linear(p, out, row):
     x, v : float
         Stroboscopic section.
     """
-    x = linear_amplitude(p)
+    x, x_2 = linear_amplitude(p), second_linear_amplitude(p)
     _write_label(out, row, NO_IMPACT, 1)
     out.frequency[row] = p.nu
     _linear_amplitudes(x, out.amplitudes, row)
@@ -81,8 +101,12 @@ def solve_linear(p, out, row):
     write_orbit_exponent(linear_exponent(p), out.exponent, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
+    if p.f2 != 0.0:
+        _add_second(p, x_2, out.amplitudes, out.energy, out.motion, row)
     if out.impact_velocity_max.size > 0:
         out.impact_velocity_max[row, 0], out.impact_velocity_max[row, 1] = math.nan, math.nan
+    if p.f2 != 0.0:
+        return 2.0 * (x.real + x_2.real), -2.0 * p.nu * (x.imag + 2.0 * x_2.imag)
     return 2.0 * x.real, -2.0 * p.nu * x.imag
 
 

@@ -37,10 +37,11 @@ from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.load import (
     TWO_PI,
-    Force,
+    fastest_forcing,
     force_at,
     force_times,
     forcing_period,
+    no_force,
     phase_factor,
     phase_integral,
     reaction_integral,
@@ -200,21 +201,23 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
     friction = friction_of(e, p)
     if e.friction is not None:
         energy[4] += friction * abs(pieces.values[i, Y_END] - y)
-    parts = max(1, math.ceil(span * max(p.nu, piece_rate(stiffness, damping)) / REACH))
+    second = e.second_harmonic
+    rate = max(fastest_forcing(p, second), piece_rate(stiffness, damping))
+    parts = max(1, math.ceil(span * rate / REACH))
     dt, c = span / parts, pieces.polynomial
     for part in range(parts):
         begin = start + part * dt / period
-        force = Force(0.0, 0.0)
+        force = no_force()
         if e.forcing is not None:
-            force = force_at(p, sigma, begin)
-        piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt)
+            force = force_at(p, sigma, begin, second)
+        piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
             node_y = displacement(c, DEGREE, NODES[g])
             node_w = velocity(c, DEGREE, NODES[g], dt)
             weight = WEIGHTS[g] * dt
             if e.forcing is not None:
-                energy[0] += force_times(p, weight, phase) * to_velocity(home, node_w)
+                energy[0] += force_times(p, weight, phase, second) * to_velocity(home, node_w)
             if e.damping is not None:
                 energy[1] += weight * p.h * node_w * node_w
             if form == CONTACT:

@@ -12,7 +12,14 @@ from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, displacement, fastest_rate, taylor, velocity
-from vibropipe.physics.load import Force, force_at, force_times, forcing_period, phase_factor
+from vibropipe.physics.load import (
+    fastest_forcing,
+    force_at,
+    force_times,
+    forcing_period,
+    no_force,
+    phase_factor,
+)
 from vibropipe.physics.quotient import divide
 
 # Gauss-Legendre rule on [0, 1] for each step of the polynomial motion; exact up to degree 19.
@@ -26,21 +33,23 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
     if end <= start:
         return x, v
     period = forcing_period(p)
-    pieces = max(1, math.ceil((end - start) * period * fastest_rate(p.nu, p.h) / REACH))
+    second = e.second_harmonic
+    rate = fastest_rate(fastest_forcing(p, second), p.h)
+    pieces = max(1, math.ceil((end - start) * period * rate / REACH))
     dt = (end - start) * period / pieces
     for piece in range(pieces):
         begin = start + (end - start) * piece / pieces
-        force = Force(0.0, 0.0)
+        force = no_force()
         if e.forcing is not None:
-            force = force_at(p, 1.0, begin)
-        taylor(c, x, v, force, 0.0, p.h, p.nu, dt)
+            force = force_at(p, 1.0, begin, second)
+        taylor(c, x, v, force, 0.0, p.h, p.nu, dt, second)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
             node_x = displacement(c, DEGREE, NODES[g])
             node_v = velocity(c, DEGREE, NODES[g], dt)
             weight = WEIGHTS[g] * dt / period
             if e.forcing is not None:
-                energy[0] += force_times(p, weight * period, phase) * node_v
+                energy[0] += force_times(p, weight * period, phase, second) * node_v
             if e.damping is not None:
                 energy[1] += weight * period * p.h * node_v * node_v
             for k in range(out.size):

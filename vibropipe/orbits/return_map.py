@@ -155,7 +155,7 @@ def jacobian_of(pieces, e, p, log, start, end, m):
         before = log.velocity[i]
         force = -x
         if e.forcing is not None:
-            force = force_times(p, 1.0, log.position[i]) - x
+            force = force_times(p, 1.0, log.position[i], e.second_harmonic) - x
         restitution = restitution_of(e, p, log.support[i])
         drag = 0.0
         if e.damping is not None:

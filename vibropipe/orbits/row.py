@@ -33,7 +33,7 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import settles_without_impact
-from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load import fastest_of_row, forcing_period
 from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -82,7 +82,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         gives the reason.
     """
     out.section[row, 0], out.section[row, 1] = x, v
-    if not forcing_period(p) * fastest_rate(p.nu, p.h) / REACH < MAX_STEPS_PER_PERIOD:
+    if not forcing_period(p) * fastest_rate(fastest_of_row(p), p.h) / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = exact_grid(e, p)

@@ -17,7 +17,7 @@ ROUNDING = 1e-9
 
 def largest_force(p: Mapping[str, np.ndarray]) -> float:
     """Return the largest magnitude of the force over the grid: `load.largest_force`, without the compiler."""
-    return float(np.abs(p["f"]).max())
+    return float(np.abs(p["f"]).max() + np.abs(p.get("f2", 0.0)).max())
 
 
 def state_norm_bound(
@@ -61,7 +61,10 @@ def state_norm_bound(
     damping = p["h"]
     if nearest >= 0.0 and damping.min() > 0.0 and stiffness == 0.0:
         bounds.append(float(ultimate_bound(damping, force, start).max()))
-    linear = float(linear_bound(p["nu"], damping.min(), force, start).max())
+    first, second = float(np.abs(p["f"]).max()), float(np.abs(p.get("f2", 0.0)).max())
+    linear = float(linear_bound(p["nu"], damping.min(), first, start).max())
+    if second > 0.0:
+        linear += float(linear_bound(2.0 * p["nu"], damping.min(), second, 0.0).max())
     if linear * (1 + ROUNDING) < nearest:
         bounds.append(linear)
     return min(bounds)

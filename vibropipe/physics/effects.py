@@ -39,6 +39,7 @@ class Effects(NamedTuple):
     rest: int | None = 1
     soft: int | None = None
     friction: int | None = None
+    second_harmonic: int | None = None
     watched: int | None = None
 
     @property
@@ -56,24 +57,29 @@ PIECES = ("k1", "k2", "h1", "h2", "friction")
 NOT_COMPUTED = {
     **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
     "friction": "dry friction is",
-    **dict.fromkeys(("f2", "phi2"), "a second harmonic of the force is"),
 }
 
 
 def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
-    """Return all effects of eqs. (5), (6), or raise a ParameterError for parameters whose effect is not computed.
+    """Return all effects of eqs. (5), (6), and those beyond that parameters have.
 
     pieces : whether the caller computes soft supports and friction; both are then added where the parameters have one,
     so that one kernel serves all such exciters.
+
+    Raises
+    ------
+    ParameterError
+        If the parameters have an effect that is not computed.
     """
     for name, effect in NOT_COMPUTED.items():
         if np.any(values.get(name, 0.0)) and not (pieces and name in PIECES):
             largest = float(np.abs(values[name]).max())
             must = f"must be 0: {effect} not computed {'by this version' if pieces else 'here'}"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
+    further = ALL_EFFECTS._replace(second_harmonic=1 if np.any(values.get("f2", 0.0)) else None)
     if any(np.any(values.get(name, 0.0)) for name in ("k1", "k2", "friction")):
-        return ALL_EFFECTS._replace(soft=1, friction=1)
-    return ALL_EFFECTS
+        return further._replace(soft=1, friction=1)
+    return further
 
 
 def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> tuple[str, ...]:
@@ -151,7 +157,7 @@ def effects_of(
     ParameterError
         If the parameters have an effect that is not computed.
     """
-    all_effects(values, pieces=True)
+    further = all_effects(values, pieces=True)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
     # A constant load moves the equilibrium, from which x and the supports count.
     load = p.pop("load", np.zeros(1))
@@ -178,7 +184,8 @@ def effects_of(
     soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
     present = ((p["h"] > 0).any(), force > 0, *(name in reached for name in distances))
     watched = sum(WATCHED[name] for name in reached - included)
-    called_for = (*present, included & lossy, included & pressed, included & soft, friction > 0.0)
+    of_supports = included & lossy, included & pressed, included & soft
+    called_for = (*present, *of_supports, friction > 0.0, further.second_harmonic)
     effects = Effects(*(1 if is_so else None for is_so in called_for))
     return effects._replace(watched=watched or None)
 
@@ -241,6 +248,7 @@ def missing_effect(
         "load": (["load"], "load = 0"),
         "soft": (["k1", "k2"], "k = 0 on the supports included"),
         "friction": (["friction"], "friction = 0"),
+        "second_harmonic": (["f2"], "f2 = 0"),
     }[effect]
     # what is farthest from an absent effect
     farthest = np.min if effect == "restitution" else np.max

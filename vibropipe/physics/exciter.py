@@ -234,7 +234,7 @@ class Exciter:
     def _warn_of_far_supports(self) -> None:
         """Warn if a support is so far that l, in metres, was probably meant in millimetres."""
         linear = math.hypot(1.0 - self.nu**2, self.h * self.nu)
-        reach = abs(self.f) * max(1.0, 1.0 / linear if linear else math.inf)
+        reach = abs(self.f) * max(1.0, 1.0 / linear if linear else math.inf) + abs(self.f2)
         distance = min(self.upper - self.load, self.load - self.lower)
         if 0.0 < FAR_SUPPORT * reach < distance:
             warnings.warn(

@@ -12,7 +12,15 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.physics.load import COLUMNS, first_terms, load_of, load_terms, next_term
+from vibropipe.physics.load import (
+    COLUMNS,
+    COLUMNS_OF_SECOND,
+    first_terms,
+    first_terms_of_second,
+    load_of,
+    load_terms,
+    next_term,
+)
 
 # Degree of the polynomial.
 DEGREE = 15
@@ -28,13 +36,16 @@ def fastest_rate(nu: float, h: float) -> float:
 
 
 @jit
-def steps_for_exact(nu: float, h: float) -> int:
-    """Return the steps per forcing period, at least 8, for which one polynomial covers a step to rounding."""
-    return max(8, math.ceil(2.0 * math.pi / nu * fastest_rate(nu, h) / REACH))
+def steps_for_exact(nu: float, h: float, fastest: float = 0.0) -> int:
+    """Return the steps per forcing period, at least 8, for which one polynomial covers a step to rounding.
+
+    fastest : highest frequency of the force (default: nu).
+    """
+    return max(8, math.ceil(2.0 * math.pi / nu * fastest_rate(max(nu, fastest), h) / REACH))
 
 
 @jit
-def taylor(c, y, w, force, load, h, nu, dt) -> None:
+def taylor(c, y, w, force, load, h, nu, dt, second=None) -> None:
     """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, eq. (5).
 
     Parameters
@@ -48,6 +59,8 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
         Constant load.
     h, nu, dt : float
         Damping, frequency of the force, the step.
+    second : int or None
+        The effect `second_harmonic`.
 
     References
     ----------
@@ -60,9 +73,15 @@ def taylor(c, y, w, force, load, h, nu, dt) -> None:
     c[0] = y
     c[1] = w * dt
     c[2] = 0.5 * d2 * ((term + load) - h * w - y)
+    if second is not None:
+        other, other_next = first_terms_of_second(force, 2.0 * nu * dt)
+        c[2] += 0.5 * d2 * other
     for n in range(1, DEGREE - 1):
         c[n + 2] = (d2 * (term_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
         term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
+        if second is not None:
+            c[n + 2] += d2 * other_next * _FACTORS[n]
+            other, other_next = other_next, next_term(other, 2.0 * nu * dt, _FACTORS[n - 1])
 
 
 @jit
@@ -120,19 +139,22 @@ def motion(c, t: float, dt: float):
 
 
 @jit_allocating
-def exact_basis(h: float, nu: float, dt: float):
+def exact_basis(h: float, nu: float, dt: float, second=None):
     """Return the polynomials of a unit y, w and each part of the load at t0, shape (COLUMNS, DEGREE + 1).
+
+    With the second harmonic, COLUMNS_OF_SECOND follow.
 
     The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
     than the recurrence runs.
     """
-    basis = np.empty((COLUMNS, DEGREE + 1))
-    unit = np.zeros(COLUMNS)
-    for column in range(COLUMNS):
+    columns = COLUMNS if second is None else COLUMNS + COLUMNS_OF_SECOND
+    basis = np.empty((columns, DEGREE + 1))
+    unit = np.zeros(COLUMNS + COLUMNS_OF_SECOND)
+    for column in range(columns):
         unit[:] = 0.0
         unit[column] = 1.0
         load, force = load_of(unit)
-        taylor(basis[column], unit[0], unit[1], force, load, h, nu, dt)
+        taylor(basis[column], unit[0], unit[1], force, load, h, nu, dt, second)
     return basis
 
 
@@ -167,6 +189,20 @@ def exact_map(basis, dt: float):
         y[column] = displacement(basis[column], DEGREE, 1.0)
         w[column] = velocity(basis[column], DEGREE, 1.0, dt)
     return (y[0], y[1], y[2], y[3], y[4], w[0], w[1], w[2], w[3], w[4])
+
+
+@jit
+def exact_map_of_second(basis, dt: float):
+    """Return (p1, p2, q1, q2) of `exact_map` for the second harmonic."""
+    y0, y1 = (
+        displacement(basis[COLUMNS], DEGREE, 1.0),
+        displacement(basis[COLUMNS + 1], DEGREE, 1.0),
+    )
+    w0, w1 = (
+        velocity(basis[COLUMNS], DEGREE, 1.0, dt),
+        velocity(basis[COLUMNS + 1], DEGREE, 1.0, dt),
+    )
+    return y0, y1, w0, w1
 
 
 @jit

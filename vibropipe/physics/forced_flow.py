@@ -6,7 +6,7 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.load import forcing_period, sincos_turns
+from vibropipe.physics.load import force_at, forcing_period, sincos_turns
 from vibropipe.physics.quotient import divide
 
 # Modulus below which sinh(w)/w is summed from its series, whose first neglected term is then below 1e-18.
@@ -78,9 +78,35 @@ def force_response(
 
 
 @jit
+def _second_force(p, turn: float) -> float:
+    """Return the second harmonic of the force; 0 without one."""
+    if p.f2 == 0.0:
+        return 0.0
+    return force_at(p, 1.0, turn, 1).sine_2
+
+
+@jit
 def acceleration(p, x: float, v: float, turn: float) -> float:
     """Return x'' of eq. (5) at the phase `turn`, in turns."""
-    return p.f * sincos_turns(turn)[0] - p.h * v - x
+    # A branch here would make the compiler fuse other products of the callers.
+    return (p.f * sincos_turns(turn)[0] - p.h * v - x) + _second_force(p, turn)
+
+
+@jit
+def _fly_under_two(p, start: float, end: float, x: float, v: float):
+    """Return `fly_freely` under two harmonics."""
+    turns = end - start
+    t = turns * forcing_period(p)
+    e11, e12, e21, e22 = free_flow(p.h, t)
+    at = force_at(p, 1.0, start, 1)
+    first, first_rate = force_response(p.h, p.nu, turns, t, e12)
+    second, second_rate = force_response(p.h, 2.0 * p.nu, 2.0 * turns, t, e12)
+    x1, v1 = e11 * x + e12 * v, e21 * x + e22 * v
+    x1 += at.cosine * first.imag + at.sine * first.real
+    v1 += at.cosine * first_rate.imag + at.sine * first_rate.real
+    x1 += at.cosine_2 * second.imag + at.sine_2 * second.real
+    v1 += at.cosine_2 * second_rate.imag + at.sine_2 * second_rate.real
+    return x1, v1, e11, e12, e21, e22
 
 
 @jit
@@ -102,6 +128,8 @@ def fly_freely(p, start: float, end: float, x: float, v: float):
     e11, e12, e21, e22 : float
         The matrix of `free_flow`.
     """
+    if p.f2 != 0.0:
+        return _fly_under_two(p, start, end, x, v)
     turns = end - start
     t = turns * forcing_period(p)
     e11, e12, e21, e22 = free_flow(p.h, t)

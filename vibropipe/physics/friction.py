@@ -9,7 +9,7 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.contact import CHATTER_TOLERANCE
-from vibropipe.physics.load import NEVER, release_turn
+from vibropipe.physics.load import NEVER, release_turn, release_wait_of_second
 
 
 @jit_inline
@@ -47,6 +47,11 @@ def slip_wait(e, p, sigma, pull, turn):
         return NEVER, 1.0
     wait, direction = NEVER, 1.0
     for way in (1.0, -1.0):
+        if e.second_harmonic is not None:
+            after = release_wait_of_second(p, way * sigma, way * pull - friction, turn)
+            if after < wait:
+                wait, direction = after, way
+            continue
         release = release_turn(p, way * sigma, way * pull - friction)
         if release == NEVER:
             continue

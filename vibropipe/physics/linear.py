@@ -6,7 +6,7 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import force_amplitude, forcing_period, largest_force, sincos_turns
+from vibropipe.physics.load import force_amplitude, forcing_period, second_amplitude, sincos_turns
 from vibropipe.physics.quotient import divide
 
 # Squares in this range neither overflow nor lose digits to underflow; their root takes a third of the time of `hypot`.
@@ -33,7 +33,7 @@ def linear_amplitude(p) -> complex:
     complex
         X = -i f/2 / (1 - nu^2 + i h nu) of x = 2 Re(X exp(i nu tau)); infinite at resonance without damping.
     """
-    if largest_force(p) == 0.0:
+    if p.f == 0.0:
         return complex(0.0, 0.0)
     d = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
     square = d.real * d.real + d.imag * d.imag
@@ -46,9 +46,24 @@ def linear_amplitude(p) -> complex:
 
 
 @jit
+def second_linear_amplitude(p) -> complex:
+    """Return the complex amplitude X of the part 2 Re(X exp(2 i nu tau)) of the steady motion."""
+    if p.f2 == 0.0:
+        return complex(0.0, 0.0)
+    d = complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), p.h * 2.0 * p.nu)
+    if d == 0.0:
+        return complex(math.inf, 0.0)
+    return divide(second_amplitude(p), d)
+
+
+@jit
 def steady_at(p, turn):
     """Return (x, x') of the steady motion at the phase `turn`, in turns."""
-    return state_at_phase(p, linear_amplitude(p), turn)
+    x, v = state_at_phase(p, linear_amplitude(p), turn)
+    if p.f2 != 0.0:
+        x2, v2 = state_at_phase(p, second_linear_amplitude(p), 2.0 * turn)
+        x, v = x + x2, v + 2.0 * v2
+    return x, v
 
 
 @jit
@@ -82,9 +97,13 @@ def stays_off_supports(p, x, v, turn) -> bool:
     """
     amplitude = linear_amplitude(p)
     steady_x, steady_v = state_at_phase(p, amplitude, turn)
-    bound = (
-        2.0 * _length(amplitude.real, amplitude.imag) + _length(x - steady_x, v - steady_v)
-    ) * (1.0 + 1e-12)
+    size = 2.0 * _length(amplitude.real, amplitude.imag)
+    if p.f2 != 0.0:
+        second = second_linear_amplitude(p)
+        x2, v2 = state_at_phase(p, second, 2.0 * turn)
+        steady_x, steady_v = steady_x + x2, steady_v + 2.0 * v2
+        size += 2.0 * _length(second.real, second.imag)
+    bound = (size + _length(x - steady_x, v - steady_v)) * (1.0 + 1e-12)
     return bound < support_position(p, 1) and bound < -support_position(p, 2)
 
 

@@ -10,7 +10,7 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.flow import DEGREE, free_flow
-from vibropipe.physics.load import first_terms, next_term
+from vibropipe.physics.load import first_terms, first_terms_of_second, next_term
 
 _FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
 
@@ -42,7 +42,7 @@ def piece_rate(stiffness: float, damping: float) -> float:
 
 
 @jit
-def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt) -> None:
+def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt, second=None) -> None:
     """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for y'' + damping y' + stiffness y = load + force.
 
     Arguments are those of `flow.taylor`, which is the case of stiffness 1.
@@ -53,9 +53,15 @@ def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt) -> None:
     c[0] = y
     c[1] = w * dt
     c[2] = 0.5 * (d2 * (term + load) - hd * c[1] - stiffness_d2 * y)
+    if second is not None:
+        other, other_next = first_terms_of_second(force, 2.0 * nu * dt)
+        c[2] += 0.5 * d2 * other
     for n in range(1, DEGREE - 1):
         c[n + 2] = (d2 * term_next - stiffness_d2 * c[n] - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
         term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
+        if second is not None:
+            c[n + 2] += d2 * other_next * _FACTORS[n]
+            other, other_next = other_next, next_term(other, 2.0 * nu * dt, _FACTORS[n - 1])
 
 
 @jit

@@ -147,7 +147,7 @@ def vary_by_steps(p, support, start, end, w, work) -> None:
             turn = start + (end - start) * step / steps
             sine, cosine = sincos_turns(turn)
             taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
-            unit = Force(sigma * sine, sigma * cosine)
+            unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
             vary_step(p, work.c, unit, dt, degree, ends, work.z)
             y, w = motion(work.c, 1.0, dt)
     ends[1, BY_NU] += w / p.nu

@@ -86,9 +86,10 @@ def reachable_velocity(exciter: Exciter) -> float:
     """
     exciter = about_equilibrium(exciter)
     farthest = max(abs(exciter.upper), abs(exciter.lower))
-    bound = farthest + abs(exciter.f) * exciter.period
+    force = abs(exciter.f) + abs(exciter.f2)
+    bound = farthest + force * exciter.period
     if exciter.h > 0 and exciter.lower <= 0 <= exciter.upper:
-        bound = min(bound, float(ultimate_bound(exciter.h, exciter.f, farthest)))
+        bound = min(bound, float(ultimate_bound(exciter.h, force, farthest)))
     return bound
 
 

@@ -13,7 +13,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
-from vibropipe.solve.branch import KEEP_SYMMETRY
+from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.sweep import solve_shard
 from vibropipe.words.parameters import PARAMETERS
@@ -110,11 +110,10 @@ def boundary(
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = (
-        exciter.delta == exciter.load
-        and exciter.R1 == exciter.R2
-        and set(names) <= set(KEEP_SYMMETRY)
-    )
+    if exciter.f2 != 0.0 or "f2" in names:
+        must = "must be 0: boundaries under a second harmonic are not computed by this version"
+        raise ParameterError("f2", exciter.f2, must=must)
+    symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
     box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
     orbits = _settled(exciter, names, box, lines)

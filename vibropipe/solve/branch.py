@@ -16,7 +16,7 @@ from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
-from vibropipe.solve.checks import check_outputs, check_whole
+from vibropipe.solve.checks import check_outputs, check_sensitivity, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
@@ -132,10 +132,12 @@ def branch(
     problem, signs = _problem(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
+    ends = [problem.low, problem.high]
+    check_sensitivity(requested, {**vars(exciter), along: ends})
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)
-    effects = all_effect_names({**values, along: np.array([problem.low, problem.high])})
+    effects = all_effect_names({**values, along: np.array(ends)})
     attrs = origin_attrs(effects, start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST:
         return rest_dataset(
@@ -161,6 +163,13 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     if not set(requested) <= set(OF_BRANCH):
         raise ParameterError("outputs", outputs, f"a list of {', '.join(OF_BRANCH)}")
     return requested
+
+
+def is_symmetric(exciter: Exciter) -> bool:
+    """Return whether the exciter is its own mirror image half a forcing period later."""
+    pairs = (("R1", "R2"), ("k1", "k2"), ("h1", "h2"))
+    is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in pairs)
+    return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even
 
 
 def _direction(signs: tuple[float, ...]) -> str:
@@ -194,9 +203,7 @@ def _problem(
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = (
-        exciter.delta == exciter.load and exciter.R1 == exciter.R2 and along in KEEP_SYMMETRY
-    )
+    symmetric = is_symmetric(exciter) and along in KEEP_SYMMETRY
     values = np.array(exciter.parameters())
     index = Parameters._fields.index(along)
     return Problem(values, index, low, high, tuple(sorted(set(wanted))), symmetric, length), signs
@@ -229,7 +236,7 @@ def _follow(
     regime = Regime(int(start.regime))
     must = "must lead from (x0, v0) to an orbit that repeats with the force"
     got = f"a motion with the regime {regime.name.lower()}"
-    is_free = exciter.f == 0.0 and exciter.h == 0.0
+    is_free = exciter.f == exciter.f2 == 0.0 and exciter.h == 0.0
     if int(start.period_multiple) == 0 or is_free:
         raise ParameterError("exciter", exciter, must=must, got=got)
     times = start.impact_phase.values + start.impact_period.values

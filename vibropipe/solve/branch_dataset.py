@@ -17,12 +17,12 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
-from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.physics.effects import ALL_EFFECTS, all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rest_branch import RestBranch
-from vibropipe.solve.rows import ImpactBuffer, add_load, compact_impacts, new_rows
+from vibropipe.solve.rows import ImpactBuffer, add_load, columns_of, compact_impacts, new_rows
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import without_absent
@@ -209,7 +209,7 @@ def solve_points(
     out = new_rows(rows, harmonics, outputs, buffer)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
-        ALL_EFFECTS, parameters, sequence.m, sequence.supports, unknowns, log, c,
+        all_effects(columns_of(parameters)), parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
     out = compact_impacts(out)

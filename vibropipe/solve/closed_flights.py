@@ -91,6 +91,8 @@ def one_sided_family(exciter: Exciter, support: int, m: int) -> Family:
 def _forced(exciter: Exciter) -> Exciter:
     """Return the exciter about its equilibrium; ParameterError if it has no force or an effect that is not computed."""
     all_effects(vars(exciter))
+    if exciter.f2 != 0.0:
+        raise ParameterError("f2", exciter.f2, must="must be 0 for an orbit in closed form")
     if exciter.f == 0.0:
         must = "must not be 0, since these orbits have the period of the force (free motions: amplitude_frequency)"
         raise ParameterError("f", exciter.f, must=must)

@@ -91,7 +91,8 @@ def work_of_steps(
     permutation = np.argsort(at, kind="stable")
     xs = np.concatenate([x, support_x[side], support_x[side], rest_x])[permutation]
     vs = np.concatenate([v, before, after, np.zeros(rest_x.size)])[permutation]
-    force, dx = force_values(exciter.f, at[permutation]), np.diff(xs)
+    force = force_values(exciter.f, at[permutation], exciter.f2, exciter.phi2)
+    dx = np.diff(xs)
     losses = np.append(0.5 * (before**2 - after**2), 0.5 * tail_speeds(contacts) ** 2)
     side = np.append(side, contacts["rest_support"])
     return np.array(

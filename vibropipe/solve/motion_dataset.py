@@ -67,5 +67,5 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
         variables["tau"] = ("tau", tau)
         variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
         variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
-        variables["force"] = ("tau", force_values(exciter.f, phase))
+        variables["force"] = ("tau", force_values(exciter.f, phase, exciter.f2, exciter.phi2))
     return variables

@@ -14,6 +14,7 @@ Effect = Literal[
     "load",
     "soft",
     "friction",
+    "second_harmonic",
 ]
 EFFECT_NAMES: tuple[Effect, ...] = get_args(Effect)
 COMMON_EFFECTS: tuple[Effect, ...] = EFFECT_NAMES[:6]

@@ -10,7 +10,7 @@ from vibropipe.compiler import jit
 from vibropipe.orbits.branches.sequence import next_impact, restitution_at
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, motion, taylor
-from vibropipe.physics.load import force_at, forcing_period
+from vibropipe.physics.load import fastest_of_row, force_at, forcing_period
 
 # Share of a step of the polynomial below which it is not halved any more: velocity and acceleration are then zero
 # together, and the point itself is taken as a turning point.
@@ -82,7 +82,7 @@ def flight_clearance(p, start, end, support, v, c):
     """
     sigma = -1.0 if support == 1 else 1.0
     period, load = forcing_period(p), -sigma * support_position(p, support)
-    rate = REACH / fastest_rate(p.nu, p.h) / period
+    rate = REACH / fastest_rate(fastest_of_row(p), p.h) / period
     longest = (end - start) / max(1.0, math.ceil((end - start) / rate))
     y, w, time, step = 0.0, sigma * v, start, longest
     least, at, side = 2.0 * p.l, start, 0
@@ -92,7 +92,10 @@ def flight_clearance(p, start, end, support, v, c):
         if end - time - step < MIN_STEP_SHARE * longest:
             step = end - time
         dt = step * period
-        taylor(c, y, w, force_at(p, sigma, time), load, p.h, p.nu, dt)
+        if p.f2 == 0.0:
+            taylor(c, y, w, force_at(p, sigma, time), load, p.h, p.nu, dt)
+        else:
+            taylor(c, y, w, force_at(p, sigma, time, 1), load, p.h, p.nu, dt, 1)
         if departs and w <= 0.0:
             if c[2] <= 0.0:
                 return c[2], time, 0

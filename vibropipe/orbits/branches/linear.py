@@ -9,9 +9,9 @@ import numpy as np
 
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
 from vibropipe.orbits.branches.sequence import Sequence, parameters_at
-from vibropipe.physics.contact import support_offset
+from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.linear import linear_amplitude
+from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import TWO_PI
 
 # Points over the range of the parameter, and iterations that locate a zero or a minimum of the gap.
@@ -24,9 +24,37 @@ def parameters_of(problem: Problem, value: float) -> Parameters:
     return p
 
 
+def linear_extremes(p: Parameters) -> dict[int, tuple[float, float]]:
+    """Return for each support the distance of the motion without impacts, and its phase at the nearest point.
+
+    Notes
+    -----
+    With z = exp(i nu tau) the velocity of 2 Re(X z + Y z^2) is zero where 2 Y z^4 + X z^3 - X* z - 2 Y* = 0.
+    """
+    first, second = linear_amplitude(p), second_linear_amplitude(p)
+    roots = np.roots([2 * second, first, 0, -first.conjugate(), -2 * second.conjugate()])
+    z = roots / np.abs(roots)
+    x = 2 * (first * z + second * z**2).real
+    turns = np.angle(z) / TWO_PI % 1.0
+    top, bottom = int(np.argmax(x)), int(np.argmin(x))
+    upper, lower = support_position(p, 1), support_position(p, 2)
+    return {
+        1: (float(upper - x[top]), float(turns[top])),
+        2: (float(x[bottom] - lower), float(turns[bottom])),
+    }
+
+
 def linear_gap(problem: Problem, value: float) -> float:
-    """Return the least distance of the motion without impacts from a support, l - |delta - load| - 2 |X|."""
+    """Return the least distance of the motion without impacts from a support.
+
+    With one harmonic it is l - |delta - load| - 2 |X|.
+    """
     p = parameters_of(problem, value)
+    if p.f2 != 0.0:
+        amplitudes = linear_amplitude(p), second_linear_amplitude(p)
+        if not all(map(cmath.isfinite, amplitudes)):
+            return -math.inf
+        return min(distance for distance, _turn in linear_extremes(p).values())
     return p.l - abs(support_offset(p)) - 2.0 * abs(linear_amplitude(p))
 
 
@@ -119,8 +147,13 @@ def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | 
     p = parameters_of(problem, value)
     # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
     top = (-cmath.phase(linear_amplitude(p)) / TWO_PI) % 1.0
-    offset = support_offset(p)
-    if offset != 0.0:
+    offset, amplitude = support_offset(p), abs(linear_amplitude(p))
+    if p.f2 != 0.0:
+        extremes = linear_extremes(p)
+        support = min(extremes, key=lambda each: extremes[each][0])
+        supports, times = [support], [extremes[support][1]]
+        amplitude += 2.0 * abs(second_linear_amplitude(p))
+    elif offset != 0.0:
         support = 1 if offset < 0.0 else 2
         supports, times = [support], [top if support == 1 else (top + 0.5) % 1.0]
     elif problem.symmetric:
@@ -129,7 +162,7 @@ def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | 
         supports, times = [1, 2], [top, top + 0.5]
     mirrored = int(problem.symmetric and offset == 0.0)
     # Impacts will have velocities of the order of the motion's largest one.
-    speed = max(2.0 * p.nu * abs(linear_amplitude(p)), p.l)
+    speed = max(2.0 * p.nu * amplitude, p.l)
     sequence = Sequence(1, mirrored, np.array(supports, np.int8))
     return begin_struck(Curve(problem, sequence, speed), [*times, *[0.0] * len(times), value], 0)
 

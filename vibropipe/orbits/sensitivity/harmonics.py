@@ -217,7 +217,7 @@ def _integrate_flight(p, flights, j, cycles, work, sums):
         turn = start + (end - start) * step / steps
         sine, cosine = sincos_turns(turn)
         taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
-        unit = Force(sigma * sine, sigma * cosine)
+        unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
         vary_step(p, work.c, unit, dt, DEGREE, work.ends, work.z)
         for g in range(NODES.size):
             at = turn + NODES[g] * (end - start) / steps

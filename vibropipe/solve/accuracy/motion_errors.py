@@ -18,6 +18,7 @@ from vibropipe.march.grid import exact_grid_with_steps
 from vibropipe.march.roots import GRAZING_TOLERANCE
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
+from vibropipe.physics.load import fastest_of_row
 from vibropipe.solve.energy import TERMS
 from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver, run_motion
@@ -63,6 +64,9 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     forced = clearance * (exciter.f != 0)
     if (stiffness := abs(complex((1 - nu) * (1 + nu), exciter.h * nu))) > 0:
         forced = min(abs(exciter.f) / stiffness, forced)
+    if exciter.f2:
+        nu *= 2
+        forced = clearance
     x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, *support_x, 0.0)
     speeds = np.abs(variables["impact_velocity"][1])
     v = max(abs(request.v), abs(variables["velocity_end"][1]), nu * forced, speeds.max(initial=0.0))
@@ -74,7 +78,7 @@ def exact_errors(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
     variables = to_variables(exciter, request, run)
     errors = rounding_floor(exciter, request, variables)
     touches = run.contacts["grazing_tau"].size > 0
-    steps = steps_for_exact(exciter.nu, exciter.h)
+    steps = steps_for_exact(exciter.nu, exciter.h, fastest_of_row(exciter.parameters()))
     for copy in range(COPIES):
         other, start = perturbed(exciter, request, copy, touches)
         grid = None
@@ -98,7 +102,8 @@ def perturbed(
     if touches:
         # The tolerance of the search for contacts scales with the lengths that occur in a step.
         offsets = abs(exciter.delta) + abs(exciter.load)
-        lengths = exciter.l + offsets + abs(exciter.f) / max(1.0, exciter.nu) ** 2
+        force = abs(exciter.f) + abs(exciter.f2)
+        lengths = exciter.l + offsets + force / max(1.0, exciter.nu) ** 2
         values["l"] = exciter.l + 8 * GRAZING_TOLERANCE * lengths * (-1) ** copy
     offset = exciter.delta - exciter.load
     if abs(offset) == exciter.l:
@@ -119,7 +124,7 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     """Return the least error of each quantity: some roundings of its scale, and its change over one rounding of tau."""
     scales = motion_scales(exciter, request, variables)
     max_acceleration = scales.displacement + exciter.h * scales.velocity + abs(exciter.f)
-    max_acceleration += abs(exciter.load)
+    max_acceleration += abs(exciter.load) + abs(exciter.f2)
     tau_error = ULP * request.tau_end
     x = 4 * ULP * scales.displacement + tau_error * scales.velocity
     v = 4 * ULP * scales.velocity + tau_error * max_acceleration
@@ -130,7 +135,8 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     energy = scales.velocity * v + scales.displacement * x
     contacts = variables["impact_tau"][1].size + 1
     least |= dict.fromkeys(TERMS, energy * contacts)
-    least["force"] = abs(exciter.f) * (4 * ULP + 2 * exciter.nu * tau_error)
+    force = abs(exciter.f) + 2 * abs(exciter.f2)
+    least["force"] = force * (4 * ULP + 2 * exciter.nu * tau_error)
     return {
         name: np.full(np.shape(values), least.get(name, 4 * tau_error + 64 * ULP * scales.time))
         for name, (_dims, values) in variables.items()

@@ -1,0 +1,231 @@
+"""A second harmonic of the force, in every part of the program that knows the force."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from comparisons import reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import Case, cases
+
+import vibropipe as vp
+from vibropipe.lab.reference_solver import ReferenceSolver
+from vibropipe.physics.load import NEVER, force_at, force_value, release_wait_of_second
+
+FORCED: dict[str, Any] = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
+TWO = vp.Exciter(**FORCED, f2=0.4, phi2=0.7)
+ALONE = vp.Exciter(**{**FORCED, "f": 0.0}, f2=0.9, phi2=0.4)
+SLOW = vp.Exciter(l=0.5, nu=0.2, f=0.5, h=0.2, R1=0.6, R2=0.6, f2=0.9, phi2=2.0)
+NEWMARK: dict[str, Any] = {"method": "newmark", "steps_per_period": 4000}
+
+
+def test_the_reference_is_met() -> None:
+    entry = reference("effects")["second_harmonic"]
+    ds = vp.simulate(TWO, float(entry["tau_end"]), x0=0.0, energy=True)
+    (x, v), *_ = ReferenceSolver(TWO).run(0.0, 0.0, [40]).states  # type: ignore[list-item]
+    for name, twin in (("x_end", x), ("v_end", v)):
+        own = float(ds["displacement_end" if name == "x_end" else "velocity_end"])
+        assert abs(own - float(entry[name])) < 1e-13
+        assert abs(float(twin) - float(entry[name])) < 1e-15
+    times = np.array([float(event["tau"]) for event in entry["events"]])
+    assert np.abs(ds.impact_tau.values - times).max() < 1e-13
+    assert abs(float(ds.energy_residual)) < 1e-12
+    assert "second_harmonic" in ds.attrs["effects"]
+    np.testing.assert_allclose(
+        ds.force, -np.sin(ds.tau) + 0.4 * np.sin(2 * ds.tau + 0.7), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("exciter", [TWO, ALONE, SLOW], ids=["two", "alone", "slow"])
+def test_motions_agree_with_the_twin(exciter: vp.Exciter) -> None:
+    end = 2.5 * exciter.period
+    ds = vp.simulate(exciter, end, 0.1, -0.2, energy=True)
+    twin = ReferenceSolver(exciter).run(0.1, -0.2, [mp_decimal(end)])
+    assert float(ds.displacement_end) == pytest.approx(float(twin.states[0][0]), abs=1e-12)
+    assert float(ds.velocity_end) == pytest.approx(float(twin.states[0][1]), abs=1e-12)
+    rests = [
+        (float(begin), math.inf if last is None else float(last)) for begin, last, _ in twin.rests
+    ]
+    assert ds.sizes["rest"] == len(rests)
+    np.testing.assert_allclose(ds.rest_end, [last for _, last in rests], atol=1e-11)
+    assert abs(float(ds.energy_residual)) < 1e-12
+
+
+def mp_decimal(value: float) -> Any:
+    """Return a float as a Decimal, exactly."""
+    from decimal import Decimal
+
+    return Decimal(value)
+
+
+@pytest.mark.parametrize("exciter", [TWO, ALONE])
+def test_newmark_converges_to_it_with_its_order(exciter: vp.Exciter) -> None:
+    exact = vp.simulate(exciter, 9.0, 0.1)
+    errors = []
+    for steps in (500, 1000, 2000):
+        ds = vp.simulate(exciter, 9.0, 0.1, method="newmark", steps_per_period=steps, energy=True)
+        errors.append(abs(float(ds.displacement_end - exact.displacement_end)))
+        assert abs(float(ds.energy_residual)) < 1e-10
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("exciter", [TWO, ALONE, SLOW])
+def test_a_steady_state_is_that_of_a_long_motion(exciter: vp.Exciter) -> None:
+    outputs = ("harmonics", "impacts", "motion", "stability", "energy", "poincare")
+    steady = vp.steady_state(exciter, 0.1, outputs=outputs)
+    m = int(steady.period_multiple)
+    assert m > 0
+    x, v = float(steady.displacement_strobe), float(steady.velocity_strobe)
+    ds = vp.simulate(exciter, m * exciter.period, x, v, samples_per_period=2048, energy=True)
+    assert float(ds.displacement_end) == pytest.approx(x, abs=1e-9)
+    xs = ds.displacement.values[:-1]
+    for k in range(4):
+        wave = np.mean(xs * np.exp(-2j * np.pi * k * m * np.arange(xs.size) / xs.size))
+        if k == 0:
+            assert float(steady.displacement_mean) == pytest.approx(wave.real, abs=1e-5)
+            continue
+        own = steady.displacement_amplitude.values[k - 1] * np.exp(
+            1j * steady.displacement_phase.values[k - 1]
+        )
+        assert own == pytest.approx(2 * wave, abs=1e-5)
+    assert float(steady.energy_input) == pytest.approx(float(ds.energy_input), rel=1e-8)
+    assert abs(float(steady.energy_residual)) < 1e-11
+
+
+@pytest.mark.parametrize(("nu", "f"), [(0.3, 0.2), (2.0, 0.0), (0.5, 0.1)])
+def test_linear_motion_in_closed_form(nu: float, f: float) -> None:
+    """Without impacts the steady motion is the sum of both responses, also in energy and samples."""
+    e = vp.Exciter(l=50.0, nu=nu, f=f, h=0.3, f2=0.7, phi2=1.1)
+    outputs = ("harmonics", "motion", "energy", "stability")
+    ds = vp.steady_state(e, outputs=outputs)
+    responses = [
+        amplitude * np.exp(1j * (phase - np.pi / 2)) / complex(1 - w * w, 0.3 * w)
+        for amplitude, phase, w in ((f, 0.0, nu), (0.7, 1.1, 2 * nu))
+    ]
+    np.testing.assert_allclose(
+        ds.displacement_amplitude[:2], np.abs(responses), rtol=1e-13, atol=1e-15
+    )
+    turns = 2 * np.pi * ds.phase.values
+    expected = sum((z * np.exp(1j * k * turns)).real for k, z in enumerate(responses, 1))
+    np.testing.assert_allclose(ds.displacement, expected, atol=1e-13)
+    assert float(ds.displacement_strobe) == pytest.approx(expected[0], abs=1e-13)
+    assert abs(float(ds.energy_residual)) < 1e-12
+    motion = vp.simulate(
+        e, 3 * e.period, float(ds.displacement_strobe), float(ds.velocity_strobe), energy=True
+    )
+    assert float(motion.displacement_end) == pytest.approx(expected[0], abs=1e-12)
+    assert float(motion.energy_input) == pytest.approx(3 * float(ds.energy_input), rel=1e-12)
+
+
+@given(
+    f=st.floats(-2, 2),
+    f2=st.floats(-2, 2),
+    phi2=st.floats(-7, 7),
+    load=st.floats(-4, 4),
+    turn=st.floats(0, 1),
+)
+def test_the_release_is_the_first_zero_of_the_force(
+    f: float, f2: float, phi2: float, load: float, turn: float
+) -> None:
+    p = vp.Exciter(l=1.0, nu=1.3, f=f, f2=f2, phi2=phi2).parameters()
+    wait = release_wait_of_second(p, 1.0, load, turn)
+    size = abs(f) + abs(f2) + abs(load)
+    until = min(wait, 1.0)
+    before = turn + until * np.linspace(0, 1, 4000)[:-1]
+    pressing = f * np.sin(2 * np.pi * before) + f2 * np.sin(4 * np.pi * before + phi2) + load
+    assert wait == 0.0 or pressing.max(initial=-math.inf) <= 1e-13 * size
+    if 0.0 < wait < NEVER:
+        assert abs(force_value(force_at(p, 1.0, turn + wait, 1), 1) + load) <= 1e-14 * size
+
+
+def test_second_harmonic_of_zero_is_none() -> None:
+    """f2 = 0 keeps the bits, whatever its phase."""
+    base = vp.Exciter(**FORCED)
+    for ds, other in (
+        (vp.simulate(base, 30.0), vp.simulate(dataclasses.replace(base, phi2=0.3), 30.0)),
+        (vp.steady_state(base), vp.steady_state(dataclasses.replace(base, phi2=0.3))),
+    ):
+        assert ds.equals(other.drop_vars("phi2"))
+
+
+def check_the_kernel_of_two_harmonics_computes_one(case: Case) -> None:
+    """A tiny second harmonic changes a motion by as little, up to its first impact."""
+    if case.exciter.f == 0.0 or case.method:
+        return
+    end = min(case.tau_end, 1.0)
+    tiny = dataclasses.replace(case.exciter, f2=case.exciter.f * 1e-13, phi2=0.4)
+    one, two = (
+        vp.simulate(e, end, case.x0, case.v0, samples_per_period=0) for e in (case.exciter, tiny)
+    )
+    if one.sizes["impact"] + two.sizes["impact"] + one.sizes["grazing"] + two.sizes["grazing"]:
+        return
+    size = (
+        case.exciter.l + abs(case.exciter.delta) + abs(case.x0) + abs(case.v0) + abs(case.exciter.f)
+    )
+    assert float(one.displacement_end) == pytest.approx(
+        float(two.displacement_end), abs=1e-10 * size
+    )
+
+
+test_the_kernel_of_two_harmonics_computes_one = settings(max_examples=60)(
+    given(cases())(check_the_kernel_of_two_harmonics_computes_one)
+)
+
+
+@settings(max_examples=20)
+@given(turns=st.floats(0, 1), x0=st.floats(-0.4, 0.4))
+def test_a_shift_of_phase_is_a_shift_of_time(turns: float, x0: float) -> None:
+    """The second harmonic alone is a force of twice the frequency, shifted by phi2."""
+    phi2 = 2 * np.pi * turns
+    double = vp.Exciter(l=0.5, nu=2.0, f=0.9, h=0.2, R1=0.7, R2=0.7)
+    alone = vp.Exciter(l=0.5, nu=1.0, f2=0.9, phi2=phi2, h=0.2, R1=0.7, R2=0.7)
+    start = phi2 / 2.0
+    one = vp.simulate(double, start + 4.0, x0, tau_start=start, samples_per_period=0)
+    two = vp.simulate(alone, 4.0, x0, samples_per_period=0)
+    assert float(one.displacement_end) == pytest.approx(float(two.displacement_end), abs=1e-10)
+
+
+def test_the_mirror_image_moves_as_the_exciter() -> None:
+    one, two = vp.simulate(TWO, 20.0, 0.1, 0.3), vp.simulate(TWO.mirrored(), 20.0, -0.1, -0.3)
+    np.testing.assert_array_equal(one.displacement, -two.displacement)
+    np.testing.assert_array_equal(one.impact_tau, two.impact_tau)
+
+
+def test_branches_are_followed_under_two_harmonics() -> None:
+    branch = vp.branch(TWO, "nu", 1.1, x0=0.1)
+    last = branch.isel(point=-1)
+    moved = dataclasses.replace(TWO, nu=float(last.nu))
+    again = vp.steady_state(moved, float(last.displacement_strobe), float(last.velocity_strobe))
+    assert float(again.displacement_mean) == pytest.approx(float(last.displacement_mean), abs=1e-9)
+    free = vp.Exciter(l=1.0, nu=1.7, f=0.5, h=0.2, R1=0.7, R2=0.7, f2=0.3, phi2=0.2)
+    linear = vp.branch(free, "f", 3.0)
+    grazing = float(linear.bifurcation_f.values[0]) if linear.sizes["bifurcation"] else 3.0
+    ds = vp.simulate(
+        dataclasses.replace(free, f=grazing, l=100.0), 40 * free.period, samples_per_period=4096
+    )
+    late = ds.displacement.values[-4097:]
+    assert max(late.max(), -late.min()) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_basins_and_sweeps_take_a_second_harmonic() -> None:
+    grid = np.linspace(-0.3, 0.3, 3)
+    basins = vp.basins(TWO, grid, grid, starts=32)
+    assert (basins.attractor.values >= 0).all()
+    swept = vp.sweep(vp.Exciter(**FORCED), {"f2": [0.0, 0.4], "phi2": [0.0, 0.7]}, x0=0.0)
+    own = vp.steady_state(TWO, 0.0, harmonics=3)
+    row = swept.sel(f2=0.4, phi2=0.7)
+    assert float(row.displacement_mean) == float(own.displacement_mean)
+
+
+def test_what_has_no_closed_form_says_so() -> None:
+    for call in (lambda: vp.symmetric_orbit(TWO), lambda: vp.one_sided_orbit(TWO, 1, 1)):
+        with pytest.raises(vp.ParameterError, match="f2: must be 0 for an orbit in closed form"):
+            call()
+    with pytest.raises(vp.ParameterError, match="boundaries under a second harmonic"):
+        vp.boundary(TWO, "fold", ("nu", "f"), ((0.9, 1.1), (0.5, 1.0)))

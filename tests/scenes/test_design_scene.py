@@ -25,8 +25,8 @@ scenes:
     subject_to: {impact_velocity_max_1: "< 0.8"}
     tolerance: {delta: 0.0002, R1: 0.002}
     allow: {displacement_mean: 0.005}
-    samples: 64
-    designs: 3
+    samples: 32
+    designs: 2
 """
 PHYSICAL = """
 title: Wanted
@@ -40,7 +40,7 @@ scenes:
     subject_to: {impact_velocity_max_1: "< 50 m/s"}
     tolerance: {F: 8 N, delta: 0.2 mm}
     allow: {displacement_mean: 5 mm}
-    samples: 64
+    samples: 32
     designs: 2
 """
 
@@ -68,7 +68,7 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
     path = tmp_path / "wanted.yaml"
     path.write_text(STUDY)
     assert run("plan", path) == 0
-    assert "64 samples over delta, R1" in capsys.readouterr().out
+    assert "32 samples over delta, R1" in capsys.readouterr().out
     assert run("solve", path, "--scene", "shifted", "--output", "results/wanted/shifted.nc") == 0
     assert run("figure", path) == 0
     assert run("report", path, "--output", "results/wanted/report.pdf") == 0
@@ -174,8 +174,8 @@ def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
         ("R1: [0.4, 0.9]", "R2: [0.9, 0.4]", "vary.R2: must be two increasing numbers"),
         ("allow: {displacement_mean: 0.005}", "allow: {f: 0.005}", "allow: must have the targets as keys"),
         ("tolerance: {delta: 0.0002,", "tolerance: {delta: -1,", "tolerance.delta: must be a finite number > 0"),
-        ("samples: 64", "exciter: {R1: 0.5}", "exciter.R1: must be left out, since R1 stands in vary"),
-        ("samples: 64", "start: {x0: 0.3}", "start.x0: must be"),
+        ("samples: 32", "exciter: {R1: 0.5}", "exciter.R1: must be left out, since R1 stands in vary"),
+        ("samples: 32", "start: {x0: 0.3}", "start.x0: must be"),
     ],
 )  # fmt: skip
 def test_a_wrong_key_is_named(tmp_path, old, new, message):

@@ -31,7 +31,7 @@ def found():
         VARY,
         WANTED,
         {"impact_velocity_max_1": "< 0.8"},
-        samples=256,
+        samples=128,
         tolerance={"R1": 0.002},
     )
 
@@ -200,7 +200,7 @@ def test_a_sensitivity_is_made_zero():
 def test_progress_reaches_its_total():
     heard = []
     vp.design(
-        EXCITER, VARY, WANTED, samples=16, designs=1, progress=lambda *each: heard.append(each)
+        EXCITER, VARY, WANTED, samples=64, designs=1, progress=lambda *each: heard.append(each)
     )
     assert heard[-1][0] == heard[-1][1]
     assert [done for done, _ in heard] == sorted(done for done, _ in heard)

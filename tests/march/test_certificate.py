@@ -11,7 +11,8 @@ from vibropipe.physics.contact import Frame
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE, combine
-from vibropipe.physics.load import TWO_PI, Force
+from vibropipe.physics.load import Force
+from vibropipe.physics.turns import TWO_PI
 
 NU, F, H = st.floats(0.1, 5), st.floats(-3, 3), st.floats(0, 4)
 SAMPLES = np.linspace(0, 1, 501)

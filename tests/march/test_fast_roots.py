@@ -13,7 +13,8 @@ from vibropipe.march.roots import hop_end, unique_root
 from vibropipe.physics.effects import ALL_EFFECTS, effects_from_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE, combine, motion
-from vibropipe.physics.load import TWO_PI, Force
+from vibropipe.physics.load import Force
+from vibropipe.physics.turns import TWO_PI
 from vibropipe.words.effects import COMMON_EFFECTS
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)

@@ -11,7 +11,7 @@ from vibropipe.march.log import IMPACTS, Log, log_impact, new_log
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS, Window, list_impacts, new_window
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.rows import ImpactBuffer, new_rows
+from vibropipe.solve.row_results import ImpactBuffer, new_rows
 from vibropipe.words.status import Status
 
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}

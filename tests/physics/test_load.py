@@ -15,18 +15,20 @@ from vibropipe.physics.load import (
     NEVER,
     constant_load,
     first_terms,
-    force_amplitude,
     force_at,
     force_bounds,
     force_rate,
-    force_values,
     next_term,
-    reaction_integral,
     release_turn,
-    sincos_turns,
+)
+from vibropipe.physics.load_harmonics import (
+    force_amplitude,
+    force_values,
+    reaction_integral,
     with_force,
     work_of_force,
 )
+from vibropipe.physics.turns import sincos_turns
 
 P = Parameters(1.3, -0.8, 0.2, 0.5, 0.01, 0.7, 0.6)
 

@@ -19,13 +19,13 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import march_row, row_parameters, sample_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects, effects_of
 from vibropipe.physics.flow import DEGREE
-from vibropipe.solve.rows import (
+from vibropipe.solve.row_results import (
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
     new_impact_buffer,
     new_rows,
-    solve_piece,
 )
+from vibropipe.solve.rows import solve_piece
 from vibropipe.solve.run import closed_form_solver, run_motion
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.solve.sweep_grid import ROWS_PER_CALL

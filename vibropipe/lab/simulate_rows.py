@@ -18,10 +18,10 @@ from vibropipe.march.state import REST
 from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.physics.load import sincos_tables
+from vibropipe.physics.load_steps import sincos_tables
 from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion import check_steps
-from vibropipe.solve.rows import columns_of, from_equilibrium
+from vibropipe.solve.row_results import columns_of, from_equilibrium
 from vibropipe.words.parameters import FURTHER
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe

@@ -15,14 +15,12 @@ from vibropipe.physics.flow import (
     motion,
     steps_for_exact,
 )
-from vibropipe.physics.load import (
+from vibropipe.physics.load import fastest_forcing, force_bounds, forcing_period
+from vibropipe.physics.load_steps import (
     contribution_of_second,
     exact_factors,
     exact_factors_of_second,
-    fastest_forcing,
-    force_bounds,
     force_contribution,
-    forcing_period,
     mean_factors,
     mean_factors_of_second,
     sincos_at_step,

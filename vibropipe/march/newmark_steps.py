@@ -14,7 +14,7 @@ from vibropipe.march.grid import stays_between, whole_step
 from vibropipe.march.log import STEPS
 from vibropipe.march.state import FLIGHT, State
 from vibropipe.physics.contact import frame_at
-from vibropipe.physics.load import contribution_of_second, load_contribution, sincos_at_step
+from vibropipe.physics.load_steps import contribution_of_second, load_contribution, sincos_at_step
 
 # Motions in a block: a multiple of every vector width.
 WIDTH = 64

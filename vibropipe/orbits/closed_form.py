@@ -22,7 +22,8 @@ from vibropipe.physics.linear import (
     linear_multipliers,
     second_linear_amplitude,
 )
-from vibropipe.physics.load import phase_factor, work_of_force, work_of_second
+from vibropipe.physics.load_harmonics import work_of_force, work_of_second
+from vibropipe.physics.turns import phase_factor
 
 
 @jit_inline

@@ -12,14 +12,9 @@ import numpy as np
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import (
-    TWO_PI,
-    phase_factor,
-    phase_integral,
-    reaction_integral,
-    with_force,
-)
+from vibropipe.physics.load_harmonics import reaction_integral, with_force
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
 
 # Modulus of the dynamic stiffness 1 - w^2 + i h w below which the closed form loses more than three digits and the
 # amplitude is computed by quadrature.

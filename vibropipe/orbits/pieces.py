@@ -35,20 +35,12 @@ from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.load import (
-    TWO_PI,
-    fastest_forcing,
-    force_at,
-    force_times,
-    forcing_period,
-    no_force,
-    phase_factor,
-    phase_integral,
-    reaction_integral,
-)
+from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
+from vibropipe.physics.load_harmonics import reaction_integral
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.saltation import product, saltation_matrix
 from vibropipe.physics.stiffness import damping_of, piece_flow, piece_rate, piece_taylor
+from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
 
 
 @jit

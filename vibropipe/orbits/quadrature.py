@@ -12,15 +12,9 @@ from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, displacement, fastest_rate, taylor, velocity
-from vibropipe.physics.load import (
-    fastest_forcing,
-    force_at,
-    force_times,
-    forcing_period,
-    no_force,
-    phase_factor,
-)
+from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import phase_factor
 
 # Gauss-Legendre rule on [0, 1] for each step of the polynomial motion; exact up to degree 19.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)

@@ -23,8 +23,9 @@ from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.physics.load import TWO_PI, forcing_period
+from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import TWO_PI
 
 # Length of the window in forcing periods: the least patience, so that every given-up motion fills it.
 WINDOW = PATIENCE[0]

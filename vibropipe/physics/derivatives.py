@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import constant_load, force_at, sincos_turns
+from vibropipe.physics.load import constant_load, force_at
+from vibropipe.physics.turns import sincos_turns
 
 DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
 """The parameters by which motions are differentiated, in the order of derivatives."""

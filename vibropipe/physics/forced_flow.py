@@ -6,8 +6,9 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.load import force_at, forcing_period, sincos_turns
+from vibropipe.physics.load import force_at, forcing_period
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import sincos_turns
 
 # Modulus below which sinh(w)/w is summed from its series, whose first neglected term is then below 1e-18.
 SERIES_REACH = 0.5

@@ -6,8 +6,10 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import force_amplitude, forcing_period, second_amplitude, sincos_turns
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load_harmonics import force_amplitude, second_amplitude
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import sincos_turns
 
 # Squares in this range neither overflow nor lose digits to underflow; their root takes a third of the time of `hypot`.
 MIN_SQUARE, MAX_SQUARE = 1e-280, 1e280

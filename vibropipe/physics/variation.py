@@ -25,9 +25,9 @@ from vibropipe.physics.load import (
     force_at,
     forcing_period,
     next_term,
-    sincos_turns,
 )
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import sincos_turns
 
 # Variations of a flight: by its displacement and velocity at the start, and responses to the sources.
 BY_Y, BY_W, BY_LOAD, BY_NU, BY_H, BY_F = range(6)

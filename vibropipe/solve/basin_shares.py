@@ -14,7 +14,8 @@ from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import shares, states_at_section
 from vibropipe.solve.label import Variables, coordinates, label_rows
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.rows import columns_of, solve_rows
+from vibropipe.solve.row_results import columns_of
+from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.outputs import OF_STEADY_STATE

@@ -22,7 +22,13 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rest_branch import RestBranch
-from vibropipe.solve.rows import ImpactBuffer, add_load, columns_of, compact_impacts, new_rows
+from vibropipe.solve.row_results import (
+    ImpactBuffer,
+    add_load,
+    columns_of,
+    compact_impacts,
+    new_rows,
+)
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import without_absent

@@ -7,7 +7,7 @@ import numpy as np
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import support_positions
 from vibropipe.solve.label import Variables, ragged_indices
-from vibropipe.solve.rows import PHASES
+from vibropipe.solve.row_results import PHASES
 from vibropipe.words.regimes import Regime
 
 OUTPUTS = ("impacts", "motion")

@@ -16,7 +16,7 @@ from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
-from vibropipe.physics.load import force_values
+from vibropipe.physics.load_harmonics import force_values
 from vibropipe.solve.contacts import Contacts, log_of, tail_speeds
 
 # Variables of a balance, in the order of its terms; the last is the residual.

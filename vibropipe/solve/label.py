@@ -11,7 +11,7 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.solve.accuracy.orbit_errors import label_errors
-from vibropipe.solve.rows import PHASES, SUBHARMONICS_PER_HARMONIC
+from vibropipe.solve.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
 from vibropipe.solve.sensitivity import label_derivatives
 from vibropipe.solve.unsolved import is_solved
 from vibropipe.words.vocabulary import PARAMETER
@@ -28,7 +28,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     Parameters
     ----------
     rows : RowResults
-        Compacted results (`solve.rows`).
+        Compacted results (`solve.row_results`).
     parameters : (rows, parameters) array
         Parameters of the rows.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.load import force_values
+from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.start import start_text
 from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.energy import balance, support_energy

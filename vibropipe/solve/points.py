@@ -12,7 +12,8 @@ from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.named import Named
-from vibropipe.solve.rows import Start, columns_of, solve_rows
+from vibropipe.solve.row_results import columns_of
+from vibropipe.solve.rows import Start, solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.parameters import FURTHER, PARAMETERS

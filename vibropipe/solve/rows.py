@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from itertools import islice, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
@@ -24,29 +24,28 @@ from vibropipe.orbits.row import (
     sample_sections,
     solve_row_chains,
 )
-from vibropipe.orbits.sensitivity.errors import COLUMNS, with_errors
+from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import (
     differentiate_rows,
-    new_derivatives,
     with_impact_derivatives,
 )
-from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.start import row_starts
+from vibropipe.solve.row_results import (
+    ORBIT_LOG_CAPACITY,
+    ORBIT_REST_CAPACITY,
+    add_load,
+    compact_impacts,
+    concatenate_solutions,
+    from_equilibrium,
+    new_impact_buffer,
+    new_rows,
+    without_impacts,
+)
 from vibropipe.solve.unsolved import mask_unsolved
-from vibropipe.words.outputs import OUTPUTS
 
-# Samples of an orbit of the output `motion`.
-PHASES = 256
-# Multiples of nu/m of the output `subharmonics`, for each harmonic.
-SUBHARMONICS_PER_HARMONIC = 4
-# Largest number of impacts, and of rests, in an orbit; a row with more is unresolved. The impacts suffice for 32
-# forcing periods of 256 impacts each, or for the 64 listed periods of a motion without an orbit at 128 each. Memory
-# for them is reserved for every row, but only the pages that are written to are used.
-ORBIT_LOG_CAPACITY = 8192
-ORBIT_REST_CAPACITY = 512
 # Seconds between two progress reports.
 PROGRESS_INTERVAL = 0.25
 
@@ -54,100 +53,6 @@ PROGRESS_INTERVAL = 0.25
 Solving = Future[list[list[RowResults]]]
 # x0 and v0, of all rows or as arrays (rows,).
 Start = tuple[Any, Any]
-
-
-class ImpactBuffer(NamedTuple):
-    """Impacts of rows, one row after the other, each array (rows * ORBIT_LOG_CAPACITY,)."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    support: np.ndarray
-
-
-def new_impact_buffer(rows: int) -> ImpactBuffer:
-    """Return a buffer for ORBIT_LOG_CAPACITY impacts of each row."""
-    n = rows * ORBIT_LOG_CAPACITY
-    return ImpactBuffer(np.empty(n), np.empty(n), np.empty(n, np.int8))
-
-
-NO_IMPACT_BUFFER = new_impact_buffer(0)
-
-
-def new_rows(
-    n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer, energy_terms: int = 4
-) -> RowResults:
-    """Return empty results of n rows.
-
-    Parameters
-    ----------
-    n : int
-        Number of rows.
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Requested outputs; the arrays of the others have no entries.
-    buffer : ImpactBuffer
-        Buffer for the impacts of at least n rows, used if impacts are requested.
-    energy_terms : int
-        Terms of the energy balance.
-    """
-    requested = {name: name in outputs for name in OUTPUTS}
-
-    def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
-        return np.zeros((n if when is None or requested[when] else 0, *shape), dtype)
-
-    impacts = buffer if requested["impacts"] else NO_IMPACT_BUFFER
-    return RowResults(
-        regime=np.zeros(n, np.int8),
-        frequency=np.zeros(n),
-        status=np.zeros(n, np.int8),
-        period_multiple=np.zeros(n, np.int32),
-        settled_after=np.zeros(n, np.int32),
-        window_periods=np.zeros(n, np.int32),
-        chaos=np.zeros(n, np.int8),
-        residual=np.full(n, np.nan),
-        section=np.zeros((n, 2)),
-        impacts=np.zeros((n, 2)),
-        rests=np.zeros((n, 2)),
-        amplitudes=zeros(harmonics + 1, dtype=complex, when="harmonics"),
-        multipliers=zeros(2, dtype=complex, when="stability"),
-        impact_count=zeros(dtype=np.int64, when="impacts"),
-        impact_position=impacts.position,
-        impact_velocity=impacts.velocity,
-        impact_support=impacts.support,
-        impact_velocity_max=zeros(2, when="impacts"),
-        energy=zeros(energy_terms, when="energy"),
-        motion=zeros(2, PHASES, when="motion"),
-        subharmonics=np.full_like(
-            zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),
-            np.nan,
-        ),
-        poincare=zeros(2, LISTED_PERIODS, when="poincare"),
-        exponent=zeros(2, when="lyapunov"),
-        e_row=np.empty((0, COLUMNS)),
-        e_impacts=np.empty((0, 2)),
-        **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs),
-    )
-
-
-def columns_of(parameters: np.ndarray) -> dict[str, np.ndarray]:
-    """Return parameters (rows, parameters) by name, as `physics.effects` takes them."""
-    return dict(zip(Parameters._fields, parameters.T, strict=True))
-
-
-def from_equilibrium(states: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """Return states (rows, 2) as kernels count them, from the equilibrium at x = load (rows,)."""
-    return states - np.column_stack([load, np.zeros_like(load)]) if load.any() else states
-
-
-def add_load(rows: RowResults, load: np.ndarray) -> None:
-    """Count the displacements of results from x = 0 instead of the equilibrium at x = load (rows,), in place."""
-    if not load.any():
-        return
-    rows.section[:, 0] += load
-    for means in (rows.amplitudes[:, :1], rows.motion[:, 0], rows.poincare[:, 0]):
-        if means.size > 0:
-            means += load[:, None]
 
 
 @jit_nogil
@@ -335,30 +240,3 @@ def gather_block(
     parts = [part for piece in pieces for part in piece.result()]
     pieces.clear()
     return concatenate_solutions(parts)
-
-
-def concatenate_solutions(parts: Sequence[Sequence[RowResults]]) -> list[RowResults]:
-    """Join the solutions of the parts of a block, in order."""
-    return [
-        RowResults(*map(np.concatenate, zip(*each, strict=True)))
-        for each in zip(*parts, strict=True)
-    ]
-
-
-def without_impacts(rows: RowResults) -> RowResults:
-    """Return the results without what the output `impacts` adds."""
-    names = (
-        *("impact_count", "impact_position", "impact_velocity", "impact_support"),
-        *("impact_velocity_max", "d_velocity_max", "d_impacts", "e_impacts"),
-    )
-    return rows._replace(**{name: getattr(rows, name)[:0] for name in names})
-
-
-def compact_impacts(out: RowResults) -> RowResults:
-    """Return the results with copies of the impacts, without the unused capacity (contiguous ragged arrays)."""
-    n = int(out.impact_count.sum())
-    return out._replace(
-        impact_position=out.impact_position[:n].copy(),
-        impact_velocity=out.impact_velocity[:n].copy(),
-        impact_support=out.impact_support[:n].copy(),
-    )

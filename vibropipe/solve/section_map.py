@@ -26,15 +26,15 @@ from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
-from vibropipe.solve.rows import (
+from vibropipe.solve.row_results import (
     NO_IMPACT_BUFFER,
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
     add_load,
     concatenate_solutions,
     new_rows,
-    solve_piece,
 )
+from vibropipe.solve.rows import solve_piece
 from vibropipe.solve.unsolved import mask_unsolved
 
 # Starts that a thread assigns at a time.

@@ -27,7 +27,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
     Parameters
     ----------
     rows : RowResults
-        Compacted results (`solve.rows`), changed in place.
+        Compacted results (`solve.row_results`), changed in place.
 
     Returns
     -------

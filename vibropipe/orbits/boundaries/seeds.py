@@ -18,7 +18,7 @@ from vibropipe.orbits.branches.symmetry import halved, halves_agree
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_offset
 from vibropipe.physics.linear import linear_amplitude
-from vibropipe.physics.load import TWO_PI
+from vibropipe.physics.turns import TWO_PI
 
 KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Weighted speed below which an impact has none, and difference of the parts of an orbit that are the same.

@@ -12,7 +12,7 @@ from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
-from vibropipe.physics.load import TWO_PI
+from vibropipe.physics.turns import TWO_PI
 
 # Points over the range of the parameter, and iterations that locate a zero or a minimum of the gap.
 LINEAR_POINTS, MAX_ITERATIONS = 64, 200

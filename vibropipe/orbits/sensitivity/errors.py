@@ -21,8 +21,9 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import is_differentiated
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.linear import linear_amplitude
-from vibropipe.physics.load import TWO_PI, constant_load, force_at, forcing_period
+from vibropipe.physics.load import constant_load, force_at, forcing_period
 from vibropipe.physics.saltation import product
+from vibropipe.physics.turns import TWO_PI
 
 SAMPLES = 4
 ULP = 2.0**-52

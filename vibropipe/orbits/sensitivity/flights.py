@@ -22,8 +22,9 @@ from vibropipe.physics.derivatives import (
     gap_acceleration_derivative,
     restitution_derivative,
 )
-from vibropipe.physics.load import TWO_PI, constant_load, force_at, forcing_period
+from vibropipe.physics.load import constant_load, force_at, forcing_period
 from vibropipe.physics.saltation import product
+from vibropipe.physics.turns import TWO_PI
 from vibropipe.physics.variation import BY_W, BY_Y, VARIATIONS, by_parameter, vary_flight
 
 # Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the

@@ -18,19 +18,10 @@ from vibropipe.physics.derivatives import (
     support_derivative,
 )
 from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
-from vibropipe.physics.load import (
-    TWO_PI,
-    Force,
-    constant_load,
-    force_amplitude,
-    force_at,
-    forcing_period,
-    phase_factor,
-    phase_integral,
-    reaction_integral,
-    sincos_turns,
-)
+from vibropipe.physics.load import Force, constant_load, force_at, forcing_period
+from vibropipe.physics.load_harmonics import force_amplitude, reaction_integral
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos_turns
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,

@@ -28,7 +28,7 @@ from vibropipe.solve.design.search import (
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
-from vibropipe.solve.rows import columns_of
+from vibropipe.solve.row_results import columns_of
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.parameters import PARAMETERS

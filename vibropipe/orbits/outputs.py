@@ -30,7 +30,7 @@ class RowResults(NamedTuple):
     """Arrays of results. An output that is not requested has no entries.
 
     The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
-    all rows, one row after the other. While rows are solved, their length is the capacity (`solve.row_results`). The last
+    all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
     dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
     rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity).
     """

@@ -171,3 +171,11 @@ def test_a_start_beyond_a_soft_support_is_in_contact() -> None:
     assert abs(float(motion["energy_residual"])) < 1e-14
     with pytest.raises(vp.ParameterError, match="x0: must be a finite number from"):
         vp.simulate(exciter, 1.0, -0.6)
+
+
+def test_energies_of_a_motion_that_starts_with_an_impact() -> None:
+    exciter = vp.Exciter(l=0.5, delta=0.1, friction=0.5)
+    motion = vp.simulate(exciter, 12.0, exciter.upper, 1.0, samples_per_period=0, energy=True)
+    assert float(motion["impact_tau"][0]) == 0.0
+    assert abs(float(motion["energy_residual"])) < 1e-15
+    assert float(motion["energy_friction"]) > 0.5

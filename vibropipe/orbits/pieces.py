@@ -182,6 +182,8 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
     """
     home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
     start, span, period = pieces.values[i, AT], pieces.values[i, SPAN], forcing_period(p)
+    if not span > 0.0:
+        return
     y, w = pieces.values[i, Y], pieces.values[i, W]
     if form in (HELD, RESTING):
         x = to_displacement(p, home, y)

@@ -154,7 +154,9 @@ class PieceReferenceSolver(ReferenceSolver):
             self.direction, self.zeros = ONE.copy_sign(rate), 2
         else:
             self.direction = ZERO
-            self.log("stick")
+            # Without friction it is an equilibrium.
+            if self.friction > 0:
+                self.log("stick")
             self.hold(rests=False)
             return
         self.press()
@@ -185,7 +187,8 @@ class PieceReferenceSolver(ReferenceSolver):
             span, way = min(found, default=(self.reach, 0))
             self.pass_pieces(span, [self.x])
             if way and self.times_left:
-                self.log("release" if rests else "slip", self.touched if rests else 0)
+                if rests or self.friction > 0:
+                    self.log("release" if rests else "slip", self.touched if rests else 0)
                 self.direction, self.zeros = Decimal(way), 2
                 if not rests:
                     self.press()

@@ -103,7 +103,13 @@ def keeps_energy(motion: Start) -> None:
 
 
 def agrees_with_40_digits(motion: Start) -> None:
-    """Events and end state are those of the twin in long arithmetic, where the motion is not too sensitive."""
+    """Events and end state are those of the twin in long arithmetic, where the motion is not too sensitive.
+
+    Where a force is the friction within rounding, the twin tells a stick from a slip that no double can.
+    """
+    e = motion.exciter
+    assume(all(number == 0.0 or abs(number) > 1e-6 for number in (e.f, e.h, motion.v0)))
+    assume(abs(abs(motion.x0) - e.friction) > 1e-6)
     sensitivity = amplification(motion)
     assume(sensitivity < 1e4)
     task = (motion.exciter, TAU_END, motion.x0, motion.v0)

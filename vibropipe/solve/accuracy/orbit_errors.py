@@ -66,10 +66,12 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
         speeds = e[:, SPEED_1:TURN]
         is_struck = ~np.isnan(rows.impact_velocity_max)
         labelled["impact_velocity_max"] = (("row", "support"), np.where(is_struck, speeds, np.nan))
-    return {
-        name + ERROR_SUFFIX: (dims, values.astype(np.float32))
-        for name, (dims, values) in labelled.items()
-    }
+    # An error beyond float32, of an orbit of enormous multipliers, is infinite.
+    with np.errstate(over="ignore"):
+        return {
+            name + ERROR_SUFFIX: (dims, values.astype(np.float32))
+            for name, (dims, values) in labelled.items()
+        }
 
 
 def _harmonics(rows: RowResults, e: np.ndarray, nu: np.ndarray, h: np.ndarray) -> np.ndarray:

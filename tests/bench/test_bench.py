@@ -20,6 +20,7 @@ from vibropipe.bench.formatting import as_json, as_text
 from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target, measure
 from vibropipe.bench.textbook import textbook
 from vibropipe.lab import peers
+from vibropipe.words.parameters import PARAMETERS
 
 
 class Work:
@@ -134,7 +135,7 @@ def test_the_textbook_loop_is_newmark_of_first_order_at_impacts():
 
 
 def test_rows_of_the_lanes_strike_twice_a_period():
-    exciters = [vp.Exciter(**dict(zip(("nu", "f", "h", "l", "delta", "R1", "R2"), row, strict=True)))
+    exciters = [vp.Exciter(**dict(zip(PARAMETERS, row, strict=True)))
               for row in random_parameters()[:3].tolist()]  # fmt: skip
     for e in exciters:
         motion = vp.simulate(e, 20 * e.period, samples_per_period=0)

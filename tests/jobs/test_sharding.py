@@ -16,7 +16,7 @@ from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.scenes.sweep.keys import SweepScene
 from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
 from vibropipe.scenes.sweep.solve import solve_rows
-from vibropipe.solve import rows
+from vibropipe.solve import row_results
 from vibropipe.store import StoreError, load, write
 from vibropipe.study import load_study, parse_study
 from vibropipe.words.outputs import OUTPUTS
@@ -58,9 +58,9 @@ def sweep_of(*arguments: object, **keys: object) -> SweepScene:
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
-    assert plan.MAX_IMPACTS_KEPT == rows.ORBIT_LOG_CAPACITY
-    assert costs.PHASE_SAMPLES == rows.PHASES
-    assert costs.SUBHARMONICS == rows.SUBHARMONICS_PER_HARMONIC
+    assert plan.MAX_IMPACTS_KEPT == row_results.ORBIT_LOG_CAPACITY
+    assert costs.PHASE_SAMPLES == row_results.PHASES
+    assert costs.SUBHARMONICS == row_results.SUBHARMONICS_PER_HARMONIC
     assert costs.VISITS == window.LISTED_PERIODS
 
 

@@ -153,7 +153,11 @@ def samples(e: vp.Exciter, orbit: xr.Dataset, n: int) -> np.ndarray:
     """Return x over the flight after the impact on support 1, by the textbook and without supports."""
     # doubles suffice away from the resonance
     near = e.h == 0 and abs(e.nu - 1) < 1e-3
-    c = digits(Parameters(**e.parameters()._asdict()), 30) if near else mpmath.fp
+    c = (
+        digits(Parameters(*(getattr(e, name) for name in Parameters._fields)), 30)
+        if near
+        else mpmath.fp
+    )
     impact = int(np.argmax(orbit.impact_support.values == 1))
     turn, v = orbit.impact_phase.values[impact], orbit.impact_velocity.values[impact]
     nu, f, h = (c.mpf(value) for value in (e.nu, e.f, e.h))

@@ -58,7 +58,7 @@ def write_linear(p, out, row) -> None:
         if out.d_multipliers.size > 0:
             by_first, by_second = complex(0.0, 0.0), complex(0.0, 0.0)
             if k == NU:
-                by_first, by_second = -first * period / p.nu, -second * period / p.nu
+                by_first, by_second = -first * (period / p.nu), -second * (period / p.nu)
             elif k == H:
                 by_first, by_second = first_h * period, second_h * period
             out.d_multipliers[row, 0, k] = multipliers[0] * by_first

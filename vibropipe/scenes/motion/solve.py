@@ -28,6 +28,7 @@ OF_THE_ORBIT = {
     name: f"orbit_{name}"
     for name in (
         "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
+        "impact_phase_error", "impact_velocity_error",
         *TERMS, FRICTION_TERM, *(f"{term}_error" for term in (*TERMS, FRICTION_TERM)),
     )
 }  # fmt: skip

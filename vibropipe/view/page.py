@@ -41,10 +41,7 @@ class Page:
     ----------
     results : Results
     later : callable
-        Takes work to do in the page, from any thread.
-    soon : callable
-        Takes work to do after the events that wait, so that a fast mouse, and a click that moves both lines of the
-        crosshair, cost one answer.
+        Takes work to do after the events that wait, so that a fast mouse costs one answer.
     chosen : mapping of str to str
         Scene and point to begin with: `scene`, and a number by the name of each dimension.
     background : callable
@@ -55,12 +52,10 @@ class Page:
         self,
         results: Results,
         later: Later = at_once,
-        soon: Later = at_once,
         chosen: Mapping[str, str] | None = None,
         background: Background = in_thread,
     ) -> None:
-        self.datasets, self._background = dict(results.datasets), background
-        self._later, self._soon = later, soon
+        self.datasets, self._later, self._background = dict(results.datasets), later, background
         self._is_waiting = self._is_opening = False
         self.upright = Span(dimension="height", line_color="#CC0000", line_width=1.5)
         self.across = Span(dimension="width", line_color="#CC0000", line_width=1.5)
@@ -189,7 +184,7 @@ class Page:
     def _moved(self) -> None:
         if not (self._is_waiting or self._is_opening):
             self._is_waiting = True
-            self._soon(self._follow)
+            self._later(self._follow)
 
     def _follow(self, is_new: bool = False) -> None:
         """Bring all panels to the row under the crosshair."""

@@ -15,8 +15,6 @@ from vibropipe.view.page import Page
 from vibropipe.view.results import Results
 
 HOST = "127.0.0.1"
-# Milliseconds in which events are gathered: both coordinates of a click arrive one after the other.
-GATHERING = 5
 
 
 def make_document(results: Results) -> Callable[[Document], None]:
@@ -26,12 +24,7 @@ def make_document(results: Results) -> Callable[[Document], None]:
         context = document.session_context
         given = {} if context is None else context.request.arguments
         chosen = {name: values[-1].decode() for name, values in given.items()}
-        page = Page(
-            results,
-            document.add_next_tick_callback,
-            lambda work: document.add_timeout_callback(work, GATHERING),
-            chosen,
-        )
+        page = Page(results, document.add_next_tick_callback, chosen)
         document.title = f"{results.title} – vibropipe"
         document.add_root(page.root)
         for event, callback in page.scripts.items():

@@ -46,9 +46,11 @@ class Solver:
             options |= {"method": "newmark", "steps_per_period": self.steps}
         return self._counted(self.simulate(exciter, tau_end=tau_end, x0=x0, v0=v0, **options))
 
-    def solve_steady(self, exciter: Exciter, x0: float = 0.0, v0: float = 0.0) -> xr.Dataset:
+    def solve_steady(
+        self, exciter: Exciter, x0: float = 0.0, v0: float = 0.0, **settings: Any
+    ) -> xr.Dataset:
         """Return the steady state from a start."""
-        return self._counted(self.steady_state(exciter, x0=x0, v0=v0))
+        return self._counted(self.steady_state(exciter, x0=x0, v0=v0, **settings))
 
     def _counted(self, dataset: xr.Dataset) -> xr.Dataset:
         """Record status and number of impacts of a dataset."""

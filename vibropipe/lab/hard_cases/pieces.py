@@ -221,7 +221,7 @@ def held_for_ever(solver: Solver) -> Iterator[bool]:
 def orbit_balances(solver: Solver) -> Iterator[float]:
     """Energy balance of orbits with contacts, turns and sticks, over the work of the force."""
     for exciter, *_ in ORBITS:
-        orbit = solver.steady_state(exciter, outputs=("energy", "stability"))
+        orbit = solver.solve_steady(exciter, outputs=("energy", "stability"))
         expect(int(orbit["period_multiple"]) > 0)
         yield abs(float(orbit["energy_residual"] / orbit["energy_input"]))
 

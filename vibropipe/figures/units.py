@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibropipe.words.vocabulary import ERROR_SUFFIX
+
 # Prefixes that are tried for a unit, the largest first, with the factor from the stored unit.
 PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("m", 1.0), ("mm", 1e3), ("µm", 1e6)),
@@ -37,7 +39,8 @@ def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
                 _largest(datasets[name][variable].values)
                 for name, of_variables in units.items()
                 for variable, own in of_variables.items()
-                if own == unit
+                # an error may be of any size, and is never drawn
+                if own == unit and not variable.endswith(ERROR_SUFFIX)
             ),
             default=0.0,
         )

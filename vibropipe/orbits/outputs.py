@@ -150,7 +150,7 @@ def amplitudes_of(pieces, e, p, steady, log, m, c, amplitudes, row) -> None:
         direct = np.zeros(amplitudes.shape[1], np.complex128)
         add_harmonics_of_pieces(e, p, pieces, m, amplitudes[row], direct)
         for k in range(direct.size):
-            amplitudes[row, k] /= steady.m
+            amplitudes[row, k] *= 1.0 / steady.m
     else:
         end, length = steady.end, float(steady.m)
         resting = end.home if end.mode == REST else 0

@@ -99,9 +99,9 @@ def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> t
     )
 
 
-def all_effect_names(values: Mapping[str, Any]) -> tuple[str, ...]:
+def all_effect_names(values: Mapping[str, Any], *, pieces: bool = False) -> tuple[str, ...]:
     """Return the names of `all_effects`."""
-    return effect_names(all_effects(values), values)
+    return effect_names(all_effects(values, pieces=pieces), values)
 
 
 def effects_from_names(names: Iterable[str]) -> Effects:

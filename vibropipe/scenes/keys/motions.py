@@ -56,9 +56,8 @@ class SetOfMotions(BaseScene):
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since the motions compare them."""
         exciters = [self.exciter_of(name) for name in self.motions]
-        return all_effect_names(
-            {name: [each.get(name, 0.0) for each in exciters] for name in FURTHER}
-        )
+        further = {name: [each.get(name, 0.0) for each in exciters] for name in FURTHER}
+        return all_effect_names(further, pieces=self.COMPUTES_PIECES)
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from study_texts import BASE, faults, study_of
 
+from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import (
     StudyError,
     json_schema,
@@ -88,6 +89,12 @@ def test_shipped_studies_are_sound_and_named_in_the_schema(file):
     for name, scene in study.scenes.items():
         assert scene.title, name
         assert scene.caption, name
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.stem)
+def test_shipped_studies_can_be_planned(file):
+    for scene in load_study(file).scenes.values():
+        assert plan_scene(scene).effects
 
 
 def test_schema_takes_greek_and_refuses_what_the_models_refuse():

@@ -292,8 +292,9 @@ def close_window(pieces, p, window, end, growth) -> None:
         window.rests[side] /= periods
     if pieces is not None:
         if window.amplitudes.size > 0:
-            for k in range(window.amplitudes.shape[1]):
-                window.amplitudes[window.row, k] /= periods
+            amplitudes = window.amplitudes[window.row]
+            for k in range(amplitudes.size):
+                amplitudes[k] = divide(amplitudes[k], complex(periods, 0.0))
     elif window.amplitudes.size > 0:
         amplitudes = window.amplitudes[window.row]
         x, v = state_xv(p, end)

@@ -54,6 +54,8 @@ class Window(NamedTuple):
         Section (x, x') at the start of the window, and the number of periods summed.
     first : int
         Index of the first impact of the row.
+    is_listed : bool
+        Whether impacts are listed.
     impact_count, impact_position, impact_velocity, impact_support
         Impacts of the last LISTED_PERIODS (`RowResults`), or without entries.
     poincare : (rows, 2, LISTED_PERIODS) float
@@ -72,6 +74,7 @@ class Window(NamedTuple):
     resonant: bool
     start: np.ndarray
     first: int
+    is_listed: bool
     impact_count: np.ndarray
     impact_position: np.ndarray
     impact_velocity: np.ndarray
@@ -116,6 +119,8 @@ def new_window(p, out, row, first):
         _is_resonant(p, out.amplitudes),
         np.empty(3),
         first,
+        # Lists that only the errors of orbits need do not include motions without an orbit.
+        out.impact_velocity_max.size > 0,
         out.impact_count,
         out.impact_position,
         out.impact_velocity,
@@ -201,7 +206,7 @@ def list_impacts(window, log, period) -> None:
         Its index among the listed ones; 0 empties the list.
     """
     first, count = window.first, window.impact_count
-    if count.size > 0:
+    if window.is_listed:
         logged = min(log.counts[IMPACTS], log.position.size)
         n = first
         if period > 0 and count[window.row] + logged <= log.position.size:

@@ -211,15 +211,15 @@ def solve_points(
         Any of `OF_BRANCH`.
     """
     n, rows = len(sequence.supports), len(parameters)
-    buffer = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
-    out = new_rows(rows, harmonics, outputs, buffer)
+    listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
+    out = new_rows(rows, harmonics, outputs, listed if "impacts" in outputs else None)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         all_effects(columns_of(parameters)), parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
-    out = compact_impacts(out)
     if "impacts" in outputs:
+        out = compact_impacts(out)
         out = with_errors(out, parameters, max(n, 1))
     if "sensitivity" in outputs:
         out = with_impact_derivatives(out)

@@ -39,11 +39,12 @@ def new_impact_buffer(rows: int) -> ImpactBuffer:
     return ImpactBuffer(np.empty(n), np.empty(n), np.empty(n, np.int8))
 
 
-NO_IMPACT_BUFFER = new_impact_buffer(0)
-
-
 def new_rows(
-    n: int, harmonics: int, outputs: tuple[str, ...], buffer: ImpactBuffer, energy_terms: int = 4
+    n: int,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    buffer: ImpactBuffer | None = None,
+    energy_terms: int = 4,
 ) -> RowResults:
     """Return empty results of n rows.
 
@@ -55,8 +56,9 @@ def new_rows(
         Number of harmonics.
     outputs : tuple of str
         Requested outputs; the arrays of the others have no entries.
-    buffer : ImpactBuffer
-        Buffer for the impacts of at least n rows, used if impacts are requested.
+    buffer : ImpactBuffer, optional
+        Buffer for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
+        listed if the output is requested.
     energy_terms : int
         Terms of the energy balance.
     """
@@ -65,7 +67,7 @@ def new_rows(
     def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
         return np.zeros((n if when is None or requested[when] else 0, *shape), dtype)
 
-    impacts = buffer if requested["impacts"] else NO_IMPACT_BUFFER
+    impacts = new_impact_buffer(0) if buffer is None else buffer
     return RowResults(
         regime=np.zeros(n, np.int8),
         frequency=np.zeros(n),
@@ -80,7 +82,7 @@ def new_rows(
         rests=np.zeros((n, 2)),
         amplitudes=zeros(harmonics + 1, dtype=complex, when="harmonics"),
         multipliers=zeros(2, dtype=complex, when="stability"),
-        impact_count=zeros(dtype=np.int64, when="impacts"),
+        impact_count=np.zeros(0 if buffer is None else n, np.int64),
         impact_position=impacts.position,
         impact_velocity=impacts.velocity,
         impact_support=impacts.support,

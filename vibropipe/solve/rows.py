@@ -116,9 +116,9 @@ class _Solver:
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
         pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
         terms = 5 if self.effects.has_pieces else 4
-        # The error of an orbit follows from its impacts, requested or not.
-        computed = self.outputs if "impacts" in self.outputs else (*self.outputs, "impacts")
-        out = new_rows(len(values), self.harmonics, computed, self.of_thread.buffer, terms)
+        # The error of an orbit follows from its impacts, requested or not, so they always have room.
+        buffer = self.of_thread.buffer
+        out = new_rows(len(values), self.harmonics, self.outputs, buffer, terms)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
         limits = self.max_periods, self.patience

@@ -27,7 +27,6 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.row_results import (
-    NO_IMPACT_BUFFER,
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
     add_load,
@@ -140,7 +139,7 @@ class SectionMap:
 
         def solve(first: int) -> list[RowResults]:
             part = slice(first, first + ROWS_PIECE)
-            rows = new_rows(len(starts[part]), 1, ("stability",), NO_IMPACT_BUFFER)
+            rows = new_rows(len(starts[part]), 1, ("stability",))
             seeds = starts[part] - self._equilibrium
             solve_piece(e, parameters[part], seeds, 1, max_periods, max_periods, rows)
             add_load(rows, parameters[part, LOAD])

@@ -59,7 +59,9 @@ def new_derivatives(
 
 
 def with_impact_derivatives(rows: RowResults) -> RowResults:
-    """Return compacted results with room for the derivatives of their impacts, NaN."""
+    """Return compacted results with room for the derivatives of their impacts, NaN, if impacts are requested."""
+    if rows.d_velocity_max.size == 0:
+        return rows
     shape = (rows.impact_position.size, *rows.d_impacts.shape[1:])
     return rows._replace(d_impacts=np.full(shape, np.nan))
 

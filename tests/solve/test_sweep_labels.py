@@ -19,7 +19,7 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows import solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
-from vibropipe.words.regimes import Regime
+from vibropipe.words.regimes import Chaos, Regime
 
 PATIENT = 5000
 REPEATS = 1e-7
@@ -66,17 +66,30 @@ def random_rows(points: int, seed: int) -> np.ndarray:
     return np.array([Parameters(*row) for row in rows])
 
 
+def weakly_damped_rows(points: int, seed: int) -> np.ndarray:
+    """The same with hardly any loss, where chaos lasts longest before it ends."""
+    rows, rng = random_rows(points, seed), np.random.default_rng(seed + 100)
+    rows[:, 2] = 10 ** rng.uniform(-2.7, -2, points)
+    rows[:, 5:7] = rng.uniform(0.9, 0.98, (points, 2))
+    rows[::2, 6] = rows[::2, 5]
+    return rows
+
+
 def disagreements(rows: np.ndarray, patience: int) -> list[tuple[object, ...]]:
+    """Return (row, expected, found, code of chaos) of rows with another label after `patience` periods.
+
+    A march that has not come close to the orbit by then is continued.
+    """
     limits = MAX_PERIODS, PATIENCE
     cut, start = row_blocks(len(rows)), (0.0, 0.0)
     ((_, (solved,)),) = solve_rows(cut, lambda a, b: [rows[a:b]], start, 1, *limits, 0, ())
     labels = list(zip(solved.regime.tolist(), solved.period_multiple.tolist(), strict=True))
     assert len(np.unique(solved.regime)) > 3
     differing: list[tuple[object, ...]] = []
-    for row, label in zip(rows, labels, strict=True):
+    for row, label, chaos in zip(rows, labels, solved.chaos.tolist(), strict=True):
         expected = patient(Parameters(*row), patience)
-        if expected != label:
-            differing.append((row.tolist(), expected, label))
+        if expected != label and patient(Parameters(*row), 20 * patience) != label:
+            differing.append((row.tolist(), expected, label, chaos))
     return differing
 
 
@@ -89,7 +102,14 @@ def test_labels_of_random_rows_agree_with_patience() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("draw", [reference_rows, random_rows])
-def test_labels_agree_with_patience_at_length(draw: Callable[[int, int], np.ndarray]) -> None:
-    differing = disagreements(draw(1000, 1), PATIENT)
-    assert len(differing) <= 1, differing
+@pytest.mark.parametrize(
+    ("draw", "per_draw"), [(reference_rows, 1.0), (random_rows, 1.0), (weakly_damped_rows, 12.0)]
+)
+def test_labels_agree_with_patience_at_length(
+    draw: Callable[[int, int], np.ndarray], per_draw: float
+) -> None:
+    """Of draws of 1,000 rows. Chaos may last longer than it is followed; no other label differs."""
+    draws = [disagreements(draw(1000, seed), PATIENT) for seed in (1, 2, 3)]
+    regular = [each for draw in draws for each in draw if each[-1] != Chaos.LASTING]
+    assert not regular, regular
+    assert sum(map(len, draws)) <= 3 * per_draw, draws

@@ -13,8 +13,9 @@ from vibropipe.compiler import jit
 MAX_MULTIPLE, MAX_LONG_MULTIPLE = 32, 256
 # Entries before period 0: a return is compared with the one before it, two multiples back.
 HISTORY_OFFSET = 2 * MAX_MULTIPLE
-# Largest distance of a near return, relative to the norm of the motion.
-RETURN_TOLERANCE = 1e-4
+# Largest distance of a near return, relative to the norm of the motion, and of one to rounding, as of a motion that
+# forgets in each rest what was before.
+RETURN_TOLERANCE, ROUNDING_TOLERANCE = 1e-4, 1e-9
 # A return after more than MAX_UNCONFIRMED_MULTIPLE periods counts only if the return before it was within
 # CONFIRM_FACTOR times the tolerance: a chaotic motion returns by chance after many periods, but seldom twice.
 MAX_UNCONFIRMED_MULTIPLE, CONFIRM_FACTOR = 2, 30.0
@@ -78,7 +79,7 @@ def nearly_repeats(xs, vs, k, m, norm) -> bool:
 
 
 @jit
-def lies_on_orbit(xs, vs, k, norm) -> bool:
+def lies_on_orbit(xs, vs, k, norm, tolerance) -> bool:
     """Return whether the last sections up to period k are near those of up to MAX_LONG_MULTIPLE periods before.
 
     Parameters
@@ -89,11 +90,13 @@ def lies_on_orbit(xs, vs, k, norm) -> bool:
         Forcing periods marched.
     norm : float
         Norm of the motion.
+    tolerance : float
+        Largest distance of a return, relative to it.
     """
     for m in range(1, min(MAX_LONG_MULTIPLE, k - REPEATED_PERIODS) + 1):
         repeated = 0
         while repeated < REPEATED_PERIODS and (
-            _return_distance(xs, vs, k - repeated, m) <= RETURN_TOLERANCE * norm
+            _return_distance(xs, vs, k - repeated, m) <= tolerance * norm
         ):
             repeated += 1
         if repeated == REPEATED_PERIODS:

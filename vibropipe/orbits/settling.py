@@ -37,6 +37,8 @@ from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.recurrence import (
     HISTORY_OFFSET,
     MAX_MULTIPLE,
+    RETURN_TOLERANCE,
+    ROUNDING_TOLERANCE,
     lies_on_orbit,
     may_repeat,
 )
@@ -228,7 +230,9 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
         if k == limit:
             kind = classify_aperiodic(p, log, xs, vs, k)
             # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
-            repeats = k <= LONG_ORBIT_PATIENCE * patience and lies_on_orbit(xs, vs, k, norm)
+            is_early = k <= LONG_ORBIT_PATIENCE * patience
+            near = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
+            repeats = lies_on_orbit(xs, vs, k, norm, near)
             is_seen_chaotic = is_chaotic(divergence) and not repeats
             shrinking = contraction(p, k, on_1, impacts - on_1)
             limit = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)

@@ -25,7 +25,8 @@ USUAL_CONTRACTION = 2.3
 # Longest march, as a multiple of the largest number of periods, of a damped motion that is not chaotic and has not
 # closed, or is chaotic beside a motion without impacts, on which three of four such motions settle.
 PURSUIT = 5
-# Forcing periods, as a multiple of the patience, within which a chaotic motion that seems to repeat has to close.
+# Forcing periods, as a multiple of the patience, within which a chaotic motion that seems to repeat has to close; one
+# that repeats to rounding may do so later.
 LONG_ORBIT_PATIENCE = 3
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
 

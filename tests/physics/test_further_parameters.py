@@ -139,7 +139,7 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
 
 @pytest.mark.parametrize("name", NOT_COMPUTED)
 def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> None:
-    computed = ("simulate", "newmark", "steady_state", "sweep") if name in PIECES else ()
+    computed = ("simulate", "newmark", "steady_state", "sweep", "basins") if name in PIECES else ()
     for face, call in _faces(name, 0.5).items():
         if face in computed:
             continue
@@ -148,7 +148,7 @@ def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> N
 
 
 @pytest.mark.parametrize(
-    "kind", ["basins, over: {x0: [0, 1], v0: [0, 1]}", "accuracy, motions: {a: {periods: 1}}"]
+    "kind", ["branch, along: {nu: {from: 1, to: 2}}", "accuracy, motions: {a: {periods: 1}}"]
 )
 def test_a_kind_refuses_what_it_does_not_compute(kind: str) -> None:
     text = f"title: T\nexciter: {{l: 1, friction: 0.5}}\nscenes: {{s: {{kind: {kind}}}}}"

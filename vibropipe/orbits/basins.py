@@ -15,7 +15,8 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
-from vibropipe.march.state import initial_state
+from vibropipe.march.piece_log import BEGIN, CAUSE, DIRECTION, HOME, PIECES, STICK
+from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.return_map import (
     LOG_FULL,
@@ -212,7 +213,7 @@ def assign_starts(
     """
     runs = np.zeros(cells.owner.size, np.int64)
     for i in range(starts.shape[0]):
-        state = initial_state(e, p, grid, phase, starts[i, 0], starts[i, 1])
+        state = start_state(log.pieces, e, p, grid, phase, starts[i, 0], starts[i, 1])
         owner[i], periods[i] = settled_attractor(
             e, p, grid, state, ellipses, cells, runs, max_periods, log, c
         )
@@ -238,7 +239,7 @@ def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
     int
         Sections written; fewer than n if the march failed.
     """
-    state = initial_state(e, p, grid, phase, x, v)
+    state = start_state(log.pieces, e, p, grid, phase, x, v)
     for k in range(sections.shape[0]):
         state, status = next_section(e, p, grid, state, log, c)
         if status != OK and status != LOG_FULL:
@@ -248,17 +249,25 @@ def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
 
 
 @jit
-def _contact_sequence(log, key):
+def _contact_sequence(pieces, log, key):
     """Return a number that tells sequences of contacts apart; `key` is that of the contacts before.
 
     Of a forcing period with a rest only the rests count: the mass leaves its support in the same state however it
-    came to rest.
+    came to rest. Of a stick only the slip counts: a mass that friction holds at the section began to stick before,
+    but near motions may do so after. pieces : `log.pieces`, an argument, as for `return_map.jacobian_of`.
     """
     rests = min(log.counts[RESTS], log.rest_support.size)
     if rests > 0 or log.counts[TAILS] > 0:
         for i in range(rests):
             key = key * 1_000_003 + 4 + log.rest_support[i]
         return key * 1_000_003 + 3
+    if pieces is not None:
+        for i in range(pieces.counts[PIECES]):
+            cause = pieces.codes[i, CAUSE]
+            if cause != BEGIN and cause != STICK:
+                key = (key * 1_000_003 + cause) * 7 + pieces.codes[i, HOME]
+                key = key * 5 + pieces.codes[i, DIRECTION]
+        return key * 1_000_003
     for i in range(min(log.counts[IMPACTS], log.support.size)):
         key = key * 1_000_003 + log.support[i]
     return key * 1_000_003
@@ -281,13 +290,13 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
         Output: equal for states whose motions have the same contacts in the same forcing periods.
     """
     for i in range(states.shape[0]):
-        state = initial_state(e, p, grid, 0.0, states[i, 0], states[i, 1])
+        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], states[i, 1])
         key, status = 1, OK
         for _ in range(m):
             state, status = next_section(e, p, grid, state, log, c)
             if status != OK:
                 break
-            key = _contact_sequence(log, key)
+            key = _contact_sequence(log.pieces, log, key)
         images[i, 0], images[i, 1] = state_xv(p, state)
         sequence[i] = key
         if status != OK:
@@ -297,7 +306,7 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
 @jit
 def section_jacobian(e, p, grid, x, v, m, log, c):
     """Return the Jacobian (j11, j12, j21, j22) of the m-period return map at a state (x, v) of the section."""
-    start = initial_state(e, p, grid, 0.0, x, v)
+    start = start_state(log.pieces, e, p, grid, 0.0, x, v)
     clear_log(log)
     end, _status = march_periods(e, p, grid, start, m, log, c, EVENTS_PER_PERIOD * m)
     return return_map_jacobian(e, p, log, start, end, m)

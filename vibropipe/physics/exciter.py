@@ -295,7 +295,7 @@ class Exciter:
                 f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
             )
             x = as_float("x0", x0, allowed)
-            least, most = start_room(self.l, self.delta)
+            least, most = start_room(self)
             if (x > self.upper and self.k1 > 0.0) or (x < self.lower and self.k2 > 0.0):
                 return number_within("x0", x, FINITE), v
             if not least <= x <= most:

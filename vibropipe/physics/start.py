@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.words.parameters import PARAMETERS
 
+if TYPE_CHECKING:
+    from vibropipe.physics.exciter import Exciter
+
 # Parameters that a start depends on, and their columns.
 OF_START = ("l", "delta", "load")
-COLUMNS = tuple(list(PARAMETERS).index(name) for name in OF_START)
+COLUMNS = tuple(list(PARAMETERS).index(name) for name in (*OF_START, "k1", "k2"))
 # Largest distance from a support at which a start is moved on to it, as a share of max(l, |delta|): 4 ulps, since
 # l + delta, delta - l and a start in decimals are rounded. A start between the supports is moved only if it has no
 # velocity: with one it is in flight, and a motion may be continued from any state, however close to a support.
@@ -23,11 +26,11 @@ def support_positions(half: Any, delta: Any) -> tuple[Any, Any]:
     return half + delta, delta - half
 
 
-def start_room(half: Any, delta: Any) -> tuple[Any, Any]:
-    """Return the least and the largest x0 that are accepted for supports at l + delta and delta - l."""
-    rounding = START_ROUNDING * np.maximum(np.abs(half), np.abs(delta))
-    upper, lower = support_positions(half, delta)
-    return lower - rounding, upper + rounding
+def start_room(exciter: Exciter) -> tuple[float, float]:
+    """Return the least and the largest x0 that are accepted: `room`, and rounding beyond rigid supports."""
+    rounding = START_ROUNDING * max(abs(exciter.l), abs(exciter.delta))
+    least, most = room(exciter)
+    return least - rounding, most + rounding
 
 
 def start_at(half: Any, delta: Any, x0: Any, v0: Any, load: Any = 0.0) -> Any:
@@ -60,6 +63,18 @@ def start_at(half: Any, delta: Any, x0: Any, v0: Any, load: Any = 0.0) -> Any:
     return x if np.ndim(v0) == 0 else np.where(v0 == 0.0, x, flying)
 
 
+def room(exciter: Exciter) -> tuple[float, float]:
+    """Return the least and the largest displacement of the mass: the supports where they are rigid."""
+    least, most = exciter.lower, exciter.upper
+    return -np.inf if exciter.k2 > 0.0 else least, np.inf if exciter.k1 > 0.0 else most
+
+
+def within_room(exciter: Exciter, x: float) -> float:
+    """Return a displacement, moved onto the rigid support that it lies beyond."""
+    least, most = room(exciter)
+    return min(max(x, least), most)
+
+
 def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
     """Return the starts of rows.
 
@@ -68,7 +83,7 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
     parameters : ndarray, shape (rows, parameters)
         In the order of `PARAMETERS`.
     x0, v0 : float, ndarray of shape (rows,), or None
-        As in `start_at`.
+        As in `start_at`; x0 may lie beyond a soft support.
 
     Returns
     -------
@@ -76,8 +91,12 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
         Displacement and velocity.
     """
     starts = np.empty((len(parameters), 2))
-    half, delta, load = (parameters[:, column] for column in COLUMNS)
+    half, delta, load, k1, k2 = (parameters[:, column] for column in COLUMNS)
     starts[:, 0], starts[:, 1] = start_at(half, delta, x0, v0, load), v0
+    if x0 is not None:
+        upper, lower = support_positions(half, delta)
+        is_beyond = ((k1 > 0.0) & (x0 > upper)) | ((k2 > 0.0) & (x0 < lower))
+        starts[:, 0] = np.where(is_beyond, x0, starts[:, 0])
     return starts
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_set import SAME_ORBIT, AttractorSet
 from vibropipe.solve.section_map import SectionMap
 from vibropipe.solve.sweep import MAX_PERIODS
@@ -140,7 +141,13 @@ def _with_impacts(states: np.ndarray, section: SectionMap) -> np.ndarray:
     """Return states (n, 2) and, of those next to a support, also the states on the other side of an impact there."""
     exciter = section.exciter
     parts = [states]
-    for sign, place, R in ((1, exciter.upper, exciter.R1), (-1, exciter.lower, exciter.R2)):
+    supports = (
+        (1, exciter.upper, exciter.R1, exciter.k1),
+        (-1, exciter.lower, exciter.R2, exciter.k2),
+    )
+    for sign, place, R, k in supports:
+        if k > 0.0:  # the velocity is continuous
+            continue
         near = states[sign * (place - states[:, 0]) <= CONTINUOUS * section.scale[0]]
         before, after = near[sign * near[:, 1] > 0], near[sign * near[:, 1] < 0]
         parts.append(before * [1.0, -R])
@@ -156,8 +163,8 @@ def _states(found: AttractorSet, index: int) -> np.ndarray:
 
 
 def _within(exciter: Exciter, state: np.ndarray) -> np.ndarray:
-    """Return a state with its displacement between the supports, which may have moved."""
-    return np.array([min(max(state[0], exciter.lower), exciter.upper), state[1]])
+    """Return a state with its displacement between rigid supports, which may have moved."""
+    return np.array([within_room(exciter, state[0]), state[1]])
 
 
 def _settled(exciter: Exciter, state: np.ndarray) -> np.ndarray | None:

@@ -157,8 +157,9 @@ class AttractorSet:
     def _loses(self, impacts: np.ndarray) -> bool:
         """Return whether a motion with impacts (2,) on the supports loses energy: without loss nothing attracts."""
         exciter = self.section.exciter
-        restitution = np.array([exciter.R1, exciter.R2])
-        return exciter.h > 0 or bool((restitution[impacts > 0] < 1).any())
+        soft = np.array([exciter.k1, exciter.k2]) > 0
+        loses = np.where(soft, [exciter.h1 > 0, exciter.h2 > 0], [exciter.R1 < 1, exciter.R2 < 1])
+        return exciter.h > 0 or exciter.friction > 0 or bool(loses[impacts > 0].any())
 
     def _captured(self, start: np.ndarray) -> int:
         """Return the index of the known attractor that a state at the section settles on, or UNDECIDED."""
@@ -182,6 +183,9 @@ class AttractorSet:
         points = np.roll(points, -int(np.argmin(points[:, 0])), axis=0)
         ellipses = [trapping_ellipse(self.section, each, m) for each in points]
         found = tuple(ellipse for ellipse in ellipses if ellipse is not None)
+        if not found and self.section.exciter.friction > 0.0:
+            # Motions creep towards the edge of the places where friction holds the mass for ever.
+            return FAILED
         self.known.append(Attractor(m, points, found))
         return len(self.known) - 1
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibropipe.physics.bounds import ultimate_bound
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_set import Attractor, AttractorSet
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.equilibrium import about_equilibrium
@@ -82,13 +83,14 @@ def reachable_velocity(exciter: Exciter) -> float:
     """Return a bound of |x'| within a forcing period after a start at rest, and ever if damping gives a lower one.
 
     Energy of the start and of the force bounds the first; `ultimate_bound` is the second, which needs the equilibrium
-    between the supports.
+    between rigid supports, and no friction.
     """
     exciter = about_equilibrium(exciter)
+    is_linear = exciter.k1 == 0.0 and exciter.k2 == 0.0 and exciter.friction == 0.0
     farthest = max(abs(exciter.upper), abs(exciter.lower))
     force = abs(exciter.f) + abs(exciter.f2)
     bound = farthest + force * exciter.period
-    if exciter.h > 0 and exciter.lower <= 0 <= exciter.upper:
+    if is_linear and exciter.h > 0 and exciter.lower <= 0 <= exciter.upper:
         bound = min(bound, float(ultimate_bound(exciter.h, force, farthest)))
     return bound
 
@@ -186,7 +188,7 @@ def steady_states(exciter: Exciter, known: Sequence[Attractor], harmonics: int) 
     each = []
     for attractor in known:
         x, v = attractor.sections[0] if attractor.period_multiple else attractor.sections[-1]
-        x = float(min(max(x, exciter.lower), exciter.upper))
+        x = within_room(exciter, float(x))
         with warnings.catch_warnings():
             # An attractor without an orbit is no failure.
             warnings.filterwarnings("ignore", message="status max_periods")

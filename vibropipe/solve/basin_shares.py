@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.outputs import RowResults
 from vibropipe.physics.effects import all_effect_names, all_effects
+from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_families import Families
 from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import shares, states_at_section
@@ -136,7 +137,7 @@ def _steady_states(
     for row, each in enumerate(members):
         attractor = sets[each.value].known[each.place]
         states[row] = attractor.sections[0 if attractor.period_multiple else -1]
-        states[row, 0] = min(max(states[row, 0], exciters[row].lower), exciters[row].upper)
+        states[row, 0] = within_room(exciters[row], states[row, 0])
     rows = _solve(parameters, states, harmonics)
     fills = {"regime": Regime.UNRESOLVED}
     return {
@@ -153,7 +154,7 @@ def _solve(parameters: np.ndarray, states: np.ndarray, harmonics: int) -> RowRes
         lambda first, stop: [parameters[first:stop]],
         lambda first, stop: (states[first:stop, 0], states[first:stop, 1]),
         1, MAX_PERIODS, MAX_PERIODS, harmonics, OF_STEADY_STATE,
-        effects=all_effects(columns_of(parameters)),
+        effects=all_effects(columns_of(parameters), pieces=True),
     )  # fmt: skip
     return rows
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, number_within
-from vibropipe.physics.start import start_at
+from vibropipe.physics.start import row_starts
 from vibropipe.solve.attractor_families import follow_attractors
 from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import (
@@ -50,8 +50,8 @@ def basins(
     ----------
     exciter : Exciter
     x0, v0 : array_like
-        Displacements, between the supports or on one, and velocities of the starts: increasing, one-dimensional. A
-        start at rest within 4 ulps of a support is moved onto it.
+        Displacements, between the supports, on one or beyond a soft one, and velocities of the starts: increasing,
+        one-dimensional. A start at rest within 4 ulps of a support is moved onto it.
     phase : float
         Phase of the force at the start, from 0 to 1, as a fraction of a forcing period: the motion starts at
         tau = phase * 2 pi/nu.
@@ -100,12 +100,13 @@ def basins(
     Raises
     ------
     ParameterError
-        If a start is not finite or lies outside the supports, or an argument is out of range.
+        If a start is not finite or lies beyond a rigid support, or an argument is out of range.
 
     Notes
     -----
     A start whose motion is chaotic before it settles reaches an attractor that depends on rounding; such starts have
-    large `periods_to_attractor`.
+    large `periods_to_attractor`. A mass that dry friction holds for ever stays at any of many places, none of which
+    attracts: its starts have the attractor -1.
 
     References
     ----------
@@ -231,8 +232,8 @@ def check_starts(exciter: Exciter, x0: Any, v0: Any) -> tuple[np.ndarray, np.nda
 
 def grid_starts(exciter: Exciter, xs: Any, vs: Any) -> np.ndarray:
     """Return the starts (n, 2) of a grid, v0 running fastest; those within rounding of a support lie on it."""
-    displacement = np.stack([start_at(exciter.l, exciter.delta, xs, v) for v in vs], axis=1)
-    return np.stack([displacement, np.broadcast_to(vs, displacement.shape)], axis=2).reshape(-1, 2)
+    x0, v0 = (each.ravel() for each in np.meshgrid(xs, vs, indexing="ij"))
+    return row_starts(np.tile(exciter.parameters(), (x0.size, 1)), x0, v0)
 
 
 def border_starts(attractor: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_set import SAME_ORBIT, AttractorSet
 
 if TYPE_CHECKING:
@@ -174,7 +175,7 @@ def _newton(found: AttractorSet, point: np.ndarray, m: int) -> np.ndarray | None
         if not np.isfinite(matrix).all() or np.linalg.det(matrix) == 0.0:
             return None
         point = point - np.linalg.solve(matrix, change)
-        point[0] = min(max(point[0], exciter.lower), exciter.upper)
+        point[0] = within_room(exciter, point[0])
     return None
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.physics.start import room
 from vibropipe.solve.section_map import SectionMap
 
 # States on each ring of a neighbourhood whose images are checked, and the radii of the rings. Between two rings the
@@ -129,7 +130,7 @@ def _contracts(
 ) -> bool:
     """Return whether the map takes the states of a ring around a point well into it; arguments as in the caller."""
     states = point + ring
-    states[:, 0] = np.clip(states[:, 0], section.exciter.lower, section.exciter.upper)
+    states[:, 0] = np.clip(states[:, 0], *room(section.exciter))
     images, sequences = section.images(states, m)
     if sequence is not None and (sequences != sequence).any():
         return False

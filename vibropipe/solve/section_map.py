@@ -13,6 +13,7 @@ import numpy as np
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import new_log
+from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.basins import (
     Cells,
     Ellipses,
@@ -55,9 +56,11 @@ def _assign_piece(
     max_periods: int,
     owner: np.ndarray,
     periods: np.ndarray,
+    pieces: PieceLog | None,
+    plain: int | None,
 ) -> None:
     """Assign starts with a log of their own; arguments as for `orbits.basins.assign_starts`."""
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     grid = exact_grid(e, p)
     assign_starts(
         e, p, grid, starts, phase, ellipses, cells, max_periods, log, c, owner, periods
@@ -72,24 +75,39 @@ def _map_piece(
     m: int,
     images: np.ndarray,
     sequence: np.ndarray,
+    pieces: PieceLog | None,
+    plain: int | None,
 ) -> None:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
 
 
 @jit_nogil
 def _record_piece(
-    e: Effects, p: Parameters, x: float, v: float, phase: float, sections: np.ndarray
+    e: Effects,
+    p: Parameters,
+    x: float,
+    v: float,
+    phase: float,
+    sections: np.ndarray,
+    pieces: PieceLog | None,
+    plain: int | None,
 ) -> int:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     return record_sections(e, p, exact_grid(e, p), x, v, phase, log, c, sections)
 
 
 @jit_nogil
 def _jacobian(
-    e: Effects, p: Parameters, x: float, v: float, m: int
+    e: Effects,
+    p: Parameters,
+    x: float,
+    v: float,
+    m: int,
+    pieces: PieceLog | None,
+    plain: int | None,
 ) -> tuple[float, float, float, float]:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     return section_jacobian(e, p, exact_grid(e, p), x, v, m, log, c)
 
 
@@ -108,28 +126,32 @@ class SectionMap:
 
     def __init__(self, exciter: Exciter) -> None:
         self.exciter = exciter
-        self._parameters = all_effects(exciter.stated()), exciter.parameters()
+        self._parameters = all_effects(exciter.stated(), pieces=True), exciter.parameters()
         self._equilibrium = np.array([exciter.load, 0.0])
         self._origin = 0.0 - self._equilibrium
         self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
 
+    def _pieces(self) -> tuple[PieceLog | None, int | None]:
+        """Return `pieces` and `plain` of a log; each call of a kernel has its own."""
+        return piece_log_of(self._parameters[0], ORBIT_LOG_CAPACITY)
+
     def jacobian(self, point: np.ndarray, m: int) -> np.ndarray:
         """Return the Jacobian (2, 2) of the m-period return map at a state (2,)."""
         x, v = point - self._equilibrium
-        return np.reshape(_jacobian(*self._parameters, x, v, m), (2, 2))
+        return np.reshape(_jacobian(*self._parameters, x, v, m, *self._pieces()), (2, 2))
 
     def images(self, states: np.ndarray, m: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the images (n, 2) of states under the m-period return map, and their contacts (`map_states`)."""
         images, sequence = np.empty_like(states), np.empty(len(states), np.int64)
         starts = np.ascontiguousarray(states - self._equilibrium)
-        _map_piece(*self._parameters, starts, m, images, sequence)
+        _map_piece(*self._parameters, starts, m, images, sequence, *self._pieces())
         return images - self._origin, sequence
 
     def sections(self, start: np.ndarray, n: int, phase: float = 0.0) -> np.ndarray:
         """Return the next n sections of the motion from a start (2,); fewer if its march fails."""
         sections = np.empty((n, 2))
         x, v = start - self._equilibrium
-        written = _record_piece(*self._parameters, x, v, phase, sections)
+        written = _record_piece(*self._parameters, x, v, phase, sections, *self._pieces())
         return sections[:written] - self._origin
 
     def steady_states(self, starts: np.ndarray, max_periods: int) -> RowResults:
@@ -141,7 +163,9 @@ class SectionMap:
             part = slice(first, first + ROWS_PIECE)
             rows = new_rows(len(starts[part]), 1, ("stability",))
             seeds = starts[part] - self._equilibrium
-            solve_piece(e, parameters[part], seeds, 1, max_periods, max_periods, rows)
+            solve_piece(
+                e, parameters[part], seeds, 1, max_periods, max_periods, rows, *self._pieces()
+            )
             add_load(rows, parameters[part, LOAD])
             return [mask_unsolved(rows)]
 
@@ -179,7 +203,7 @@ class SectionMap:
             part = slice(first, first + PIECE)
             _assign_piece(
                 *self._parameters, starts[part], phase, ellipses, cells, max_periods,
-                owner[part], periods[part],
+                owner[part], periods[part], *self._pieces(),
             )  # fmt: skip
 
         solve(n)

@@ -58,12 +58,13 @@ class BasinsScene(BaseScene):
     kind: Literal["basins"] = Field(
         description="Coexisting motions, and the starts that settle on them."
     )
+    COMPUTES_PIECES = True
     figure: BasinsFigure = Field(
         default_factory=BasinsFigure,
         description="Options of the picture; data do not depend on them.",
     )
     over: dict[SweptName, Grid] = Field(
-        description="Grids of the starts, `x0` (between the supports) and `v0`, and of one parameter or none."
+        description="Grids of the starts, `x0` (not beyond a rigid support) and `v0`, and of one parameter or none."
     )
     phase: Annotated[float, NumberRange(0, 1)] = Field(
         default=0.0,
@@ -96,7 +97,7 @@ class BasinsScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: which of them occur depends on the start."""
-        return all_effect_names(self.resolved_exciter())
+        return all_effect_names(self.resolved_exciter(), pieces=True)
 
 
 def _over(scene: BasinsScene) -> Iterator[Problem]:
@@ -112,7 +113,7 @@ def _over(scene: BasinsScene) -> Iterator[Problem]:
 
 
 def _starts(scene: BasinsScene) -> Iterator[Problem]:
-    """Check that the displacements lie between the supports, at all values of the parameter."""
+    """Check that no displacement lies beyond a rigid support, at all values of the parameter."""
     if not scene.has_l() or "x0" not in scene.over:
         return
     try:
@@ -121,7 +122,7 @@ def _starts(scene: BasinsScene) -> Iterator[Problem]:
         return  # reported by `EXCITER_CHECK`
     grid = scene.over["x0"]
     for value in dict.fromkeys((grid.low, grid.high)):
-        rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
+        rooms = [start_room(exciter) for exciter in exciters]
         if not all(least <= value <= most for least, most in rooms):
             lower = max(exciter.lower for exciter in exciters)
             upper = min(exciter.upper for exciter in exciters)

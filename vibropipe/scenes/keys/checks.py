@@ -76,7 +76,7 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
     lower = max(exciter.lower for exciter in exciters)
     upper = min(exciter.upper for exciter in exciters)
     x0 = scene.start.x0
-    rooms = [start_room(exciter.l, exciter.delta) for exciter in exciters]
+    rooms = [start_room(exciter) for exciter in exciters]
     if x0 is None or all(least <= x0 <= most for least, most in rooms):
         return
     if lower > upper:

@@ -12,6 +12,7 @@ import vibropipe as vp
 from vibropipe.lab.hard_cases import energy as independent
 from vibropipe.lab.hard_cases.analytic import flights
 from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.solve.contacts import log_of
 from vibropipe.solve.energy import TERMS, work_of_flights
 
 MOTIONS = independent.MOTIONS
@@ -105,3 +106,13 @@ def test_a_scene_stores_the_balance_of_its_motion_beside_that_of_its_orbit(tmp_p
     assert abs(float(ds.orbit_energy_residual)) < 1e-12
     assert float(ds.energy_input) > float(ds.orbit_energy_input) > 0
     assert "orbit_energy_change" not in ds
+
+
+@pytest.mark.parametrize("side", [1, 2])
+def test_the_tail_of_a_chatter_acts_away_from_its_support(side: int) -> None:
+    sign = 1.0 if side == 1 else -1.0
+    exciter = vp.Exciter(l=1.0, delta=-1.5 * sign, f=0.1 * sign, nu=0.8, R1=0.5, R2=0.5)
+    ds = vp.simulate(exciter, 2.5, -0.7 * sign)
+    log = log_of(exciter, {str(name): ds[name].values for name in ds.data_vars}, 1.0)
+    assert (log.support == -side).any()
+    assert (log.impulse * sign < 0.0).all()

@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
-from vibropipe.physics.effects import all_effect_names, all_effects
+from vibropipe.physics.effects import PIECES, all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
@@ -182,7 +182,8 @@ def _problem(
 ) -> tuple[Problem, tuple[float, ...]]:
     """Return what is followed and in which directions; ParameterError for values that are not allowed."""
     if along not in PARAMETERS:
-        raise ParameterError("along", along, f"one of {', '.join(PARAMETERS)}")
+        followed = (name for name in PARAMETERS if name not in PIECES)
+        raise ParameterError("along", along, f"one of {', '.join(followed)}")
     own = getattr(exciter, along)
     ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
     if len(ends) == 1:

@@ -117,14 +117,14 @@ def log_of(exciter: Exciter, contacts: Contacts, stop: float) -> Log:
     speed, rest_support = tail_speeds(contacts), contacts["rest_support"].astype(np.int8)
     restitution = np.where(rest_support == 1, exciter.R1, exciter.R2)
     restitution = np.where(restitution < 1.0, restitution, 0.0)
-    has_tail = speed > 0.0
+    has_tail, away = speed > 0.0, np.where(rest_support == 1, -1.0, 1.0)
     tau = np.concatenate([contacts["impact_tau"], contacts["rest_start"][has_tail]])
     permutation = np.argsort(tau, kind="stable")
     before = np.append(contacts["impact_velocity"], np.zeros(has_tail.sum()))
     impulse = np.concatenate(
         [
             contacts["impact_velocity_after"] - contacts["impact_velocity"],
-            (speed * (1.0 + restitution) / (1.0 - restitution))[has_tail],
+            (away * speed * (1.0 + restitution) / (1.0 - restitution))[has_tail],
         ]
     )
     support = np.concatenate([contacts["impact_support"], -rest_support[has_tail]]).astype(np.int8)

@@ -143,7 +143,8 @@ def choose_method(
     exact_error = largest_relative_error(variables, errors, scales, accuracy)
     nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
     best = Choice("exact", None, exact_error, exact_error <= accuracy, nanoseconds)
-    if not best.reached or exact.status != Status.OK:
+    # By pieces a step of Newmark's method costs as much as an exact one, and more of them are needed.
+    if not best.reached or exact.status != Status.OK or request.effects.has_pieces:
         return best, exact, errors
     steps = MIN_STEPS
     unsampled = request._replace(samples_per_period=0)

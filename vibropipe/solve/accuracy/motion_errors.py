@@ -19,7 +19,9 @@ from vibropipe.march.roots import GRAZING_TOLERANCE
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row
-from vibropipe.solve.energy import TERMS
+from vibropipe.physics.start import within_room
+from vibropipe.solve.contacts import OF_CONTACT
+from vibropipe.solve.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver, run_motion
 from vibropipe.words.parameters import PARAMETERS
@@ -38,10 +40,13 @@ Variables = dict[str, Any]
 Errors = dict[str, np.ndarray]
 # Variables of contacts with an error, by dimension; contacts are matched by the first.
 CONTACT_COLUMNS = {
-    "impact": ("impact_tau", "impact_velocity", "impact_velocity_after"),
+    "impact": ("impact_tau", "impact_velocity", "impact_velocity_after", *OF_CONTACT),
     "rest": ("rest_start", "rest_end"),
     "grazing": ("grazing_tau",),
+    "turn": ("turn_tau",),
+    "stick": ("stick_start", "stick_end"),
 }
+ENERGIES = (*TERMS, FRICTION_TERM)
 
 
 class Scales(NamedTuple):
@@ -112,7 +117,7 @@ def perturbed(
         values[name] = 1.0 if getattr(exciter, name) == 1.0 else min(values[name], 1.0)
     other = Exciter(**values)
     x = request.x + signs["x"] * max(ULP * abs(request.x), request.x_uncertainty)
-    x = min(max(x, other.lower), other.upper)
+    x = within_room(other, x)
     v = request.v + signs["v"] * max(ULP * abs(request.v), request.v_uncertainty)
     if request.x in (exciter.lower, exciter.upper):
         x = other.lower if request.x == exciter.lower else other.upper
@@ -131,10 +136,13 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     least = dict.fromkeys(
         ("velocity", "velocity_end", "impact_velocity", "impact_velocity_after"), v
     )
-    least |= {"displacement": x, "displacement_end": x}
+    least |= {"displacement": x, "displacement_end": x, "contact_depth_max": x}
+    least["contact_force_max"] = max(
+        k * x + h * v for k, h in ((exciter.k1, exciter.h1), (exciter.k2, exciter.h2))
+    )
     energy = scales.velocity * v + scales.displacement * x
     contacts = variables["impact_tau"][1].size + 1
-    least |= dict.fromkeys(TERMS, energy * contacts)
+    least |= dict.fromkeys(ENERGIES, energy * contacts)
     force = abs(exciter.f) + 2 * abs(exciter.f2)
     least["force"] = force * (4 * ULP + 2 * exciter.nu * tau_error)
     return {
@@ -160,17 +168,31 @@ def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors
         Errors by name, in the shape of each quantity.
     """
     differences: Errors = {}
-    for name in ("displacement", "velocity", "force", "displacement_end", "velocity_end", *TERMS):
+    for name in (
+        "displacement",
+        "velocity",
+        "force",
+        "displacement_end",
+        "velocity_end",
+        *ENERGIES,
+    ):
         if name in variables and name in others:
             own = errors.get(name, 0.0)
             differences[name] = distance(variables[name][1], others[name][1]) + own
     for kind, names in CONTACT_COLUMNS.items():
         support_name = f"{kind}_support"
         time = names[0]
-        partner = match_contacts(
-            variables[time][1], variables[support_name][1], others[time][1], others[support_name][1]
-        )
+        if time not in variables:
+            continue
+        times, other_times = variables[time][1], others[time][1]
+        # Turning points and sticks are at no support.
+        supports, other_supports = np.ones(times.size, int), np.ones(other_times.size, int)
+        if support_name in variables:
+            supports, other_supports = variables[support_name][1], others[support_name][1]
+        partner = match_contacts(times, supports, other_times, other_supports)
         for name in names:
+            if name not in variables:
+                continue
             mine, theirs = variables[name][1], others[name][1]
             # Contact without counterpart: its time error is infinite, its velocity error the full velocity.
             error = np.abs(mine) if "velocity" in name else np.full(mine.shape, np.inf)
@@ -179,6 +201,10 @@ def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors
             has_errors = name in errors and errors[name].size == theirs.size
             own = errors[name][nearest] if has_errors else 0.0
             error[matched] = distance(mine[matched], theirs[nearest]) + own
+            # Neither an impact on a rigid support nor a contact that has not ended has a duration.
+            error[matched] += np.where(
+                np.isnan(mine[matched]) & np.isnan(theirs[nearest]), np.nan, 0
+            )
             differences[name] = error
     if "velocity" in differences:
         differences["velocity"] = widen_at_jumps(variables, differences)
@@ -235,6 +261,8 @@ def widen_at_jumps(variables: Variables, differences: Errors) -> np.ndarray:
     error, tau = differences["velocity"], variables["tau"][1]
     times, spread = variables["impact_tau"][1], differences["impact_tau"]
     jumps = np.abs(variables["impact_velocity_after"][1] - variables["impact_velocity"][1])
+    if "contact_duration" in variables:  # the velocity is continuous at a soft support
+        jumps[np.isnan(jumps) | ~np.isnan(variables["contact_duration"][1])] = 0.0
     spread = SAFETY * np.where(np.isfinite(spread), spread, 0.0) + 4 * ULP * np.abs(times)
     first = np.searchsorted(tau, times - spread)
     last = np.searchsorted(tau, times + spread, side="right")

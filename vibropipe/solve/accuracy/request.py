@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.grid import newmark_grid
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
 from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_method
 from vibropipe.solve.accuracy.motion_errors import deviation
@@ -40,11 +40,8 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
     Raises
     ------
     ParameterError
-        If the accuracy or the times are out of range, or there are soft supports or friction.
+        If the accuracy or the times are out of range.
     """
-    if request.effects.has_pieces:
-        must = "must be left out where there are soft supports or friction, whose errors are not estimated"
-        raise ParameterError("accuracy", accuracy, must=must, got="")
     requested_error = check_accuracy(accuracy)
     choice, exact, errors = choose_method(exciter, request, requested_error)
     run = exact

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.march.log import IMPACTS, RESTS
+from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
 from vibropipe.orbits.pieces import add_energy_of_pieces, add_harmonics_of_pieces
@@ -32,7 +32,8 @@ class RowResults(NamedTuple):
     The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
     all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
     dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
-    rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity).
+    rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity). `releases` has the
+    phases at which rests on supports 1 and 2 end, NaN without one.
     """
 
     regime: np.ndarray
@@ -59,6 +60,7 @@ class RowResults(NamedTuple):
     poincare: np.ndarray
     exponent: np.ndarray
     grazes: np.ndarray
+    releases: np.ndarray
     d_section: np.ndarray
     d_amplitudes: np.ndarray
     d_subharmonics: np.ndarray
@@ -292,6 +294,19 @@ def write_impacts(log, m, count, position, velocity, support, row, first) -> Non
                     support[n] = log.support[i]
                     n += 1
         count[row] = n - first
+
+
+@jit
+def write_smoothness(log, grazes, releases, row) -> None:
+    """Write whether an orbit grazes and when its rests end, or nothing into arrays without entries.
+
+    What comes after a release depends on its phase alone, and each support has one such phase: an orbit is released at
+    most once from each.
+    """
+    if grazes.size > 0:
+        grazes[row] = 1 if log.counts[GRAZINGS] > 0 else 0
+        for r in range(min(log.counts[RESTS], log.rest_end.size)):
+            releases[row, log.rest_support[r] - 1] = log.rest_end[r]
 
 
 @jit

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, grid_time
-from vibropipe.march.log import GRAZINGS, SAMPLES, Samples
+from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
@@ -22,6 +22,7 @@ from vibropipe.orbits.outputs import (
     write_largest,
     write_multipliers,
     write_orbit_exponent,
+    write_smoothness,
 )
 from vibropipe.orbits.return_map import clear_log, state_xv
 from vibropipe.orbits.settling import find_steady_state
@@ -108,8 +109,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         if out.exponent.size > 0:
             write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
         write_energy(e, p, steady, log, c, out.energy, row)
-        if out.grazes.size > 0:
-            out.grazes[row] = 1 if log.counts[GRAZINGS] > 0 else 0
+        write_smoothness(log, out.grazes, out.releases, row)
         write_impacts(
             log,
             steady.m,

@@ -35,8 +35,9 @@ VARIATIONS = 6
 # Product of the fastest rate and the length of a flight above which, and modulus of the dynamic stiffness of the force
 # above which, the closed form of the variations loses at most three digits; it takes a tenth of the time of the steps.
 SHORT_REACH, NEAR_RESONANCE = 1.0, 0.1
-# Degrees that suffice for steps whose product with the fastest rate is below these limits: the hops of a chatter.
-SHORT_DEGREES = ((0.1, 11), (0.01, 8), (0.0005, 6))
+# Degrees that suffice for flights whose product with the fastest rate is below these limits: the hops of a chatter. The
+# first neglected term is then below 1e-16 of the response to a load.
+SHORT_DEGREES = ((0.15, 11), (0.025, 8), (0.003, 6), (4e-4, 5), (1.5e-5, 4))
 # 1 / ((n + 1) (n + 2)) and 1 / (n + 2).
 FACTORS = np.array([1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1)])
 SHARES = np.array([1.0 / (n + 2) for n in range(DEGREE - 1)])
@@ -70,7 +71,7 @@ def new_workspace():
 
 
 @jit
-def vary_step(p, c, unit, dt, degree, ends, z) -> None:
+def vary_step(p, c, unit, dt, ends, z) -> None:
     """Fill the polynomials of all variations over a step, and move the variations to its end.
 
     Parameters
@@ -82,8 +83,6 @@ def vary_step(p, c, unit, dt, degree, ends, z) -> None:
         The force of a unit amplitude at the start of the step.
     dt : float
         The step.
-    degree : int
-        Of the polynomials, at most DEGREE.
     ends : (2, VARIATIONS) float
         Displacements and velocities at the start; on return those at the end.
     z : (DEGREE + 1, VARIATIONS) float
@@ -94,7 +93,7 @@ def vary_step(p, c, unit, dt, degree, ends, z) -> None:
     for v in range(VARIATIONS):
         z[0, v], z[1, v] = ends[0, v], ends[1, v] * dt
         ends[0, v], ends[1, v] = z[0, v] + z[1, v], z[1, v]
-    for n in range(degree - 1):
+    for n in range(DEGREE - 1):
         to_next, share = square * FACTORS[n], damped * SHARES[n]
         for v in range(VARIATIONS):
             z[n + 2, v] = -to_next * z[n, v] - share * z[n + 1, v]
@@ -106,9 +105,6 @@ def vary_step(p, c, unit, dt, degree, ends, z) -> None:
         for v in range(VARIATIONS):
             ends[0, v] += z[n + 2, v]
             ends[1, v] += (n + 2) * z[n + 2, v]
-    for n in range(degree + 1, DEGREE + 1):
-        for v in range(VARIATIONS):
-            z[n, v] = 0.0
     for v in range(VARIATIONS):
         ends[1, v] /= dt
 
@@ -138,19 +134,62 @@ def vary_by_steps(p, support, start, end, w, work) -> None:
     load, y = constant_load(sigma, support_position(p, support)), 0.0
     steps = steps_of_flight(p, start, end)
     dt = (end - start) * forcing_period(p) / steps
-    degree = DEGREE
-    for reach, enough in SHORT_DEGREES:
-        if dt * fastest_rate(p.nu, p.h) < reach:
-            degree = enough
     if dt > 0.0:
         for step in range(steps):
             turn = start + (end - start) * step / steps
             sine, cosine = sincos_turns(turn)
             taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
             unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
-            vary_step(p, work.c, unit, dt, degree, ends, work.z)
+            vary_step(p, work.c, unit, dt, ends, work.z)
             y, w = motion(work.c, 1.0, dt)
     ends[1, BY_NU] += w / p.nu
+
+
+@jit
+def vary_in_one_step(p, support, start, end, w, reach, ends) -> None:
+    """Fill the variations at the end of a flight of at most one step; arguments as for `vary_flight`.
+
+    The recurrences of `taylor` and `vary_step` in registers, since a chatter has many short flights; `reach` is the
+    product of the fastest rate and the length. The response g to a unit load gives the free flow: e11 = 1 - g,
+    e12 = g', e22 = 1 - h g' - g.
+    """
+    sigma, dt, by_nu = -1.0 if support == 1 else 1.0, (end - start) * forcing_period(p), 1.0 / p.nu
+    degree = DEGREE
+    for limit, enough in SHORT_DEGREES:
+        if reach < limit:
+            degree = enough
+    sine, cosine = sincos_turns(start)
+    term, term_next = first_terms(Force(sigma * sine, sigma * cosine, 0.0, 0.0), p.nu * dt)
+    square, damped, push = dt * dt, p.h * dt, 0.5 * dt * dt
+    load = constant_load(sigma, support_position(p, support))
+    # Coefficients n and n + 1 of the motion and of the responses to load, nu, h and f; then their sums at the end.
+    c0, c1, g0, g1, n0, n1 = 0.0, w * dt, 0.0, 0.0, 0.0, -w * by_nu * dt
+    h0, h1, f0, f1 = 0.0, 0.0, 0.0, 0.0
+    g, n_end, h_end, f_end = 0.0, n1, 0.0, 0.0
+    rate, g_rate, n_rate, h_rate, f_rate = c1, 0.0, n1, 0.0, 0.0
+    for n in range(degree - 1):
+        to_next, share, order = square * FACTORS[n], damped * SHARES[n], float(n + 2)
+        c2 = to_next * (p.f * term - c0) - share * c1 + load * push
+        g2 = push - to_next * g0 - share * g1
+        n2 = -to_next * n0 - share * n1 - (2.0 * c2 + share * c1) * by_nu
+        h2 = -to_next * h0 - share * h1 - dt * SHARES[n] * c1
+        f2 = to_next * (term - f0) - share * f1
+        g, n_end, h_end, f_end = g + g2, n_end + n2, h_end + h2, f_end + f2
+        g_rate, n_rate = g_rate + order * g2, n_rate + order * n2
+        h_rate, f_rate, rate = h_rate + order * h2, f_rate + order * f2, rate + order * c2
+        c0, c1, g0, g1, n0, n1, h0, h1, f0, f1 = c1, c2, g1, g2, n1, n2, h1, h2, f1, f2
+        term, term_next, push = term_next, next_term(term, p.nu * dt, FACTORS[n]), 0.0
+    per = 1.0 / dt if dt > 0.0 else 0.0
+    e12 = g_rate * per
+    ends[0, BY_Y], ends[0, BY_W], ends[1, BY_Y], ends[1, BY_W] = (
+        1.0 - g,
+        e12,
+        -e12,
+        1.0 - p.h * e12 - g,
+    )
+    ends[0, BY_LOAD], ends[0, BY_NU], ends[0, BY_H], ends[0, BY_F] = g, n_end, h_end, f_end
+    ends[1, BY_LOAD], ends[1, BY_NU] = e12, (n_rate + rate * by_nu) * per
+    ends[1, BY_H], ends[1, BY_F] = h_rate * per, f_rate * per
 
 
 @jit
@@ -208,7 +247,9 @@ def vary_flight(p, support, start, end, w, work) -> None:
     """
     reach = (end - start) * forcing_period(p) * fastest_rate(p.nu, p.h)
     stiffness = abs((1.0 - p.nu) * (1.0 + p.nu)) + p.h * p.nu
-    if reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
+    if reach <= REACH:
+        vary_in_one_step(p, support, start, end, w, reach, work.ends)
+    elif reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
         vary_in_closed_form(p, support, start, end, w, work.ends)
     else:
         vary_by_steps(p, support, start, end, w, work)

@@ -17,7 +17,7 @@ from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
-from vibropipe.physics.effects import ALL_EFFECTS, all_effects
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
@@ -28,6 +28,7 @@ from vibropipe.solve.row_results import (
     columns_of,
     compact_impacts,
     new_rows,
+    without_impacts,
 )
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -212,7 +213,9 @@ def solve_points(
     """
     n, rows = len(sequence.supports), len(parameters)
     listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
-    out = new_rows(rows, harmonics, outputs, listed if "impacts" in outputs else None)
+    # Derivatives follow from the impacts, requested or not.
+    has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)
+    out = new_rows(rows, harmonics, outputs, listed if has_impacts else None)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         all_effects(columns_of(parameters)), parameters, sequence.m, sequence.supports, unknowns, log, c,
@@ -223,6 +226,6 @@ def solve_points(
         out = with_errors(out, parameters, max(n, 1))
     if "sensitivity" in outputs:
         out = with_impact_derivatives(out)
-        differentiate_rows(ALL_EFFECTS, parameters, out, max(n, 1), 1)
+        differentiate_rows(parameters, out, max(n, 1))
     add_load(out, parameters[:, LOAD])
-    return out
+    return out if "impacts" in outputs else without_impacts(out)

@@ -129,7 +129,7 @@ class _Solver:
         rows = with_errors(mask_unsolved(compact_impacts(out)), values, ORBIT_LOG_CAPACITY)
         if "sensitivity" in self.outputs:
             rows = with_impact_derivatives(rows)
-            differentiate_rows(self.effects, values, rows, ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY)
+            differentiate_rows(values, rows, ORBIT_LOG_CAPACITY)
         add_load(rows, load)
         return rows if "impacts" in self.outputs else without_impacts(rows)
 

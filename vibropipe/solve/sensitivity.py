@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
-# Share of the largest amplitude, or of its derivative, below which an amplitude, or a derivative, is rounding.
-ROUNDING = 1e-13
 
 
 def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
@@ -61,7 +60,7 @@ def _harmonics(amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray) 
     mean = derivatives[:, 0].real
     amplitude, phase = _polar(amplitudes[:, 1:], derivatives[:, 1:])
     multiples = np.arange(1, amplitudes.shape[1])[None, :, None]
-    rate = multiples * nu[:, None, None] * amplitude
+    rate = (multiples * nu[:, None, None]) * amplitude
     rate[:, :, NU] += multiples[:, :, 0] * 2 * np.abs(amplitudes[:, 1:])
     dims = ("row", "harmonic")
     return {
@@ -75,18 +74,7 @@ def _harmonics(amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray) 
 
 
 def _polar(values: np.ndarray, derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of 2 |X| and arg X, from X (rows, n) and its derivatives (rows, n, parameters).
-
-    Where X is zero within rounding the phase has no derivative, and the amplitude one only if that of X is zero.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        size = np.abs(values)[:, :, None]
-        turned = values.conj()[:, :, None] * derivatives
-        amplitude, phase = 2.0 * turned.real / size, turned.imag / size**2
-        slope = np.abs(derivatives)
-        largest = np.nanmax(np.nan_to_num(size), axis=1, keepdims=True, initial=0.0)
-        steepest = np.nanmax(np.nan_to_num(slope), axis=1, keepdims=True, initial=0.0)
-        vanishes = size <= ROUNDING * largest
-        stays = slope <= ROUNDING * steepest
-    cone = np.where(np.isnan(derivatives) | ~stays, np.nan, 0.0)
-    return np.where(vanishes, cone, amplitude), np.where(vanishes, np.nan, phase)
+    """Return the derivatives of 2 |X| and arg X, from X (rows, n) and its derivatives (rows, n, parameters)."""
+    amplitude, phase = np.empty(derivatives.shape), np.empty(derivatives.shape)
+    polar_derivatives(values, derivatives, amplitude, phase)
+    return amplitude, phase

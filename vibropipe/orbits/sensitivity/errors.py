@@ -201,7 +201,7 @@ def write_orbit_errors(
     out.e_row[row, TRACE] = relative * size
 
 
-@jit
+@jit_inline
 def note_impact(out, row, support, phase, speed) -> None:
     """Update the largest errors of impact phases and velocities of a row."""
     column = SPEED_1 if support == 1 else SPEED_2
@@ -209,7 +209,7 @@ def note_impact(out, row, support, phase, speed) -> None:
     out.e_row[row, TURN] = max(out.e_row[row, TURN], phase)
 
 
-@jit
+@jit_inline
 def write_closed_errors(p, x, v, out, row, first, last) -> None:
     """Write the errors of a row in closed form, or without impacts, from its section (|x|, |v|): rounding alone."""
     amplitude = abs(linear_amplitude(p))
@@ -246,6 +246,30 @@ def with_errors(rows: RowResults, parameters: np.ndarray, impacts: int) -> RowRe
     return room
 
 
+@jit_inline
+def estimate_row(p, out, row, first, last, records, phases, speeds) -> None:
+    """Write the errors of a row whose impacts are first to last; arguments as for `close_samples`."""
+    m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
+    if m == 0 or not is_differentiated(p):
+        return
+    for column in range(SPEED_1, COLUMNS):
+        out.e_row[row, column] = 0.0
+    if last == first or is_conservative(p, x, v):
+        write_closed_errors(p, abs(x), abs(v), out, row, first, last)
+        return
+    has_rest = out.rests[row, 0] + out.rests[row, 1] > 0.0
+    position, velocity = out.impact_position[first:last], out.impact_velocity[first:last]
+    support = out.impact_support[first:last]
+    closing = out.residual[row] * (abs(x) + abs(v) + largest_speed(velocity))
+    size = close_samples(
+        p, position, velocity, support, m, closing, has_rest, records, phases, speeds
+    )
+    samples = phases, speeds
+    write_orbit_errors(p, position, velocity, support, m, closing, size, samples, out, row, first)
+    if has_rest:
+        out.e_row[row, TRACE] = 0.0
+
+
 @jit_nogil
 def estimate_rows(parameters, out, impacts) -> None:
     """Write the errors of solved rows: `e_row` and `e_impacts`, NaN on entry.
@@ -263,37 +287,6 @@ def estimate_rows(parameters, out, impacts) -> None:
     first = 0
     for row in range(parameters.shape[0]):
         last = first + out.impact_count[row]
-        p, has_rest = row_parameters(parameters, row), out.rests[row].sum() > 0.0
-        if out.period_multiple[row] > 0 and is_differentiated(p):
-            x, v = abs(out.section[row, 0]), abs(out.section[row, 1])
-            for column in range(SPEED_1, COLUMNS):
-                out.e_row[row, column] = 0.0
-            if last == first or is_conservative(p, out.section[row, 0], out.section[row, 1]):
-                write_closed_errors(p, x, v, out, row, first, last)
-            else:
-                position, velocity = (
-                    out.impact_position[first:last],
-                    out.impact_velocity[first:last],
-                )
-                support, m = out.impact_support[first:last], out.period_multiple[row]
-                closing = out.residual[row] * (x + v + largest_speed(velocity))
-                size = close_samples(
-                    p, position, velocity, support, m, closing, has_rest,
-                    records, phases, speeds,
-                )  # fmt: skip
-                write_orbit_errors(
-                    p,
-                    position,
-                    velocity,
-                    support,
-                    m,
-                    closing,
-                    size,
-                    (phases, speeds),
-                    out,
-                    row,
-                    first,
-                )
-                if has_rest:
-                    out.e_row[row, TRACE] = 0.0
+        p = row_parameters(parameters, row)
+        estimate_row(p, out, row, first, last, records, phases, speeds)
         first = last

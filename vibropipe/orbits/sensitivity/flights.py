@@ -39,15 +39,14 @@ class Contacts(NamedTuple):
     ----------
     position, velocity, support : (n,)
         Impacts in the order in which they are stored: time in turns, velocity before, support.
-    rest_end, rest_support : (rests,)
-        Releases, in order of time.
+    releases : (2,)
+        Phase of the release from each support, NaN without a rest.
     """
 
     position: np.ndarray
     velocity: np.ndarray
     support: np.ndarray
-    rest_end: np.ndarray
-    rest_support: np.ndarray
+    releases: np.ndarray
 
 
 class Flights(NamedTuple):
@@ -107,7 +106,7 @@ def new_flights(n):
     )  # fmt: skip
 
 
-@jit_allocating
+@jit_inline
 def first_flights(flights, n):
     """Return views of the first n flights."""
     return Flights(
@@ -142,14 +141,16 @@ def fill_flights(p, contacts, m, flights) -> bool:
         restitution = restitution_at(p, flights.home[j])
         flights.departure[j] = restitution * abs(contacts.velocity[i])
         flights.released[j] = 0
-    for r in range(contacts.rest_end.size):
-        release, j = contacts.rest_end[r], 0
+    for side in range(2):
+        release, j = contacts.releases[side], 0
+        if math.isnan(release):
+            continue
         while j < n and flights.end[j] < release:
             j += 1
         if j == n:
             # The flight of a release after the last impact ends with the first one, m turns later.
             j, release = 0, release - m
-        if flights.released[j] == 1 or flights.home[j] != contacts.rest_support[r]:
+        if flights.released[j] == 1 or flights.home[j] != side + 1:
             return False
         flights.released[j] = 1
         flights.start[j], flights.departure[j] = release, 0.0

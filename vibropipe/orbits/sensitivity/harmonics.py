@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.orbits.harmonics import RESONANT, dynamic_stiffness, rest_force
+from vibropipe.orbits.harmonics import RESONANT, dynamic_stiffness
 from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.contact import support_position
@@ -33,45 +35,57 @@ from vibropipe.physics.variation import (
 )
 
 
-@jit
-def chatter(p, support, turn, speed, d_turn, d_speed, k):
-    """Return duration and impulse of the chatter after an impact, and their derivatives by parameter k.
+class Chatter(NamedTuple):
+    """The chatter between an impact and a rest.
 
-    Parameters
+    Attributes
     ----------
-    p : Parameters
-    support : int
-    turn, speed : float
-        Of the impact.
-    d_turn, d_speed : float
-        Their derivatives.
-    k : int
-
-    Returns
-    -------
-    duration, d_duration : float
+    restitution, departure : float
+        Of the support; speed after the impact.
+    push, slope : float
+        Acceleration towards the support, and the derivative of the force by the phase.
+    duration : float
         In turns, from the impact to the start of the rest.
-    impulse, d_impulse : float
+    impulse : float
         Of all further impacts, away from the support.
     """
-    r, dr = restitution_at(p, support), restitution_derivative(support, k)
-    w, dw = r * speed, r * d_speed + dr * speed
-    if w == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    if r >= 1.0:
-        return 0.0, 0.0, w, dw
+
+    restitution: float
+    departure: float
+    push: float
+    slope: float
+    duration: float
+    impulse: float
+
+
+@jit_inline
+def chatter_after(p, support, turn, speed):
+    """Return the `Chatter` after an impact at a phase, in turns, with a speed."""
+    sigma, r = -1.0 if support == 1 else 1.0, restitution_at(p, support)
+    w, lost = r * speed, 1.0 - r
+    if w == 0.0 or r >= 1.0:
+        return Chatter(r, w, 0.0, 0.0, 0.0, w)
     g = -gap_acceleration(p, support, turn, 0.0, w)
-    sigma = -1.0 if support == 1 else 1.0
-    dg = -gap_acceleration_derivative(support, turn, w, k) + p.h * dw
-    dg -= TWO_PI * force_at(p, sigma, turn).cosine * d_turn
-    lost, period = 1.0 - r, forcing_period(p)
-    duration = 2.0 * w / (g * lost * period)
-    d_duration = 2.0 * (dw - w * dg / g + w * dr / lost) / (g * lost * period)
+    slope = TWO_PI * force_at(p, sigma, turn).cosine
+    duration = 2.0 * w / (g * lost * forcing_period(p))
+    return Chatter(r, w, g, slope, duration, w * (1.0 + r) / lost)
+
+
+@jit_inline
+def chatter_derivatives(p, chatter, support, turn, speed, d_turn, d_speed, k):
+    """Return the derivatives of duration and impulse of a chatter by parameter k, from those of its impact."""
+    r, w, g = chatter.restitution, chatter.departure, chatter.push
+    dr = restitution_derivative(support, k)
+    dw, lost = r * d_speed + dr * speed, 1.0 - r
+    if w == 0.0:
+        return 0.0, 0.0
+    if r >= 1.0:
+        return 0.0, dw
+    dg = p.h * dw - gap_acceleration_derivative(support, turn, w, k) - chatter.slope * d_turn
+    d_duration = 2.0 * (dw - w * dg / g + w * dr / lost) / (g * lost * forcing_period(p))
     if k == NU:
-        d_duration += duration / p.nu
-    impulse = w * (1.0 + r) / lost
-    d_impulse = (dw * (1.0 + r) + 2.0 * w * dr / lost) / lost
-    return duration, d_duration, impulse, d_impulse
+        d_duration += chatter.duration / p.nu
+    return d_duration, (dw * (1.0 + r) + 2.0 * w * dr / lost) / lost
 
 
 @jit_inline
@@ -85,7 +99,7 @@ def add_impulse(p, impulse, turn, m, changes, total, d_total) -> None:
         Change of x', and phase.
     m : int
         Denominator of the frequencies.
-    changes : (2, N_PARAMETERS) float
+    changes : (3, N_PARAMETERS) float
         Derivatives of impulse and phase.
     total : (harmonics + 1,) complex
         Increased as by `orbits.harmonics.add_support_forces`.
@@ -116,25 +130,26 @@ def add_rest(p, length, flights, j, m, changes, total, d_total) -> None:
     support, release = flights.home[j], flights.start[j]
     i, turn = start_of_rest(flights, j, length)
     sigma, speed = -1.0 if support == 1 else 1.0, flights.speed[i]
-    duration, impulse = 0.0, 0.0
+    chatter = chatter_after(p, support, turn, speed)
+    start = turn + chatter.duration
+    # The support force at the release is zero, so its phase does not count.
+    force = -sigma * gap_acceleration(p, support, start, 0.0, 0.0)
     for k in range(N_PARAMETERS):
-        d_turn = flights.d_end[i, k]
-        duration, d_duration, impulse, d_impulse = chatter(
-            p, support, turn, speed, d_turn, flights.d_speed[i, k], k
+        d_turn, d_speed = flights.d_end[i, k], flights.d_speed[i, k]
+        d_duration, d_impulse = chatter_derivatives(
+            p, chatter, support, turn, speed, d_turn, d_speed, k
         )
         changes[0, k], changes[1, k] = sigma * d_impulse, d_turn + 0.5 * d_duration
-        start = turn + duration
-        # The support force at the release is zero, so its phase does not count.
-        at_start = -sigma * gap_acceleration(p, support, start, 0.0, 0.0) * (d_turn + d_duration)
-        dx = support_derivative(support, k)
-        for q in range(total.size):
-            d_total[q, k] -= at_start * phase_factor(start * q / m)
-            d_total[q, k] += dx * phase_integral(q / m, start, release)
-            if k == F:
-                d_total[q, k] += reaction_integral(p, q, m, start, release) * (1.0 / p.f)
-    add_impulse(p, sigma * impulse, turn + 0.5 * duration, m, changes, total, d_total)
+        changes[2, k] = force * (d_turn + d_duration)
+    middle = turn + 0.5 * chatter.duration
+    add_impulse(p, sigma * chatter.impulse, middle, m, changes, total, d_total)
     for q in range(total.size):
-        total[q] += rest_force(p, support, q, m, turn + duration, release)
+        held, at_start = phase_integral(q / m, start, release), phase_factor(start * q / m)
+        reaction = reaction_integral(p, q, m, start, release)
+        total[q] += support_position(p, support) * held + reaction
+        for k in range(N_PARAMETERS):
+            d_total[q, k] += support_derivative(support, k) * held - changes[2, k] * at_start
+        d_total[q, F] += reaction * (1.0 / p.f)
 
 
 @jit_inline
@@ -176,6 +191,7 @@ def divide_derivatives(p, m, length, total, d_total) -> None:
             x += force_amplitude(p)
         x = divide(x, stiffness)
         total[q] = x
+        compliance = divide(complex(1.0, 0.0), stiffness)
         for k in range(N_PARAMETERS):
             change = d_total[q, k] * share
             if k == NU:
@@ -184,7 +200,7 @@ def divide_derivatives(p, m, length, total, d_total) -> None:
                 change -= x * complex(0.0, w)
             elif k == F and forced:
                 change += complex(0.0, -0.5)
-            d_total[q, k] = divide(change, stiffness)
+            d_total[q, k] = change * compliance
 
 
 @jit_inline
@@ -209,7 +225,7 @@ def _integrate_flight(p, flights, j, cycles, work, sums):
         sine, cosine = sincos_turns(turn)
         taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
         unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
-        vary_step(p, work.c, unit, dt, DEGREE, work.ends, work.z)
+        vary_step(p, work.c, unit, dt, work.ends, work.z)
         for g in range(NODES.size):
             at = turn + NODES[g] * (end - start) / steps
             weight = phase_factor(cycles * at) * (WEIGHTS[g] * (end - start) / steps)

@@ -145,7 +145,8 @@ def fill_multipliers(p, m, flights, slopes, values, derivatives) -> None:
     difference = first - second
     if not abs(difference) > DOUBLE * abs(first):
         difference = complex(math.nan, math.nan)
+    share = divide(complex(1.0, 0.0), difference)
     for k in range(N_PARAMETERS):
         _size, slope = determinant_and_derivative(p, m, flights, k)
-        derivatives[0, k] = divide(first * slopes[k] - slope, difference)
-        derivatives[1, k] = divide(slope - second * slopes[k], difference)
+        derivatives[0, k] = (first * slopes[k] - slope) * share
+        derivatives[1, k] = (slope - second * slopes[k]) * share

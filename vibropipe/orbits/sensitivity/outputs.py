@@ -9,7 +9,6 @@ import numpy as np
 
 from vibropipe.compiler import jit_allocating, jit_inline
 from vibropipe.orbits.sensitivity.flights import (
-    Contacts,
     Flights,
     first_flights,
     new_flights,
@@ -49,9 +48,7 @@ class Differentiation(NamedTuple):
     ----------
     work : Workspace
     flights : Flights
-    contacts : Contacts
-        Room for the contacts of a marched orbit.
-    changes : (2, N_PARAMETERS) float
+    changes : (3, N_PARAMETERS) float
     values : (2,) complex
     pair : (2, N_PARAMETERS) complex
     sums : (2, VARIATIONS) complex
@@ -61,7 +58,6 @@ class Differentiation(NamedTuple):
 
     work: Workspace
     flights: Flights
-    contacts: Contacts
     changes: np.ndarray
     values: np.ndarray
     pair: np.ndarray
@@ -70,15 +66,11 @@ class Differentiation(NamedTuple):
 
 
 @jit_allocating
-def new_differentiation(out, impacts, rests):
-    """Return work arrays for the derivatives in `out`, of orbits of so many impacts and rests."""
-    contacts = Contacts(
-        np.empty(impacts), np.empty(impacts), np.empty(impacts, np.int8),
-        np.empty(rests), np.empty(rests, np.int8),
-    )  # fmt: skip
+def new_differentiation(out, impacts):
+    """Return work arrays for the derivatives in `out`, of orbits of so many impacts."""
     totals = max(2, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
     return Differentiation(
-        new_workspace(), new_flights(impacts), contacts, np.empty((2, N_PARAMETERS)),
+        new_workspace(), new_flights(impacts), np.empty((3, N_PARAMETERS)),
         np.empty(2, np.complex128), np.empty((2, N_PARAMETERS), np.complex128),
         np.empty((2, VARIATIONS), np.complex128), np.empty(totals, np.complex128),
     )  # fmt: skip
@@ -188,7 +180,7 @@ def write_impact_derivatives(flights, out, row, first) -> None:
                 out.d_velocity_max[row, side, k] = flights.d_speed[fastest, k]
 
 
-@jit_allocating
+@jit_inline
 def write_sensitivity(p, contacts, m, room, out, row, first) -> None:
     """Write the derivatives of an orbit with impacts by the parameters; what is undefined stays NaN.
 

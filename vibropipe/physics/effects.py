@@ -60,6 +60,11 @@ NOT_COMPUTED = {
 }
 
 
+def occurs(value: Any) -> bool:
+    """Return whether a parameter, a number or an array, is other than 0 anywhere; one motion has numbers."""
+    return value != 0.0 if isinstance(value, float) else bool(np.any(value))
+
+
 def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
     """Return all effects of eqs. (5), (6), and those beyond that parameters have.
 
@@ -72,12 +77,12 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
         If the parameters have an effect that is not computed.
     """
     for name, effect in NOT_COMPUTED.items():
-        if np.any(values.get(name, 0.0)) and not (pieces and name in PIECES):
+        if not (pieces and name in PIECES) and occurs(values.get(name, 0.0)):
             largest = float(np.abs(values[name]).max())
             must = f"must be 0: {effect} not computed {'by this version' if pieces else 'here'}"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
-    further = ALL_EFFECTS._replace(second_harmonic=1 if np.any(values.get("f2", 0.0)) else None)
-    if any(np.any(values.get(name, 0.0)) for name in ("k1", "k2", "friction")):
+    further = ALL_EFFECTS._replace(second_harmonic=1 if occurs(values.get("f2", 0.0)) else None)
+    if any(occurs(values.get(name, 0.0)) for name in ("k1", "k2", "friction")):
         return further._replace(soft=1, friction=1)
     return further
 
@@ -89,7 +94,7 @@ def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> t
     """
     watched = effects.watched or 0
     of_parameters = {
-        name for name, key in BY_PARAMETER.items() if np.any((values or {}).get(key, 0.0))
+        name for name, key in BY_PARAMETER.items() if occurs((values or {}).get(key, 0.0))
     }
     return tuple(
         name

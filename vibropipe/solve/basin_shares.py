@@ -99,7 +99,7 @@ def shares_dataset(
         key: ((name, "attractor_id", *dims[1:]) if dims[0] == "row" else dims, array)
         for key, (dims, array) in variables.items()
     }
-    attrs = origin_attrs(all_effect_names({**first, name: values}), start)
+    attrs = origin_attrs(all_effect_names({**first, name: values}, pieces=True), start)
     plain = {key: entry for key, entry in labelled.items() if "visit" not in entry[0]}
     dataset = xr.Dataset(labelled | coords, coordinates(plain, harmonics), attrs)
     dataset = describe(dataset.set_coords([*coords, f"bifurcation_{name}"]))

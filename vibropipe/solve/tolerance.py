@@ -17,7 +17,7 @@ from vibropipe.solve.gradient import values_and_jacobian
 from vibropipe.solve.label import Variables
 from vibropipe.solve.named import Named, labels, named
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
+from vibropipe.solve.points import Points, check_soft, clipped, points_dataset, solve_points
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.vocabulary import describe, quantity
 
@@ -122,7 +122,9 @@ def tolerance(
     if not point.is_stable[0]:
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
-    attrs = origin_attrs(all_effect_names(vars(exciter)), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}")
+    attrs = origin_attrs(
+        all_effect_names(vars(exciter), pieces=True), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}"
+    )
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     spread = spread_variables(base, point, sigma, samples, reach, harmonics, from_start)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
@@ -136,6 +138,7 @@ def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[
         if name not in Parameters._fields:
             must = f"must have keys among {', '.join(Parameters._fields)}"
             raise ParameterError("tolerance", tolerances, must=must, got=repr(name))
+    check_soft("tolerance", exciter, tolerances, {})
     return {
         name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)
         for name in Parameters._fields

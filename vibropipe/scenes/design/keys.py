@@ -79,6 +79,7 @@ class DesignFigure(FigureOptions):
 class DesignScene(BaseScene):
     """Parameters that give a wanted law of motion."""
 
+    COMPUTES_PIECES = True
     kind: Literal["design"] = Field(description="Parameters that give a wanted law of motion.")
     figure: DesignFigure = Field(
         default_factory=DesignFigure,

@@ -27,7 +27,7 @@ from vibropipe.solve.design.search import (
 )
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
+from vibropipe.solve.points import Points, check_soft, clipped, points_dataset, solve_points
 from vibropipe.solve.row_results import columns_of
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
@@ -182,6 +182,7 @@ def check_vary(
         known = PARAMETERS[name].range
         if not (known.contains(low) and known.contains(high)):
             raise ParameterError(f"vary.{name}", ends, f"within its range, {known.text}")
+    check_soft("vary", exciter, vary, {name: float(ends[0]) for name, ends in vary.items()})
     return {
         name: (float(vary[name][0]), float(vary[name][1])) for name in PARAMETERS if name in vary
     }
@@ -197,7 +198,7 @@ def design_dataset(
     points = solve_points(parameters, start, spread.OUTPUTS, harmonics)
     start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
     attrs = {
-        **origin_attrs(all_effect_names(columns_of(parameters)), start_words),
+        **origin_attrs(all_effect_names(columns_of(parameters), pieces=True), start_words),
         **problem.goals.texts,
     }
     attrs["vary"] = " ".join(problem.vary)

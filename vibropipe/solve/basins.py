@@ -83,6 +83,9 @@ def basins(
             `attractor_id` on either side of the border.
         border_point_displacement, border_point_velocity (border_point)
             States of these orbits at the section; `border_point_orbit` has the orbit of each.
+        stable_set_displacement, stable_set_velocity (stable_set_point)
+            The borders themselves: starts at phase 0 whose motions approach one of these orbits, along pieces of curves
+            that NaN parts; `stable_set_orbit` has the orbit. Of a set without end the beginning.
 
         and over `attractor_id` all that `attractors` returns. With `over`, the parameter is the first dimension of all
         these. An attractor is carried along from value to value and keeps its number while its states at the section
@@ -128,7 +131,7 @@ def basins(
     shape = xs.size, vs.size
     states = grid_starts(exciter, xs, vs).reshape(*shape, 2)
     orbits = border_orbits(found, states, owner.reshape(shape), turn)
-    return describe(with_border_orbits(dataset, orbits, attractor_ids(found)))
+    return describe(with_border_orbits(dataset, found, orbits, attractor_ids(found)))
 
 
 def _settle(

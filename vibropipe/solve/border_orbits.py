@@ -8,6 +8,7 @@ import numpy as np
 
 from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_set import SAME_ORBIT, AttractorSet
+from vibropipe.solve.stable_set import stable_set
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,8 @@ MARCH, APART, ROUNDS = 64, 1e-4, 8
 # Largest period multiple of an orbit that is sought, the distance after m periods from which it is, and that at which
 # it is closed.
 MAX_MULTIPLE, NEAR, CLOSED, STEPS = 8, 0.1, 1e-11, 30
+# Largest velocity of the states of stable sets, as a multiple of the largest of the starts and of the orbits.
+REACH = 1.5
 
 
 class BorderOrbit(NamedTuple):
@@ -186,20 +189,30 @@ def _is_same(found: AttractorSet, orbit: BorderOrbit, other: BorderOrbit) -> boo
 
 
 def with_border_orbits(
-    dataset: xr.Dataset, orbits: list[BorderOrbit], ids: np.ndarray
+    dataset: xr.Dataset, found: AttractorSet, orbits: list[BorderOrbit], ids: np.ndarray
 ) -> xr.Dataset:
-    """Return a dataset with unstable orbits; `ids` has the `attractor_id` of each attractor of the set."""
+    """Return a dataset with unstable orbits and their stable sets; `ids` has the `attractor_id` of each attractor."""
     sizes = [len(orbit.sections) for orbit in orbits]
     states = np.concatenate([np.empty((0, 2)), *(orbit.sections for orbit in orbits)])
     multipliers = np.array([orbit.multipliers for orbit in orbits], complex).reshape(-1, 2)
     sides = ids[np.array([orbit.sides for orbit in orbits], int).reshape(-1, 2)]
+    velocity = REACH * max(np.abs(v).max(initial=0.0) for v in (dataset["v0"].values, states[:, 1]))
+    curves = [
+        stable_set(found.section, orbit.sections[0], len(orbit.sections), velocity)
+        for orbit in orbits
+    ]
+    numbers = np.arange(len(orbits), dtype=np.int32)
+    vertices = np.concatenate([np.empty((0, 2)), *curves])
     return dataset.assign(
         {
             "border_orbit_multiple": ("border_orbit", np.array(sizes, np.int32)),
             "border_orbit_multiplier": (("border_orbit", "multiplier"), multipliers),
             "border_orbit_attractor": (("border_orbit", "border_side"), np.sort(sides, axis=1)),
-            "border_point_orbit": ("border_point", np.repeat(np.arange(len(orbits), dtype=np.int32), sizes)),
+            "border_point_orbit": ("border_point", np.repeat(numbers, sizes)),
             "border_point_displacement": ("border_point", states[:, 0]),
             "border_point_velocity": ("border_point", states[:, 1]),
+            "stable_set_orbit": ("stable_set_point", np.repeat(numbers, [*map(len, curves)])),
+            "stable_set_displacement": ("stable_set_point", vertices[:, 0]),
+            "stable_set_velocity": ("stable_set_point", vertices[:, 1]),
         }
     )  # fmt: skip

@@ -23,6 +23,7 @@ from vibropipe.orbits.basins import (
     section_jacobian,
 )
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.preimages import map_back
 from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
@@ -39,6 +40,8 @@ from vibropipe.solve.unsolved import mask_unsolved
 
 # Starts that a thread assigns at a time.
 PIECE = 256
+# Largest distance of the image of a preimage from its state, in the units of the section map.
+RETRACED = 1e-9
 # Rows that a thread solves at a time, which may take a thousand periods each.
 ROWS_PIECE = 16
 
@@ -80,6 +83,12 @@ def _map_piece(
 ) -> None:
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
+
+
+@jit_nogil
+def _map_back_piece(e: Effects, p: Parameters, states: np.ndarray, before: np.ndarray) -> None:
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+    map_back(e, p, exact_grid(e, p), states, log, c, before)
 
 
 @jit_nogil
@@ -146,6 +155,28 @@ class SectionMap:
         starts = np.ascontiguousarray(states - self._equilibrium)
         _map_piece(*self._parameters, starts, m, images, sequence, *self._pieces())
         return images - self._origin, sequence
+
+    def preimages(self, states: np.ndarray) -> np.ndarray:
+        """Return the states (n, 2) a forcing period before states at the section.
+
+        They are NaN where the march forward does not lead back: after a rest or with R = 0 there is no one state
+        before.
+        """
+        before, known = np.full_like(states, np.nan), np.isfinite(states).all(axis=1)
+        if self.exciter.R1 > 0.0 and self.exciter.R2 > 0.0:
+            e, p = self._parameters
+            # Backward in time damping and impacts give what they took, and sines change their sign.
+            backward = p._replace(
+                f=-p.f, h=-p.h, R1=1.0 / p.R1, R2=1.0 / p.R2, f2=-p.f2, phi2=-p.phi2
+            )
+            found = np.empty((np.count_nonzero(known), 2))
+            _map_back_piece(e, backward, states[known] - self._equilibrium, found)
+            before[known] = found - self._origin
+        known = np.flatnonzero(np.isfinite(before).all(axis=1))
+        images, _contacts = self.images(before[known], 1)
+        missed = np.abs((images - states[known]) / self.scale).max(axis=1)
+        before[known[~(missed <= RETRACED)]] = np.nan
+        return before
 
     def sections(self, start: np.ndarray, n: int, phase: float = 0.0) -> np.ndarray:
         """Return the next n sections of the motion from a start (2,); fewer if its march fails."""

@@ -49,6 +49,7 @@ CROSSES: tuple[dict[str, Any], ...] = (
     },
     {"linestyle": "none", "marker": "x", "markersize": 5.0, "color": BLACK, "markeredgewidth": 1.4},
 )
+STABLE_SET: dict[str, Any] = {"color": BLACK, "linewidth": 0.9}
 # Quantity of each map -> its height.
 PANELS_CM = {"attractor": 8.6, "periods_to_attractor": 6.4}
 LEGEND_CM, AXIS_CM = 1.8, 1.2
@@ -94,6 +95,10 @@ def draw_attractor_map(
         draw_attractors(ax, dataset)
         if "border_orbit" not in dataset.dims:
             return
+        if float(dataset["border"].mean()) <= MAX_BORDER:
+            ax.plot(
+                dataset["stable_set_displacement"], dataset["stable_set_velocity"], **STABLE_SET
+            )
         points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
         for style in CROSSES:
             ax.plot(*points, **style)
@@ -184,7 +189,11 @@ def legend_handles(dataset: xr.Dataset) -> list[Artist]:
         else:
             handles.append(Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.4, label=text))
     if drawn and dataset.sizes["border_orbit"]:
-        handles.append(Line2D([], [], label="unstable orbit on a border", **CROSSES[1]))
+        has_line = float(dataset["border"].mean()) <= MAX_BORDER
+        line, text = (STABLE_SET, ", and its stable set") if has_line else ({}, "")
+        handles.append(
+            Line2D([], [], label=f"unstable orbit on a border{text}", **CROSSES[1] | line)
+        )
     if bool((dataset["attractor"] < 0).any()):
         handles.append(none_handle())
     return handles

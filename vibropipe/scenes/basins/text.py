@@ -76,7 +76,7 @@ def saddles_text(dataset: xr.Dataset) -> str:
     if float(dataset["border"].mean()) > MAX_BORDER:
         return f"Crosses: {orbits} (m = {multiples}) of those that the borders contain"
     which = "it" if len(sizes) == 1 else "one of them"
-    return f"Crosses: {orbits} (m = {multiples}) on the borders; the starts of a border approach {which}"
+    return f"Crosses: {orbits} (m = {multiples}) on the borders, which are the starts that approach {which}"
 
 
 def sections(datasets: Datasets) -> list[Section]:

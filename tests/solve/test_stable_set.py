@@ -1,0 +1,93 @@
+"""Stable sets of unstable orbits: borders between basins, against the motions on either side of them."""
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.solve.attractor_set import AttractorSet
+from vibropipe.solve.section_map import SectionMap
+
+PAPER = vp.Exciter(l=0.5, nu=2.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+THREE = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
+SYMMETRIC = vp.Exciter(l=0.5, nu=1.61, f=1.66, h=0.02, R1=0.8, R2=0.8)
+NEAR = 1e-8
+
+
+def basins_of(exciter, n=40, velocity=2.0):
+    xs = np.linspace(exciter.lower, exciter.upper, n)
+    return vp.basins(exciter, xs, np.linspace(-velocity, velocity, n), starts=256)
+
+
+def vertices_of(basins, orbit, count=40):
+    """Return some states (n, 2) along the stable set of an orbit, and unit vectors across it."""
+    own = basins.stable_set_orbit.values == orbit
+    curve = np.column_stack(
+        [basins[f"stable_set_{name}"].values[own] for name in ("displacement", "velocity")]
+    )
+    across = (curve[2:] - curve[:-2])[:, ::-1] * [-1.0, 1.0]
+    states = curve[1:-1]
+    with np.errstate(invalid="ignore"):
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        off_support = abs(states[:, 0] - basins.delta.item()) < basins.l.item() - 1e-3
+    chosen = np.flatnonzero(np.isfinite(across).all(axis=1) & off_support)
+    chosen = chosen[:: max(1, chosen.size // count)]
+    assert chosen.size >= count
+    return states[chosen], across[chosen]
+
+
+@pytest.mark.parametrize("exciter", [PAPER, THREE, SYMMETRIC])
+def test_starts_on_either_side_of_a_stable_set_settle_apart(exciter):
+    basins, found = basins_of(exciter), AttractorSet(exciter)
+    assert basins.sizes["border_orbit"] > 0
+    for orbit in range(basins.sizes["border_orbit"]):
+        states, across = vertices_of(basins, orbit)
+        sides = [found.settle(states + sign * NEAR * across)[0] for sign in (1.0, -1.0)]
+        assert (np.array(sides) >= 0).all()
+        assert (sides[0] != sides[1]).all()
+
+
+@pytest.mark.parametrize("exciter", [PAPER, THREE])
+def test_motions_from_a_stable_set_approach_its_orbit(exciter):
+    basins, section = basins_of(exciter), SectionMap(exciter)
+    for orbit in range(basins.sizes["border_orbit"]):
+        own = basins.border_point_orbit.values == orbit
+        points = np.column_stack(
+            [basins[f"border_point_{name}"].values[own] for name in ("displacement", "velocity")]
+        )
+        for state in vertices_of(basins, orbit)[0]:
+            ahead = section.sections(state, 200)
+            away = np.abs((ahead[:, None] - points) / section.scale).max(axis=2).min(axis=1)
+            assert away.min() < 1e-5
+
+
+def test_a_stable_set_is_the_whole_border():
+    """On a grid without it, every border start has it within a cell."""
+    basins = basins_of(PAPER, n=60)
+    at = np.argwhere(basins.border.values)
+    starts = np.column_stack([basins.x0.values[at[:, 0]], basins.v0.values[at[:, 1]]])
+    curve = np.column_stack([basins.stable_set_displacement, basins.stable_set_velocity])
+    cell = [np.diff(basins[name].values[:2]).item() for name in ("x0", "v0")]
+    for start in starts:
+        assert np.nanmin(np.abs((curve - start) / cell).max(axis=1)) <= 1.0
+
+
+def test_a_preimage_is_the_state_before():
+    section, generator = SectionMap(THREE), np.random.default_rng(5)
+    states = np.column_stack([generator.uniform(-0.4, 0.6, 200), generator.uniform(-2, 2, 200)])
+    images, _contacts = section.images(states, 1)
+    np.testing.assert_allclose(section.preimages(images), states, atol=1e-11)
+
+
+def test_without_a_rebound_there_is_no_one_state_before():
+    section = SectionMap(vp.Exciter(l=0.5, nu=2.5, f=-1.0, h=0.2, R1=0.0, R2=0.7))
+    assert np.isnan(section.preimages(np.array([[0.1, 0.2]]))).all()
+
+
+def test_after_a_rest_there_is_no_one_state_before():
+    """The motion is released from its support within the period, whatever led it there."""
+    exciter = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.5, R2=0.5)
+    section = SectionMap(exciter)
+    images, contacts = section.images(np.array([[0.0, 0.1], [0.01, 0.12]]), 1)
+    assert contacts[0] == contacts[1]
+    np.testing.assert_allclose(images[0], images[1], atol=1e-13)
+    assert np.isnan(section.preimages(images)).all()

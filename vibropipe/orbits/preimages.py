@@ -1,0 +1,41 @@
+"""The return map backward in time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.compiler import jit_allocating
+from vibropipe.march.loop import OK
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.return_map import clear_log, march_periods, state_xv
+
+# Largest number of impacts in a forcing period. Backward each impact is faster than the one before, up to infinitely
+# many in a finite time.
+MAX_IMPACTS = np.int64(1000)
+
+
+@jit_allocating
+def map_back(e, p, grid, states, log, c, before) -> None:
+    """March states at the section to the section before.
+
+    Parameters
+    ----------
+    e, grid, log, c
+        As for `march`.
+    p : Parameters
+        Those of the motion x(-tau), `SectionMap.preimages`.
+    states : (n, 2) float
+    before : (n, 2) float
+        Output: the states a forcing period before; NaN where the march failed.
+    """
+    for i in range(states.shape[0]):
+        clear_log(log)
+        state = initial_state(e, p, grid, 0.0, states[i, 0], -states[i, 1])
+        state, status = march_periods(e, p, grid, state, ONE_PERIOD, log, c, MAX_IMPACTS)
+        x, v = state_xv(p, state)
+        before[i, 0], before[i, 1] = x, -v
+        if status != OK:
+            before[i, 0] = before[i, 1] = math.nan

@@ -142,7 +142,7 @@ def fake_page(page):
              "across": {"location": page.across.location, "type": "Span"}}  # fmt: skip
     data = {"image": {"data": {"image": [[0.0]]}}}
     names = ("regions", "words", "outlines", "motion", "jumps", "section", "mass", "law", "numbers",
-             "bar", "mapper", "x_range", "drawing_range")  # fmt: skip
+             "bar", "mapper", "x_range", "drawing_range", "legend")  # fmt: skip
     return {
         "plan_text": plan_text(page, drawn, list(fields)),
         "fields": {"data": {name: values.tolist() for name, values in fields.items()}},
@@ -151,7 +151,7 @@ def fake_page(page):
         "x_axis": {"data": {"at": page.plane.values[0].tolist()}},
         "y_axis": {"data": {"at": page.plane.values[1].tolist()}},
         "quantity": {"value": page.quantity.value}, "menus": [], "walls": [{} for _ in range(6)],
-        "slices": [[dict(source), dict(source), {}] for _ in range(2)],
+        "slices": [[dict(source), dict(source), {}, {}] for _ in range(2)],
         **spans, **data, **{name: {} for name in names},
     }  # fmt: skip
 
@@ -178,7 +178,7 @@ def test_a_saved_page_shows_what_the_server_shows(results):
     shown = page.point.panel.sources["motion"].data
     assert len(found["motion"]["data"]["time"]) == pytest.approx(len(shown["time"]), abs=2)
     assert found["x_range"]["start"] == pytest.approx(page.point.panel.x_range.start)
-    for (points, _lines, ruler), expected in zip(found["slices"], page.slices, strict=True):
+    for (points, _lines, ruler, _range), expected in zip(found["slices"], page.slices, strict=True):
         np.testing.assert_allclose(
             points["data"]["value"], expected.points.data["value"], rtol=1e-6
         )

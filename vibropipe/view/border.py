@@ -13,12 +13,19 @@ from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import number, symbol, value_of
 
+ROUNDING = 1e-12  # of half-way points, relative to the length of their axis
+
 
 class Border(NamedTuple):
     """The nearest place between rows of two regimes: its point, and the code beyond."""
 
     at: tuple[float, ...]
     beyond: int
+
+
+def _rounded(value: float, length: float) -> float:
+    """Return a value on an axis of a length; one that is 0 but for rounding as 0."""
+    return 0.0 if abs(value) < ROUNDING * length else value
 
 
 def regime_codes(plane: Plane) -> tuple[NDArray[np.int64], Callable[[int], str]]:
@@ -37,6 +44,7 @@ class Borders:
 
     def __init__(self, plane: Plane) -> None:
         codes, self.text = regime_codes(plane)
+        self._of_starts = plane.of_starts
         self._arrays = [plane.dataset[name] for name in plane.axes]
         self._logs = [scale_of(values) == "log" for values in plane.values]
         grids = [np.log(v) if log else v for v, log in zip(plane.values, self._logs, strict=True)]
@@ -65,8 +73,8 @@ class Borders:
         own = self._codes[tuple(reversed(at))]
         first, second = self._sides[best]
         place = [
-            float(np.exp(value)) if log else float(value)
-            for value, log in zip(self._places[best], self._logs, strict=True)
+            float(np.exp(value)) if log else _rounded(float(value), float(length))
+            for value, log, length in zip(self._places[best], self._logs, self._length, strict=True)
         ]
         return Border(tuple(place), int(second if first == own else first))
 
@@ -74,7 +82,9 @@ class Borders:
         """Write the nearest border of a row and the way to it."""
         found = self.nearest(at)
         if found is None:
-            return "All rows have one regime."
+            return (
+                f"All {'starts have one attractor' if self._of_starts else 'rows have one regime'}."
+            )
         ways = [
             f"{symbol(array)} = {value_of(array, there, 4)} "
             f"({'−' if there < here else '+'}{number(abs(there - here), 2)})"

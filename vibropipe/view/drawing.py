@@ -29,7 +29,7 @@ class Drawing:
         self.mass = ColumnDataSource({"x": [0.0], "width": [0.1]})
         self.spring = ColumnDataSource({"x": [-1.0, 0.0], "y": [0.0, 0.0]})
         self.walls = BoxAnnotation(**WALL), BoxAnnotation(**WALL)
-        self.figure = figure(width=470, height=70, x_range=self.x_range, y_range=Range1d(-1, 1), tools="",
+        self.figure = figure(width=400, height=62, x_range=self.x_range, y_range=Range1d(-1, 1), tools="",
                              toolbar_location=None, name="drawing")  # fmt: skip
         self.figure.yaxis.visible = self.figure.xaxis.visible = False
         self.figure.grid.visible = False

@@ -18,12 +18,15 @@ from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 from vibropipe.figures.map_shapes import borders, cell_edges, scale_of, widest_spot
+from vibropipe.scenes.basins.basin_map import COLOURS
 from vibropipe.scenes.sweep.quantities import SIGNED, Series
 from vibropipe.scenes.sweep.regime_map import HIGHEST_SHARE
 from vibropipe.view.plane import Plane
 
 # Of the frame of the map, which the slices share, and of what is left of it.
-FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 320, 70
+FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 340, 70
+# Beside the frame, for the colour bar, whether it is shown or not.
+RIGHT_BORDER = 66
 NO_VALUE = "#FFFFFF"
 WORDS, EDGE = ("x", "y", "text", "align"), 0.1
 # Cells of a side of the image of an irregular grid.
@@ -66,6 +69,11 @@ def _align(share: float) -> str:
     return "right" if share > 1.0 - EDGE else "center"
 
 
+def flag_colours(flags: dict[int, str]) -> list[str]:
+    """Return the colours of the values of a quantity that are words, from 0 on."""
+    return [COLOURS[n % len(COLOURS)] for n in range(max(flags, default=-1) + 1)]
+
+
 class MapPanel:
     """The map of a plane.
 
@@ -98,7 +106,8 @@ class MapPanel:
         self.regions = ColumnDataSource({"text": []})
         self.figure = figure(
             frame_width=FRAME_WIDTH, frame_height=FRAME_HEIGHT,
-            min_border_left=LEFT_BORDER, x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
+            min_border_left=LEFT_BORDER, min_border_right=RIGHT_BORDER,
+            x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
             x_axis_type=scale_of(x), y_axis_type=scale_of(y), tools="pan,wheel_zoom,box_zoom,reset,save",
             active_drag=None, active_scroll="wheel_zoom", y_axis_label=plane.labels[1],
             output_backend="webgl", toolbar_location="above", name="map",
@@ -121,7 +130,12 @@ class MapPanel:
         marks = [name.rpartition(" ")[2] for name in self.plane.labels]
         tips = [(marks[0], "$x"), (marks[1], "$y"), ("", "@image{custom}")]
         self.figure.add_tools(
-            HoverTool(renderers=[drawn], tooltips=tips, formatters={"@image": code})
+            HoverTool(
+                renderers=[drawn],
+                tooltips=tips,
+                formatters={"@image": code},
+                attachment="horizontal",
+            )
         )
 
     def show(self, series: Series | None) -> None:
@@ -130,8 +144,11 @@ class MapPanel:
         lines = borders(codes, *self.edges)
         empty = np.empty(0)
         self.outlines.data = dict(zip("xy", lines or (empty, empty), strict=True))
+        flags = self.plane.flags(series) if series is not None else {}
         if series is None:
             self._show_regions(codes)
+        elif flags:
+            self._show_flags(series, flags)
         else:
             self._show_values(series)
 
@@ -152,6 +169,13 @@ class MapPanel:
             if at is not None
         ]
         self.words.data = {name: [each[n] for each in placed] for n, name in enumerate(WORDS)}
+
+    def _show_flags(self, series: Series, flags: dict[int, str]) -> None:
+        self.mapper.update(palette=flag_colours(flags), low=-0.5, high=max(flags) + 0.5)
+        self.bar.visible = False
+        self.regions.data = {"text": [flags.get(n, "") for n in range(max(flags) + 1)]}
+        self.words.data = {name: [] for name in WORDS}
+        self._show_image(self.plane.field(series))
 
     def _show_values(self, series: Series) -> None:
         values = self.plane.field(series)

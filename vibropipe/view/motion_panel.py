@@ -12,6 +12,7 @@ from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import clock, times_of
 from vibropipe.view.rebuild import Motion
+from vibropipe.view.scripts import short_ticks
 from vibropipe.view.words import label_of
 
 CURVE, JUMPS = ("time", "x", "v"), ("time", "x", "before", "after", "colour")
@@ -25,7 +26,7 @@ WALL = {
 STYLES = {
     "ghost": ("#9A9A9A", "solid", 2.5),
     "pinned": ("#D55E00", "dashed", 1.3),
-    "motion": ("#000000", "solid", 1.5),
+    "motion": ("#000000", "solid", 1.3),
 }
 
 
@@ -69,10 +70,16 @@ class MotionPanel:
         self.dot = ColumnDataSource({"time": [], "x": [], "v": []})
         tools = {"tools": "wheel_zoom,pan,reset", "active_drag": None, "toolbar_location": None}
         self.x_range = Range1d(-1.0, 1.0)
-        self.curves = figure(width=560, height=185, y_range=self.x_range, name="motion", **tools)
+        self.curves = figure(width=568, height=175, y_range=self.x_range, name="motion", **tools)
         self.portrait = figure(
-            width=270, height=260, x_range=self.x_range, name="portrait", **tools
+            width=255, height=250, x_range=self.x_range, name="portrait", **tools
         )
+        for panel in (self.curves, self.portrait):
+            panel.xaxis.formatter = panel.yaxis.formatter = short_ticks()
+        self.portrait.xaxis[0].ticker.desired_num_ticks = self.portrait.yaxis[
+            0
+        ].ticker.desired_num_ticks = 4
+        self.shown: dict[str, Motion] = {}
         for name, (colour, dash, width) in STYLES.items():
             look = {
                 "color": colour,
@@ -108,6 +115,12 @@ class MotionPanel:
         """Show a motion under one of the names of STYLES; None clears it."""
         empty: dict[str, list[float]] = {column: [] for column in CURVE}
         self.sources[name].data = empty if motion is None else curve_of(motion)
+        if motion is None:
+            self.shown.pop(name, None)
+        else:
+            self.shown[name] = motion
+        if "motion" in self.shown:
+            self._place_walls(self.shown["motion"])
         if name != "motion":
             return
         if motion is None:
@@ -116,7 +129,6 @@ class MotionPanel:
             return
         self.jumps.data = jumps_of(motion)
         self.section.data = dict(zip(SECTION, motion.section.T, strict=True))
-        self._place_walls(motion)
         data = motion.curves
         self.curves.xaxis.axis_label = label_of(data[clock(data)])
         self.curves.yaxis.axis_label = label_of(data["displacement"])
@@ -125,7 +137,10 @@ class MotionPanel:
 
     def _place_walls(self, motion: Motion) -> None:
         """Hatch what is beyond the supports, and set the range of displacements; a far support is left out."""
-        x = np.concatenate([motion.curves["displacement"].values, motion.section[:, 0]])
+        x = np.concatenate(
+            [each.curves["displacement"].values for each in self.shown.values()]
+            + [motion.section[:, 0]]
+        )
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
         reach = max(abs(low), abs(high), 1e-300)
         near = [at for at in motion.walls.values() if abs(at) <= FAR_SUPPORT * reach]

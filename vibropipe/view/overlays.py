@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,8 +13,10 @@ from bokeh.plotting import figure
 from vibropipe.figures.text import parameter_names
 from vibropipe.scenes.boundary.curves import curves_of, kinds_present
 from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.view.legend import sign_line, stroke_line
 from vibropipe.view.plane import Plane
 from vibropipe.view.results import is_basins
+from vibropipe.view.words import symbol, value_of
 from vibropipe.words.bifurcations import Bifurcation
 
 # Dashes and marks of the kinds of bifurcations, which tell them apart in grey.
@@ -146,19 +148,35 @@ def bifurcations(
             )
 
 
-def starts_on_map(
-    datasets: Mapping[str, xr.Dataset], plane: Plane
-) -> Iterator[tuple[float, float, str]]:
-    """Yield the points of a map at which basins are known, with their scenes."""
+class Starts(NamedTuple):
+    """A point of a plane at which basins are known: its values, the scene, and the index of the point in that."""
+
+    point: tuple[float, ...]
+    scene: str
+    at: dict[str, int]
+
+
+def starts_on(datasets: Mapping[str, xr.Dataset], plane: Plane) -> Iterator[Starts]:
+    """Yield the points of a plane at which basins are known."""
     for scene, data in datasets.items():
-        if (
-            is_basins(data)
-            and not plane.of_starts
-            and len(plane.axes) == 2
-            and belongs(data, plane, plane.axes)
-        ):
-            x, y = (float(data[name]) for name in plane.axes)
-            yield x, y, scene
+        if plane.of_starts or not is_basins(data) or not belongs(data, plane, plane.axes):
+            continue
+        others = [str(name) for name in data["attractor"].dims if name not in ("x0", "v0")]
+        if any(name not in plane.axes for name in others):
+            continue
+        for at in np.ndindex(*(data.sizes[name] for name in others)):
+            index = dict(zip(others, at, strict=True))
+            one = data.isel(index)
+            yield Starts(tuple(float(one[name]) for name in plane.axes), scene, index)
+
+
+def _starts_lines(plane: Plane, starts: list[Starts]) -> list[str]:
+    """Return a line of the legend of curves for each scene of basins: where they are known."""
+    axis, found = plane.dataset[plane.axes[0]], []
+    for scene in dict.fromkeys(each.scene for each in starts):
+        places = [value_of(axis, each.point[0]) for each in starts if each.scene == scene]
+        found.append(sign_line(f"basins at {symbol(axis)} = {', '.join(places)}: {scene}", "star"))
+    return found
 
 
 class Overlays:
@@ -177,8 +195,11 @@ class Overlays:
         )
         points = plot.scatter("x", "y", source=self.marks, marker="marker", size=8, fill_color="white",
                               line_color="black")  # fmt: skip
-        plot.add_tools(HoverTool(renderers=[lines, points], tooltips="@text"))
+        plot.add_tools(
+            HoverTool(renderers=[lines, points], tooltips="@text", attachment="vertical")
+        )
         self.renderers = [lines, points]
+        self.lines: list[str] = []
 
     def show(self, datasets: Mapping[str, xr.Dataset], plane: Plane, series: Series | None) -> None:
         """Show what belongs to a plane; `series` is the quantity of curves."""
@@ -201,13 +222,19 @@ class Overlays:
             text = f"{words} branch ({each['scene']})"
             drawn.append((each["x"], each["y"], colour, dash, width, text))
         self.curves.data = {name: [each[n] for each in drawn] for n, name in enumerate(CURVE)}
+        self.lines = list(dict.fromkeys(stroke_line(text, *look) for _x, _y, *look, text in drawn))
         marks = [
             (x, y, MARKS[kind], f"{kind} ({scene})")
             for x, y, kind, scene in bifurcations(datasets, plane)
         ]
-        marks += [
-            (x, y, "star", f"basins: {scene}") for x, y, scene in starts_on_map(datasets, plane)
-        ]
+        starts = list(starts_on(datasets, plane))
+        if len(plane.axes) == 2:
+            marks += [
+                (each.point[0], each.point[1], "star", f"basins: {each.scene}") for each in starts
+            ]
+        self.lines += dict.fromkeys(sign_line(text, marker) for _x, _y, marker, text in marks)
+        if len(plane.axes) == 1:
+            self.lines += _starts_lines(plane, starts)
         self.marks.data = {
             name: [each[n] for each in marks] for n, name in enumerate(("x", "y", "marker", "text"))
         }

@@ -10,22 +10,32 @@ from urllib.parse import urlencode
 import xarray as xr
 from bokeh.events import DocumentReady, Pan, Tap
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, CustomJS, LayoutDOM, Select, Spacer, Span
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    Div,
+    InlineStyleSheet,
+    LayoutDOM,
+    Select,
+    Spacer,
+    Span,
+)
 from bokeh.plotting import figure
 
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.border import Borders
-from vibropipe.view.map_panel import MapPanel
-from vibropipe.view.overlays import Overlays, starts_on_map
-from vibropipe.view.plane import Plane
+from vibropipe.view.legend import LEGEND_CSS, legend_html, mark_lines, region_lines, regions_shown
+from vibropipe.view.map_panel import MapPanel, flag_colours
+from vibropipe.view.overlays import Overlays, starts_on
+from vibropipe.view.plane import Plane, Region
 from vibropipe.view.point import PointPanel, values_at
 from vibropipe.view.results import Results
 from vibropipe.view.scripts import script
-from vibropipe.view.slices import Slice, shown_series
+from vibropipe.view.slices import CURVES_WIDTH, LEVEL_HEIGHT, UPRIGHT_WIDTH, Slice, shown_series
 from vibropipe.view.what_if import Background, in_thread, solve_anew
 from vibropipe.view.words import symbol, value_of
 
-REGIONS = "regimes and laws of motion"
+REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
 Later = Callable[[Callable[[], None]], Any]
 
 
@@ -63,12 +73,16 @@ class Page:
         self.point = PointPanel(self.solve_map)
         names = results.explorable
         self.scene = Select(
-            title="scene", options=names, value=results.first or names[0], width=220, name="scene"
+            title="scene", options=names, value=results.first or names[0], width=190, name="scene"
         )
-        self.quantity = Select(title="map", width=380, name="quantity")
+        self.quantity = Select(title="map", width=330, name="quantity")
+        self.legend = Div(
+            name="legend", disable_math=True, styles={"overflow-y": "auto"},
+            stylesheets=[InlineStyleSheet(css=LEGEND_CSS)],
+        )  # fmt: skip
         self.others = row(Spacer(width=0))
         self.left = column(Spacer(width=0))
-        head = row(self.scene, self.quantity, self.others)
+        head = row(self.scene, self.quantity, self.others, self.point.buttons)
         self.root = column(
             head, row(self.left, self.point.root), self.point.what_if.root, name="page"
         )
@@ -105,7 +119,8 @@ class Page:
         panels = self._panels(is_map)
         self.point.what_if.open(self.plane)
         self.at: tuple[int, ...] | None = None
-        self.quantity.update(options=[REGIONS, *self.plane.series], value=REGIONS)
+        regions = ATTRACTORS if self.plane.of_starts else REGIONS
+        self.quantity.update(options=[regions, *self.plane.series], value=regions)
         self._is_opening = False
         self._show_quantity()
         # with their data: a browser finds no ranges of empty panels
@@ -139,11 +154,13 @@ class Page:
         self.menus = [self._select(name) for name in self.plane.further_dims]
         self.others.children = self.menus or [Spacer(width=0)]
         if self.map is None:
-            return [level]
+            self.legend.update(width=CURVES_WIDTH, height=130)
+            return [level, self.legend]
+        self.legend.update(width=UPRIGHT_WIDTH + 50, height=LEVEL_HEIGHT + 40)
         self.slices.append(Slice(self.plane, 1, self.across, beside))
         self._listen(self.slices[1].figure, "y")
         self._listen(self.map.figure, "both")
-        return [row(self.map.figure, self.slices[1].figure), level]
+        return [row(self.map.figure, self.slices[1].figure), row(level, self.legend)]
 
     def _select(self, name: str) -> Select:
         """Return the menu of a dimension that is no axis."""
@@ -179,7 +196,17 @@ class Page:
             self.map.show(self.series)
         shown = shown_series(self.plane, self.series)
         self.overlays.show(self.datasets, self.plane, shown[0] if shown else None)
+        self.legend.text = self.legend_of(self.series)
         self._follow(is_new=True)
+
+    def legend_of(self, series: Series | None) -> str:
+        """Return what marks, lines and colours mean when a quantity is shown."""
+        flags = self.plane.flags(series) if series and self.map else {}
+        names = zip(flags, flag_colours(flags), strict=False)
+        regions = [Region("", flags[n], colour) for n, colour in names]
+        areas = region_lines([*regions, *regions_shown(self.plane)])
+        marks = mark_lines(self.plane, shown_series(self.plane, series))
+        return legend_html([*marks, *self.overlays.lines, *areas])
 
     def _moved(self) -> None:
         if not (self._is_waiting or self._is_opening):
@@ -218,15 +245,14 @@ class Page:
 
     def _coexisting(self, at: tuple[int, ...]) -> dict[str, Callable[[], xr.Dataset]]:
         """Return the attractors of basins at a point by name, each as what returns its row."""
-        scenes = [self.scene.value] if self.plane.of_starts else []
-        for x, y, scene in starts_on_map(self.datasets, self.plane):
-            if self.plane.nearest(x, y) == at:
-                scenes.append(scene)
+        planes = {self.scene.value: self.plane} if self.plane.of_starts else {}
+        for each in starts_on(self.datasets, self.plane):
+            if self.plane.nearest(*each.point) == at:
+                planes[each.scene] = Plane(self.datasets[each.scene], dict(each.at))
         found: dict[str, Callable[[], xr.Dataset]] = {}
-        for scene in scenes:
-            other = self.plane if self.plane.of_starts else Plane(self.datasets[scene])
-            for index, region in enumerate(other.regions[1:]):
-                found[f"{scene}: {region.text}"] = partial(other.row, index)
+        for scene, plane in planes.items():
+            for number in plane.attractors:
+                found[f"{scene}: {plane.regions[number + 1].text}"] = partial(plane.row, number)
         return found
 
     def solve_map(self) -> None:

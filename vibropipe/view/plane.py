@@ -26,6 +26,7 @@ from vibropipe.scenes.sweep.quantities import (
 from vibropipe.scenes.sweep.regime_map import map_axes
 from vibropipe.view.results import is_basins
 from vibropipe.view.words import label_of
+from vibropipe.words.regimes import Regime
 
 Floats = NDArray[np.float64]
 # Dimensions of a quantity, beside those of the rows, of which each element can be drawn.
@@ -98,22 +99,38 @@ class Plane:
         return [label_of(self.dataset[name]) for name in self.axes]
 
     @cached_property
-    def _coded(self) -> tuple[xr.DataArray, list[Region]]:
-        """Return the code of each row, and the regions by code."""
-        if not self.of_starts:
-            codes, laws = laws_of(self.dataset)
-            return codes, [Region(law.short, law.text, law.colour) for law in laws]
-        regions = [Region("none found", "no attractor was found", NONE_COLOUR)]
-        for index in range(self.dataset.sizes["attractor_id"]):
-            words = REGIME_TEXT[regime_name(int(self.dataset["regime"].values[index]))]
-            colour = COLOURS[index % len(COLOURS)]
-            regions.append(Region(f"{index}", f"attractor {index}: {words}", colour))
-        return self.dataset["attractor"] + 1, regions
+    def _laws(self) -> tuple[xr.DataArray, list[Region]]:
+        """Return the code of each row of a sweep, and its laws by code."""
+        codes, laws = laws_of(self.dataset)
+        return codes, [Region(law.short, law.text, law.colour) for law in laws]
+
+    @property
+    def _codes(self) -> xr.DataArray:
+        return self.dataset["attractor"] + 1 if self.of_starts else self._laws[0]
 
     @property
     def regions(self) -> list[Region]:
-        """What the codes mean: laws of motion, or attractors."""
-        return self._coded[1]
+        """What the codes mean: laws of motion, or the attractors at the chosen values of the other dimensions."""
+        if not self.of_starts:
+            return self._laws[1]
+        regions = [Region("none found", "no attractor was found", NONE_COLOUR)]
+        regimes = self.dataset["regime"].isel(self.further).values
+        for index, regime in enumerate(regimes):
+            words, colour = REGIME_TEXT[regime_name(int(regime))], COLOURS[index % len(COLOURS)]
+            regions.append(Region(f"{index}", f"attractor {index}: {words}", colour))
+        return regions
+
+    @property
+    def attractors(self) -> list[int]:
+        """Numbers of the attractors of starts at the chosen values of the other dimensions."""
+        regimes = self.dataset["regime"].isel(self.further).values
+        return [int(n) for n in np.flatnonzero(regimes != Regime.UNRESOLVED)]
+
+    def flags(self, series: Series) -> dict[int, str]:
+        """Return what the values of a quantity mean in words; nothing of one that is a number."""
+        attrs = self.dataset[series.name].attrs
+        words = [each.replace("_", " ") for each in str(attrs.get("flag_meanings", "")).split()]
+        return dict(zip(map(int, attrs.get("flag_values", ())), words, strict=False))
 
     def at_further(self, array: xr.DataArray, **others: int) -> NDArray:
         """Return an array (y, x), or (x,) of curves, at the chosen values of the other dimensions."""
@@ -132,13 +149,12 @@ class Plane:
 
     def all_codes(self) -> NDArray[np.int64]:
         """Return the codes of all rows, in the order of their numbers."""
-        return np.asarray(self._coded[0].transpose(*self.dims).values).astype(np.int64)
+        return np.asarray(self._codes.transpose(*self.dims).values).astype(np.int64)
 
     def codes(self, **others: int) -> NDArray[np.int64]:
         """Return the codes (y, x) of the regions."""
-        coded = self._coded[0]
         return self._kept(
-            "codes", others, lambda: self.at_further(coded, **others).astype(np.int64)
+            "codes", others, lambda: self.at_further(self._codes, **others).astype(np.int64)
         )
 
     @cached_property
@@ -203,11 +219,12 @@ class Plane:
         return int(np.ravel_multi_index([index[name] for name in self.dims], shape))
 
     def row(self, number: int) -> xr.Dataset:
-        """Return one row by its flat number, with its own impacts alone, in memory."""
-        rows = self.dataset
-        if self.of_starts:
-            rows = rows.drop_dims(["x0", "v0"])
-        return row_at(rows, number).load()
+        """Return one row by its flat number (of starts, by its attractor), with its own impacts alone, in memory."""
+        if not self.of_starts:
+            return row_at(self.dataset, number).load()
+        rows = self.dataset.drop_dims(["x0", "v0"])
+        at = [self.further.get(str(name), number) for name in rows["regime"].dims]
+        return row_at(rows, int(np.ravel_multi_index(at, rows["regime"].shape))).load()
 
     @property
     def directions(self) -> list[str]:

@@ -22,10 +22,12 @@ from vibropipe.view.words import html
 
 NUMBERS_CSS = """
 .numbers {border-collapse: collapse; font-size: 11px; line-height: 1.25}
-.numbers td {padding: 0 6px 1px 0; vertical-align: top}
+.numbers td {padding: 0 6px 1px 0; vertical-align: top; min-width: 24px}
+.numbers td:nth-child(2) {width: 110px; overflow-wrap: anywhere}
 .law {font-size: 13px; margin: 0}
 """
-STORED = "as stored"
+STORED = "stored motion"
+NUMBERS_HEIGHT, MENU_HEIGHT = 250, 40
 NO_ATTRACTOR = "No attractor was found from this start."
 SECTION_TEXT = "White points: its Poincaré section, once every forcing period."
 COPIES = {"yaml": "copy as YAML", "python": "copy as Python", "link": "copy link"}
@@ -48,9 +50,9 @@ class PointPanel:
     def __init__(self, on_solve: Callable[[], None]) -> None:
         sheet = InlineStyleSheet(css=NUMBERS_CSS)
         look = {"disable_math": True, "stylesheets": [sheet]}
-        self.law = Div(width=560, height=56, name="law", **look)
+        self.law = Div(width=568, height=74, name="law", styles={"overflow-y": "auto"}, **look)
         self.numbers = Div(
-            width=285, height=235, name="numbers", styles={"overflow-y": "auto"}, **look
+            width=300, height=NUMBERS_HEIGHT, name="numbers", styles={"overflow-y": "auto"}, **look
         )
         self.panel = MotionPanel()
         self.drawing = Drawing(self.panel)
@@ -61,21 +63,21 @@ class PointPanel:
         self.pin = Button(label="pin", width=60, name="pin")
         self.pin.on_click(self.toggle_pin)
         self.coexisting = Select(
-            options=[STORED], value=STORED, width=220, visible=False, name="coexisting"
+            options=[STORED], value=STORED, width=300, visible=False, name="coexisting"
         )
         self.coexisting.on_change("value", lambda attr, old, new: self._choose(new))
         self.copies = ColumnDataSource({name: [""] for name in COPIES})
-        buttons = [self._copy_button(name) for name in COPIES]
+        copies = [self._copy_button(name) for name in COPIES]
+        self.buttons = row(*copies, align="end")
         self.root = column(
             self.law,
             self.panel.curves,
-            row(self.drawing.figure, self.drawing.button),
-            row(self.panel.portrait, column(row(self.pin, self.coexisting), self.numbers)),
-            row(*buttons),
+            row(self.drawing.figure, self.drawing.button, self.pin),
+            row(self.panel.portrait, column(self.coexisting, self.numbers)),
         )
 
     def _copy_button(self, name: str) -> Button:
-        button = Button(label=COPIES[name], width=120, name=f"copy_{name}")
+        button = Button(label=COPIES[name], width=110, name=f"copy_{name}")
         button.js_on_click(script("copy.js", copies=self.copies, what=name))
         return button
 
@@ -103,6 +105,7 @@ class PointPanel:
         self._is_choosing = True
         self.coexisting.update(options=[STORED, *others], value=STORED, visible=bool(others))
         self._is_choosing = False
+        self.numbers.height = NUMBERS_HEIGHT - (MENU_HEIGHT if others else 0)
         self.copies.data = {
             "yaml": ["" if stored is None else as_yaml(stored, f"Point {where}")],
             "python": ["" if stored is None else as_python(stored)],

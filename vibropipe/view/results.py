@@ -38,8 +38,8 @@ def is_sweep(dataset: xr.Dataset) -> bool:
 
 
 def is_basins(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset has the attractors of a grid of starts."""
-    return "attractor" in dataset and dataset["attractor"].ndim == 2
+    """Return whether a dataset has the attractors of a grid of starts, maybe at each value of a parameter."""
+    return "attractor" in dataset and {"x0", "v0"} <= set(dataset["attractor"].dims)
 
 
 def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:

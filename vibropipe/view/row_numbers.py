@@ -41,18 +41,17 @@ def law_text(row: xr.Dataset) -> str:
     words = REGIME_TEXT[regime_name(regime)]
     status = Status(int(row["status"])) if "status" in row else Status.OK
     if regime in (Regime.UNRESOLVED, Regime.UNBOUNDED):
-        reason = UNRESOLVED_TEXT.get(status, "")
-        return (
-            sentences(words.capitalize() + (f": {reason}" if reason else "")) + f" {status.remedy}"
-        )
+        reason, plain = UNRESOLVED_TEXT.get(status, ""), status.remedy.replace("`", "")
+        return sentences(words.capitalize() + (f": {reason}" if reason else "")) + f" {plain}"
     if regime == Regime.APERIODIC:
         rates = row["impacts_per_period"].values if "impacts_per_period" in row else ()
         struck = [
-            f"{number(float(rate), 3)} impacts on support {side} per forcing period"
+            f"{number(float(rate), 3)} on support {side}"
             for side, rate in enumerate(rates, 1)
             if rate > 0
         ]
-        return sentences(f"{words.capitalize()}: no orbit repeats", " and ".join(struck))
+        mean = f"Mean number of impacts in a forcing period: {', '.join(struck)}" if struck else ""
+        return sentences(f"{words.capitalize()}: no orbit repeats", mean)
     m = int(row["period_multiple"])
     every = "every forcing period" if m == 1 else f"every {count(m, 'forcing period')}"
     if m == 0:
@@ -60,10 +59,16 @@ def law_text(row: xr.Dataset) -> str:
     if regime == Regime.WITH_REST:
         return sentences(f"Repeats {every} and sticks to a support: {words}")
     impacts = np.round(_impacts_per_orbit(row, m)).astype(int).tolist()
-    struck = [f"support {side} {times(n)}" for side, n in enumerate(impacts, 1) if n]
+    struck = [f"support {side} {often(n)}" for side, n in enumerate(impacts, 1) if n]
     what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
     stable = "" if int(row.get("stable", xr.DataArray(1))) else "Unstable"
     return sentences(f"Repeats {every} and {what}: {words}", stable)
+
+
+def often(amount: int) -> str:
+    """Write how often a support is struck; a number beside its number would be misread."""
+    words = ("", "", "", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+    return f"{words[amount]} times" if 2 < amount < len(words) else times(amount)
 
 
 def _impacts_per_orbit(row: xr.Dataset, m: int) -> NDArray[np.float64]:
@@ -154,4 +159,5 @@ def table_html(columns: list[list[Line]]) -> str:
         + "</tr>"
         for mark, name, text in columns[0]
     )
-    return f'<table class="numbers">{cells}</table>'
+    head = "<tr><td></td><td></td><td><b>here</b></td><td><b>pinned</b></td></tr>" if others else ""
+    return f'<table class="numbers">{head}{cells}</table>'

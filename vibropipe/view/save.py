@@ -133,8 +133,8 @@ def _models(page: Page) -> dict[str, Any]:
         found = {name: getattr(page.map, name) for name in found}
     return found | {
         "upright": page.upright, "across": page.across, "x_axis": page.x_axis, "y_axis": page.y_axis,
-        "quantity": page.quantity, "menus": list(page.menus),
-        "slices": [[each.points, each.lines, each.ruler] for each in page.slices],
+        "quantity": page.quantity, "menus": list(page.menus), "legend": page.legend,
+        "slices": [[each.points, each.lines, each.ruler, each.range] for each in page.slices],
         "motion": panel.sources["motion"], "jumps": panel.jumps, "section": panel.section,
         "x_range": panel.x_range, "drawing_range": drawing.x_range, "mass": drawing.mass,
         "walls": [*panel.boxes, *drawing.walls], "law": page.point.law, "numbers": page.point.numbers,

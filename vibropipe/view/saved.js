@@ -22,9 +22,10 @@ const show_map = () => {
   }))
   picture.shape = [plan.rows.length, plan.columns.length]
   const limits = shown < 0 ? [-0.5, plan.regions.length - 0.5] : plan.series[shown].limits
-  mapper.setv({palette: shown < 0 ? plan.regions.map((each) => each.colour) : plan.palette, low: limits[0], high: limits[1]})
-  bar.visible = shown >= 0
-  regions.data = {text: shown < 0 ? plan.regions.map((each) => each.text) : []}
+  const own = shown < 0 ? plan.regions.map((each) => each.colour) : plan.series[shown].palette
+  mapper.setv({palette: own ?? plan.palette, low: limits[0], high: limits[1]})
+  bar.visible = own == null
+  regions.data = {text: shown < 0 ? plan.regions.map((each) => each.text) : plan.series[shown].texts}
   words.data = shown < 0 && others == plan.drawn ? plan.words : {x: [], y: [], text: [], align: []}
   if (others != plan.drawn) outlines.data = {x: [], y: []}
   image.data = {...image.data, image: [ndarray(picture, [plan.rows.length, plan.columns.length])]}
@@ -107,9 +108,11 @@ const show_numbers = (row) => {
 
 const here = row_at(at, 0)
 if (cb_obj.type != "Span" && axes.length > 1) show_map()
-slices.forEach(([points, lines, ruler], axis) => {
+slices.forEach(([points, lines, ruler, range], axis) => {
+  range.min_interval = shown < 0 ? plan.least : plan.series[shown].least
   show_slice(axis, points, lines)
   ruler.axis_label = shown < 0 ? plan.short : plan.series[shown].short
 })
+legend.text = shown < 0 ? plan.legend : plan.series[shown].legend
 show_motion(here)
 show_numbers(here)

@@ -14,12 +14,13 @@ from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.scenes.sweep.quantities import DIRECTION, Series
 from vibropipe.solve.physical import convert
 from vibropipe.view.drawing import MASS
-from vibropipe.view.map_panel import even_cells, limits_of
+from vibropipe.view.legend import MARKERS
+from vibropipe.view.map_panel import even_cells, flag_colours, limits_of
 from vibropipe.view.motion_panel import MARGIN
 from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, without_units
-from vibropipe.view.slices import MARKERS, shown_series, slice_label
+from vibropipe.view.slices import least_length, shown_series, slice_label
 from vibropipe.view.words import html, symbol
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 
@@ -40,8 +41,10 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
         "drawn": sum(strides[name] * at for name, at in plane.further.items()),
         "columns": even_cells(plane.values[0]).tolist(),
         "rows": even_cells(plane.values[1]).tolist() if len(plane.axes) > 1 else [],
-        "series": [_series_plan(plane, label, one, key) for (label, one), key in zip(drawn.items(), keys, strict=True)],
+        "series": [_series_plan(page, label, one, key) for (label, one), key in zip(drawn.items(), keys, strict=True)],
         "short": slice_label(plane, shown_series(plane, None)),
+        "legend": page.legend_of(None),
+        "least": least_length(plane, shown_series(plane, None)[0]),
         "of_regions": [labels.index(plane.label(one)) for one in shown_series(plane, None)],
         "regions": [
             {"text": each.text, "colour": each.colour, "html": html(each.text).capitalize()}
@@ -57,14 +60,19 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
     return json.dumps(plan | _physics(plane, menus), ensure_ascii=False, allow_nan=False)
 
 
-def _series_plan(plane: Plane, label: str, series: Series, key: str) -> dict[str, Any]:
+def _series_plan(page: Page, label: str, series: Series, key: str) -> dict[str, Any]:
+    plane, flags = page.plane, page.plane.flags(series)
     values = np.asarray(series.of(plane.dataset).values, float)
     return {
         "label": label,
         "key": key,
-        "limits": limits_of(series.name, values),
+        "limits": (-0.5, max(flags) + 0.5) if flags else limits_of(series.name, values),
+        "palette": flag_colours(flags) or None,
+        "texts": [flags.get(n, "") for n in range(max(flags, default=-1) + 1)],
+        "legend": page.legend_of(series),
         "html": html(label),
         "short": slice_label(plane, [series]),
+        "least": least_length(plane, series),
     }
 
 

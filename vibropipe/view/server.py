@@ -5,6 +5,7 @@ from __future__ import annotations
 import webbrowser
 from collections.abc import Callable
 
+import numpy as np
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
@@ -13,6 +14,8 @@ from bokeh.util.token import generate_secret_key, generate_session_id
 
 from vibropipe.view.page import Page
 from vibropipe.view.results import Results
+from vibropipe.view.what_if import steady_row
+from vibropipe.words.regimes import Regime
 
 HOST = "127.0.0.1"
 
@@ -52,6 +55,19 @@ def new_server(results: Results, port: int = 0) -> tuple[Server, str]:
     return server, f"http://localhost:{server.port}/?bokeh-session-id={token}"
 
 
+def answer_once(results: Results) -> None:
+    """Show a point, a change of parameters, and a rest: what has to be compiled is compiled before anybody waits."""
+    page = Page(results)
+    if page.point.stored is not None:
+        steady_row(page.point.stored, {})
+    if not page.plane.of_starts:
+        resting = np.argwhere(
+            page.plane.at_further(page.plane.dataset["regime"]) == Regime.WITH_REST
+        )
+        for at in resting[:1]:
+            page.point.show(page.plane.row(page.plane.row_number(tuple(at[::-1]))), "", "", "", {})
+
+
 def serve(
     results: Results, on_ready: Callable[[str], None], opens_browser: bool, port: int = 0
 ) -> None:
@@ -67,6 +83,7 @@ def serve(
     port : int
         Port; 0 is a free one.
     """
+    answer_once(results)
     server, address = new_server(results, port)
     server.start()
     on_ready(address)

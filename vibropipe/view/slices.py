@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Span
+from bokeh.models import ColumnDataSource, Range1d, Span
 from bokeh.plotting import figure
 
-from vibropipe.figures.map_shapes import scale_of
+from vibropipe.figures.map_shapes import cell_edges, scale_of
 from vibropipe.scenes.sweep.quantities import Series
-from vibropipe.view.map_panel import FRAME_HEIGHT, FRAME_WIDTH, LEFT_BORDER
+from vibropipe.view.legend import MARKERS
+from vibropipe.view.map_panel import FRAME_HEIGHT, FRAME_WIDTH, LEFT_BORDER, limits_of
 from vibropipe.view.plane import Plane
+from vibropipe.view.scripts import short_ticks
 from vibropipe.view.words import label_of, symbol, unit_of
 
 # The quantity of the slices while the map shows regions.
@@ -19,19 +21,19 @@ OF_REGIONS = (
     "displacement_mean",
     "periods_to_attractor",
 )
-ROUNDING = 1e-9
-MARKERS, LETTERS = ("circle", "triangle", "inverted_triangle", "square"), "●▲▼■"
+# Least length of the axis of a quantity in a slice, over that of its colours: rounding is no curve.
+LEAST_LENGTH = 1e-3
 COLUMNS = ("at", "value", "colour", "marker")
-LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 100, 90, 530, 440
+LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 105, 96, 590, 350
 
 
 def shown_series(plane: Plane, series: Series | None) -> list[Series]:
-    """Return what slices show: a quantity, or all elements of the first of OF_REGIONS that there is."""
+    """Return what slices show: a quantity, or all elements of the first of OF_REGIONS with values."""
     if series is not None:
         return [series]
     for name in OF_REGIONS:
         found = [each for each in plane.series.values() if each.name == name]
-        if found:
+        if any(np.isfinite(series.of(plane.dataset).values).any() for series in found):
             return found if found[0].dim == "support" else found[:1]
     return list(plane.series.values())[:1]
 
@@ -45,19 +47,13 @@ def slice_label(plane: Plane, chosen: list[Series]) -> str:
         index = chosen[0].position
         mark = symbol(array, index + 1 if one and index is not None else None)
         label = " ".join(filter(None, [mark, unit_of(array) and f"({unit_of(array)})"]))
-    return " ".join(filter(None, [label, marks_text(plane, chosen)]))
+    return label
 
 
-def marks_text(plane: Plane, chosen: list[Series]) -> str:
-    """Return what the marks of slices mean, where there are several."""
-    names = [
-        " ".join(filter(None, [str(one.position + 1) if one.position is not None else "", direction]))
-        for one in chosen
-        for direction in plane.directions
-    ]  # fmt: skip
-    if len(names) < 2:
-        return ""
-    return " ".join(f"{LETTERS[n % len(LETTERS)]} {name}" for n, name in enumerate(names))
+def least_length(plane: Plane, series: Series) -> float:
+    """Return the least length of the axis of a quantity."""
+    low, high = limits_of(series.name, np.asarray(series.of(plane.dataset).values, float))
+    return LEAST_LENGTH * (high - low)
 
 
 class Slice:
@@ -88,20 +84,26 @@ class Slice:
                         "frame_width": FRAME_WIDTH if beside else CURVES_WIDTH,
                         "frame_height": LEVEL_HEIGHT if beside else CURVES_HEIGHT,
                         "min_border_left": LEFT_BORDER}  # fmt: skip
-            if beside:
-                options["x_range"] = beside.x_range
+            # of curves the whole axis, wherever a quantity has values
+            ends = cell_edges(plane.values[axis])[[0, -1]].tolist()
+            options["x_range"] = beside.x_range if beside else Range1d(*ends)
         else:
-            # a toolbar as high as that of the map keeps both frames level
+            # a toolbar as high as that of the map, without buttons, keeps both frames level
             options |= {"y_axis_type": scale, "toolbar_location": "above",
-                        "frame_width": UPRIGHT_WIDTH, "frame_height": FRAME_HEIGHT}  # fmt: skip
+                        "frame_width": UPRIGHT_WIDTH, "frame_height": FRAME_HEIGHT,
+                        "min_border_left": 12, "min_border_right": 12}  # fmt: skip
             if beside:
                 options["y_range"] = beside.y_range
         self.figure = figure(**options)
         self.figure.toolbar.logo = None
+        if not self.is_level:
+            self.figure.yaxis.visible = False
+            for tool in self.figure.tools:
+                tool.visible = False
         self.ruler = (self.figure.yaxis if self.is_level else self.figure.xaxis)[0]
         self.ruler.ticker.desired_num_ticks = 4 if self.is_level else 2
-        # rounding is no curve
-        (self.figure.y_range if self.is_level else self.figure.x_range).min_interval = ROUNDING
+        self.ruler.formatter = short_ticks()
+        self.range = self.figure.y_range if self.is_level else self.figure.x_range
         x, y = ("at", "value") if self.is_level else ("value", "at")
         self.figure.line(x, y, source=self.lines, color="#9A9A9A", line_width=1)
         self.figure.scatter(
@@ -131,6 +133,7 @@ class Slice:
         self.points.data = {name: np.concatenate(each) for name, each in parts.items()}
         self.lines.data = {name: np.concatenate(each) for name, each in lines.items()}
         self.ruler.axis_label = slice_label(self.plane, chosen)
+        self.range.min_interval = least_length(self.plane, chosen[0])
 
     def _along(self, at: tuple[int, ...], one: Series, others: dict[str, int]) -> tuple:
         """Return values and codes along the axis through a row."""

@@ -101,11 +101,12 @@ def solve_anew(plane: Plane, changed: dict[str, float], on_rows: OnRows) -> xr.D
         for name in swept
     }  # fmt: skip
     if plane.of_starts:
-        phase = float(dataset["start_phase"])
-        harmonics = dataset.sizes.get("harmonic", 1)
-        return stored(
-            basins(exciter, **over, phase=phase, harmonics=harmonics, progress=on_rows), units
-        )
+        starts = {name: over.pop(name) for name in ("x0", "v0")}
+        found = basins(
+            exciter, **starts, phase=float(dataset["start_phase"]), over=over or None,
+            harmonics=dataset.sizes.get("harmonic", 1), progress=on_rows,
+        )  # fmt: skip
+        return stored(found, units)
     return stored(_swept(exciter, over, dataset, on_rows), units)
 
 
@@ -160,7 +161,7 @@ class WhatIf:
         self.button.on_click(on_solve)
         self.reset = Button(label="as stored", width=80, name="as_stored", disabled=True)
         self.reset.on_click(self.as_stored)
-        look = {"styles": {"flex-wrap": "wrap", "align-items": "end"}, "width": 1270}
+        look = {"styles": {"flex-wrap": "wrap", "align-items": "end"}, "width": 1255}
         self._first, self._second = in_row(Spacer(width=0), **look), in_row(Spacer(width=0), **look)
         self._second.visible = False
         self.more = Toggle(label="further effects", width=110, name="further_effects")
@@ -185,7 +186,7 @@ class WhatIf:
         size = 10.0 ** np.floor(np.log10(abs(value))) if value else 1.0
         step = 0.01 if np.isfinite(limits.high) else float(size) / STEPS * 5
         spinner = Spinner(
-            title=" ".join(filter(None, [symbol(array), unit_of(array)])), value=value, step=step,
+            title=symbol(array) + (f" ({unit_of(array)})" if unit_of(array) else ""), value=value, step=step,
             low=limits.low if np.isfinite(limits.low) else None,
             high=limits.high if np.isfinite(limits.high) else None,
             width=84, name=name,

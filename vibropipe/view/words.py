@@ -23,7 +23,9 @@ def unicode_text(text: str) -> str:
 
 
 def label_of(array: xr.DataArray, index: int | None = None) -> str:
-    """Return the label of an axis: long name, symbol and units."""
+    """Return the label of an axis: long name, symbol and units; of a value that is a word, its long name."""
+    if "flag_meanings" in array.attrs:
+        return str(array.attrs["long_name"])
     return unicode_text(axis_label(array, index))
 
 

@@ -78,14 +78,23 @@ def test_every_command_has_help(command, capsys):
     assert "Usage: vibropipe " + command in capsys.readouterr().out
 
 
-def test_help_imports_nothing_heavy():
-    code = (
-        "import sys; from vibropipe.cli import main\n"
-        "try: main(['--help'])\n"
-        "except SystemExit: pass\n"
-        "heavy = {'numpy', 'numba', 'xarray', 'netCDF4', 'pydantic', 'yaml', 'matplotlib'}\n"
-        "sys.exit(', '.join(heavy & set(sys.modules)) or 0)"
-    )
+LIBRARIES = {"numba", "scipy", "xarray", "pandas", "netCDF4", "matplotlib"}
+
+
+@pytest.mark.parametrize(
+    ("call", "heavy"),
+    [
+        (
+            "from vibropipe.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass",
+            {"numpy", "pydantic", "yaml", *LIBRARIES},
+        ),
+        # what the workflow does before the first job
+        ("from vibropipe.jobs.run import read_run; read_run(None, {})", LIBRARIES),
+    ],
+    ids=["help", "plans"],
+)
+def test_what_computes_nothing_imports_nothing_heavy(call, heavy):
+    code = f"import sys\n{call}\nsys.exit(', '.join({heavy} & set(sys.modules)) or 0)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

@@ -24,14 +24,14 @@ LONG = "title: T\nscenes: {s: {kind: sweep, exciter: {l: 0.5}, over: {nu: {start
 def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[Workers]:
     monkeypatch.setenv(SOCKET, "")
     started = Workers()
-    started.start(1)
+    started.start()
     yield started
     assert started.listener is not None
     started.listener.close()
     for end in started.lifeline:
         os.close(end)
-    for process in started.processes:
-        process.wait(60)
+    assert started.first is not None
+    started.first.wait(60)
     shutil.rmtree(Path(os.environ[SOCKET]).parent, ignore_errors=True)
 
 
@@ -73,16 +73,27 @@ def test_a_killed_client_ends_its_command_and_a_killed_worker_is_reported(worker
 
     client = under_way()
     client.kill()
-    (worker,) = workers.processes
-    assert worker.wait(60) == 0  # not killed: interrupted, it has cleaned up
+    assert workers.first.wait(60) == 0  # not killed: interrupted, it has cleaned up
     assert [path.name for path in tmp_path.iterdir()] == ["long.yaml"]
 
-    workers.start(2)
+    workers.start()
     client = under_way()
-    workers.processes[1].send_signal(signal.SIGKILL)
+    workers.first.send_signal(signal.SIGKILL)
     printed, _ = client.communicate(timeout=60)
     assert client.returncode == 1
     assert printed.endswith("the process that ran this command was killed\n")
 
-    workers.complete(2)
+    workers.complete(1)
+    workers.first.kill()
+    workers.first.wait(60)
     assert answer("--version")[0] == 0  # by itself
+
+
+def test_a_forked_worker_answers_while_the_first_one_is_busy(workers, tmp_path):
+    (tmp_path / "long.yaml").write_text(LONG)
+    workers.complete(2)
+    client = start("solve", "long.yaml", "--scene", "s", "--output", "s.nc", folder=tmp_path)
+    assert client.stdout.readline()
+    assert answer("--version")[0] == 0
+    assert client.poll() is None
+    client.kill()

@@ -42,7 +42,7 @@ def run(
     for name in settings.studies:
         load_study(settings.study_file(name))
     if not dry_run:
-        WORKERS.start(1)
+        WORKERS.start()
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [

@@ -30,12 +30,15 @@ DRAWING = (
     "typst",
 )
 
+MOST_WORKERS = 1 << 16
+
 
 def serve() -> None:
     """Run the commands that arrive at a socket, until the process that started this one has ended.
 
     The arguments of the process are the descriptors of the socket, and of a pipe whose other end the starting process
-    holds. A command that is interrupted ends this process, too.
+    holds; for each byte in the pipe this process forks another worker, which has everything imported, too. A command
+    that is interrupted ends this process.
     """
     # Ctrl-C reaches all processes of a run; an idle one ends with the run.
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -49,8 +52,13 @@ def serve() -> None:
         waited: list[Any] = [listener, lifeline]
         ready, *_ = select.select(waited, [], [], 0 if to_import else None)
         if lifeline in ready:
-            remove_socket()
-            return
+            # before the first job, which may start threads
+            more = os.read(lifeline, MOST_WORKERS)
+            if not more:
+                remove_socket()
+                return
+            any(os.fork() == 0 for _ in more)  # a forked worker forks no further
+            continue
         if not ready:
             _import(to_import.pop())
             continue

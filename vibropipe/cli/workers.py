@@ -26,10 +26,10 @@ class Workers:
     def __init__(self) -> None:
         self.listener: socket.socket | None = None
         self.lifeline = (-1, -1)
-        self.processes: list[subprocess.Popen[bytes]] = []
+        self.first: subprocess.Popen[bytes] | None = None
 
-    def start(self, count: int) -> None:
-        """Start workers until there are `count`; none where a socket cannot pass on open files."""
+    def start(self) -> None:
+        """Start the first worker unless it runs; none where a socket cannot pass on open files."""
         if not hasattr(socket, "send_fds"):
             return
         if self.listener is None:
@@ -40,20 +40,20 @@ class Workers:
             self.listener.setblocking(False)
             self.lifeline = os.pipe()
             os.environ[SOCKET] = str(path)
-        passed = (self.listener.fileno(), self.lifeline[0])
-        # -P: the working directory may hold another copy of this package
-        command = [sys.executable, "-P", "-c", COMMAND, *map(str, passed)]
-        nothing = subprocess.DEVNULL
-        while len(self.processes) < count:
-            started = subprocess.Popen(
+        if self.first is None or self.first.poll() is not None:
+            passed = (self.listener.fileno(), self.lifeline[0])
+            # -P: the working directory may hold another copy of this package
+            command = [sys.executable, "-P", "-c", COMMAND, *map(str, passed)]
+            nothing = subprocess.DEVNULL
+            self.first = subprocess.Popen(
                 command, pass_fds=passed, stdin=nothing, stdout=nothing, stderr=nothing
             )
-            self.processes.append(started)
 
     def complete(self, count: int) -> None:
-        """Start the last workers. If all of them are killed from now on, commands run by themselves."""
-        self.start(count)
+        """Let the first worker fork until there are `count`. If all are killed later, commands run by themselves."""
+        self.start()
         if self.listener is not None:
+            os.write(self.lifeline[1], bytes(count - 1))
             self.listener.close()
             atexit.register(remove_socket)
 

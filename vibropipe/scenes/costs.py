@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler.cache import cache_root
-from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
 from vibropipe.words.vocabulary import physical_name
@@ -190,6 +189,9 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
         + sum(costs[output] for output in requested if output != "sensitivity")
     )
     if "sensitivity" in requested:
+        # here, since it imports numba, which a command that only reads studies does not need
+        from vibropipe.physics.derivatives import DIFFERENTIATED
+
         # A derivative by each parameter beside every number that has one.
         numbers = {
             "harmonics": 2 + 4 * harmonics,

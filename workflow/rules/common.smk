@@ -56,7 +56,8 @@ def prepare(jobs):
     # elsewhere, and in containers, commands run by themselves
     if workflow.local_exec and not workflow.deployment_settings.deployment_method:
         alike = Counter(job.rule.name for job in jobs)  # jobs of a rule may run at once
-        WORKERS.complete(min(workflow.cores, max(alike.values())))
+        # a second one loads what figures need while the first one solves
+        WORKERS.complete(min(workflow.cores, max(2, *alike.values())))
 
 
 def kept_outputs(jobs):
@@ -88,6 +89,9 @@ def figure_labels(wildcards):
     return labels | dict(picture=picture.replace("_", " "))
 
 
-# read by workflow/report/figure.rst
 if is_requested(sys.argv):
+    # read by workflow/report/figure.rst
     config["captions"] = {name: captions(RUN, name) for name in RUN.studies}
+else:
+    # snakemake would import pandas, a quarter of the time of a run without jobs, to ask whether a param is a table
+    sys.modules.setdefault("pandas", None)

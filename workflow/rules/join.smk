@@ -8,8 +8,6 @@ rule join:
         timing=f"{RESULTS}/{{study}}/{{scene}}.json",
     log:
         "logs/{study}/{scene}.log",
-    benchmark:
-        "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
         scene=RUN.scenes_regex(lambda plan: plan.shards > 1),
     threads: 1

@@ -12,8 +12,6 @@ rule figure:
         pdf=f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
     log:
         "logs/{study}/figures/{figure}.log",
-    benchmark:
-        "benchmarks/{study}/figures/{figure}.tsv"
     wildcard_constraints:
         figure=RUN.figure_regex(),
     threads: 1
@@ -45,8 +43,6 @@ rule study_report:
         ),
     log:
         "logs/{study}/report.log",
-    benchmark:
-        "benchmarks/{study}/report.tsv"
     threads: 1
     resources:
         mem_mb=2000,

@@ -5,8 +5,6 @@ rule solve:
         timing=f"{RESULTS}/{{study}}/{{scene}}.json",
     log:
         "logs/{study}/{scene}.log",
-    benchmark:
-        "benchmarks/{study}/{scene}.tsv"
     wildcard_constraints:
         scene=RUN.scenes_regex(lambda plan: plan.shards == 1),
     priority: lambda wildcards: RUN.priority(wildcards)
@@ -32,8 +30,6 @@ rule solve_shard:
         timing=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
     log:
         "logs/{study}/{scene}/{shard}.log",
-    benchmark:
-        "benchmarks/{study}/{scene}/{shard}.tsv"
     wildcard_constraints:
         scene=RUN.scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
     priority: lambda wildcards: RUN.priority(wildcards)

@@ -10,13 +10,13 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from vibropipe.physics.effects import all_effects, effect_names, effects_of
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import Check
+from vibropipe.scenes.keys.checks import Check, check_changes
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
-from vibropipe.scenes.keys.problems import Problem, refused, required
+from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.parameters import PARAMETERS
 
@@ -160,26 +160,18 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
 
 
 def _exciter(scene: BranchScene) -> Iterator[Problem]:
-    """Check that l is given, and that the first orbits have supports and a start between them."""
-    if not (scene.has_l() or scene.followed == "l"):
-        where = ", in the scene or in the study"
-        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
-        return
+    """Check that the first orbits have supports and a start between them, and effects that can be computed."""
     changes: list[dict[str, float]] = [
         {str(name): value} for name, grid in scene.over.items() for value in (grid.low, grid.high)
     ]
-    for change in changes or [{}]:
-        try:
-            exciter = Exciter(**{**scene.resolved_exciter(), **change})
-            all_effects(scene.values())
-        except ParameterError as error:
-            yield refused(("exciter", error.name), error)
-            return
-        try:
-            exciter.check_start(scene.start.x0, scene.start.v0)
-        except ParameterError as error:
-            yield refused(("start", "x0"), error)
-            return
+    problems = list(check_changes(scene, [scene.followed], changes or [{}]))
+    yield from problems
+    if problems:
+        return
+    try:
+        all_effects(scene.values())
+    except ParameterError as error:
+        yield refused(("exciter", error.name), error)
 
 
 def _at(scene: BranchScene) -> Iterator[Problem]:

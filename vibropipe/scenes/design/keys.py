@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.base import BaseScene, each_once, plain
-from vibropipe.scenes.keys.checks import EXCITER, Check
+from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
-from vibropipe.scenes.keys.problems import KeyPath, Problem, refused, required
+from vibropipe.scenes.keys.problems import KeyPath, Problem, refused
 from vibropipe.scenes.keys.values import (
     Interval,
     NumberOrUnit,
     NumberRange,
     TextRule,
     as_number,
-    is_allowed,
     refuse,
 )
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
 from vibropipe.words.effects import EFFECT_NAMES
-from vibropipe.words.parameters import PARAMETERS
 
 Text = Annotated[str, TextRule(200)]
 NAMES_SCHEMA = {
@@ -155,40 +152,6 @@ class DesignScene(BaseScene):
         }
 
 
-def _parameters(scene: DesignScene) -> Iterator[Problem]:
-    """Check that ranges are in range and that no parameter is given twice."""
-    stated = scene.exciter.explicit()
-    for name, ends in scene.vary.items():
-        for value in ends:
-            if not is_allowed(name, value):
-                yield Problem(("vary", name), repr(value), PARAMETERS[name].range.text)
-                break
-        if name in stated:
-            must = f"must be left out, since {name} stands in vary"
-            yield Problem(("exciter", name), repr(stated[name]), must=must)
-
-
-def _exciter(scene: DesignScene) -> Iterator[Problem]:
-    """Check that l is given, and that every corner of the ranges has supports and a start between them."""
-    if not (scene.has_l() or "l" in scene.vary):
-        where = ", in the scene or in the study"
-        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
-        return
-    varied = {str(n): ends for n, ends in scene.vary.items() if n in ("l", "delta")}
-    for corner in itertools.product(*varied.values()):
-        values = {**scene.resolved_exciter(), **dict(zip(varied, corner, strict=True))}
-        try:
-            exciter = Exciter(**values)
-        except ParameterError as error:
-            yield refused(("exciter", "l"), error)
-            return
-        try:
-            exciter.check_start(scene.start.x0, scene.start.v0)
-        except ParameterError as error:
-            yield refused(("start", "x0"), error)
-            return
-
-
 def _goals(scene: DesignScene) -> Iterator[Problem]:
     """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
     from vibropipe.solve.design.goals import check_allow, goals_of
@@ -206,7 +169,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
 
 
 CHECKS = (
-    Check((("vary",),), _parameters),
-    Check((*EXCITER, ("vary",), ("start",)), _exciter),
+    Check((("vary",),), check_vary),
+    Check((*EXCITER, ("vary",), ("start",)), check_vary_corners),
     Check((("target",), ("subject_to",), ("minimise",), ("tolerance",), ("allow",)), _goals),
 )

@@ -128,6 +128,46 @@ def check_solver(scene: ForcedScene) -> Iterator[Problem]:
         yield Problem(("solver", "steps_per_period"), repr(solver.steps_per_period), must=must)
 
 
+def check_vary(scene: Any) -> Iterator[Problem]:
+    """Check that the ends of varied parameters are in range, and that none is both varied and set."""
+    stated = scene.exciter.explicit()
+    for name, ends in scene.vary.items():
+        for value in ends:
+            if not is_allowed(name, value):
+                yield Problem(("vary", name), repr(value), PARAMETERS[name].range.text)
+                break
+        if name in stated:
+            must = f"must be left out, since {name} stands in vary"
+            yield Problem(("exciter", name), repr(stated[name]), must=must)
+
+
+def check_vary_corners(scene: Any) -> Iterator[Problem]:
+    """Check that l is given, and that every corner of the ranges has supports and a start between them."""
+    ends = {str(name): ends for name, ends in scene.vary.items() if name in OF_SUPPORTS}
+    corners = itertools.product(*ends.values())
+    changes = [dict(zip(ends, corner, strict=True)) for corner in corners]
+    yield from check_changes(scene, scene.vary, changes)
+
+
+def check_changes(
+    scene: Any, varied: Collection[str], changes: list[dict[str, float]]
+) -> Iterator[Problem]:
+    """Check that l is given or varied, and that each changed exciter has supports and a start between them."""
+    if not (scene.has_l() or "l" in varied):
+        where = ", in the scene or in the study"
+        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        return
+    for change in changes:
+        path: KeyPath = ("exciter",)
+        try:
+            exciter = Exciter(**{**scene.resolved_exciter(), **change})
+            path = ("start", "x0")
+            exciter.check_start(scene.start.x0, scene.start.v0)
+        except ParameterError as error:
+            yield refused(path if path[0] == "start" else (*path, error.name), error)
+            return
+
+
 def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Iterator[Problem]:
     """See that a scene is given no parameters but those allowed; `why` is the reason, a clause."""
     for name, value in scene.exciter.explicit().items():

@@ -144,11 +144,14 @@ def _multipliers(p, m, supports, u):
             columns.append([(a - b) / (2 * tiny) for a, b in zip(ahead, back, strict=True)])
         matrix = mp.matrix(columns).T * matrix
     half = (matrix[0, 0] + matrix[1, 1]) / 2
-    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    # That of the differences loses the digits of a small second multiplier.
+    determinant = mp.exp(-2 * mp.pi * m * p["h"] / p["nu"])
+    for support in supports:
+        determinant *= p["R1" if support == 1 else "R2"] ** 2
     root = mp.sqrt(mp.mpc(half**2 - determinant))
     if root.imag == 0 and half < 0:
         root = -root
-    return [half + root, half - root]
+    return [half + root, determinant / (half + root)]
 
 
 def sensitivities(dataset, harmonics) -> tuple[Values, Values]:

@@ -26,6 +26,8 @@ from vibropipe.words.vocabulary import ERROR_SUFFIX
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 # Factor of the root mean square of four samples, which may happen to be small.
 SAFETY = 1.5
+# Rounding of the determinant of a return map's derivative, in ulps of the square of the larger multiplier.
+DETERMINANT = 4.0
 
 
 def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Variables:
@@ -99,4 +101,6 @@ def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
         split = size * trace[:, None] / apart
     # Where both are equal the root of the error of the trace counts.
     limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
-    return np.asarray(np.fmin(split, limit) + ULP * size + 0.0 * trace[:, None])
+    # The small one follows from a determinant, a difference of products of the size of the large one.
+    rounding = DETERMINANT * ULP * size.max(axis=1, keepdims=True)
+    return np.asarray(np.fmin(split, limit) + rounding + 0.0 * trace[:, None])

@@ -1,4 +1,4 @@
-"""Errors stated by rows of random exciters against long arithmetic: linear motions, orbits with impacts and with rests."""
+"""Errors stated by rows of random exciters against long arithmetic: linear motions, orbits with impacts, with rests."""
 
 from __future__ import annotations
 

@@ -10,13 +10,16 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.figures.style import house_style
+from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.text import describe_basins, findings, sections
 from vibropipe.scenes.registry import kinds
+from vibropipe.store import write
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.regimes import Regime
 
 STUDY = """
 title: Starts
@@ -210,6 +213,16 @@ def test_lines_are_told_only_where_they_are_drawn(dataset):
     assert "lines separate basins" in describe_basins(with_lines)
     assert "lines separate basins" not in describe_basins(crowded)
     assert "of those that the borders contain" in describe_basins(crowded)
+
+
+def test_only_starts_without_an_attractor_are_unresolved(over_omega, tmp_path):
+    data = over_omega[1]["shares"]
+    assert (data.regime == Regime.UNRESOLVED).any()  # an attractor that is not there at a value
+    lost = data.attractor.copy()
+    lost[0, 0, :2] = -1
+    for number, each in ((0, data), (2, data.assign(attractor=lost))):
+        write(each, tmp_path / f"{number}.nc")
+        assert count_unresolved(tmp_path / f"{number}.nc") == number
 
 
 @pytest.mark.parametrize("over", [{"nu": [1.3, 1.5]}, {"h": [0.0, 0.1]}], ids=str)

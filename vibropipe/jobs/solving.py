@@ -147,8 +147,11 @@ def identity(study: Study, scene: BaseScene) -> dict[str, Any]:
 
 
 def count_unresolved(path: Path) -> int:
-    """Return the number of rows of a dataset without a reliable result; 0 if it has no rows."""
-    return count_equal(path, "regime", Regime.UNRESOLVED)
+    """Return the number of rows of a dataset without a reliable result; 0 if it has no rows.
+
+    Rows of basins are starts: an attractor that is not there at a value of a parameter is not one of them.
+    """
+    return count_equal(path, {"attractor": -1, "regime": Regime.UNRESOLVED})
 
 
 def expected_seconds(

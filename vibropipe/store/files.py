@@ -148,8 +148,8 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
-def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
-    """Return how many values of the variable `name` equal `value`; 0 without such a variable.
+def count_equal(path: str | PathLike[str], sought: Mapping[str, int]) -> int:
+    """Return how many values of the first variable that a file has equal the value sought; 0 if it has none of them.
 
     One chunk at a time is in memory.
 
@@ -159,9 +159,10 @@ def count_equal(path: str | PathLike[str], name: str, value: int) -> int:
         If the file cannot be read.
     """
     with raw(Path(path)) as file:
-        if name not in file:
+        name = next((name for name in sought if name in file), None)
+        if name is None:
             return 0
-        values = file[name]
+        values, value = file[name], sought[name]
         parts = values.iter_chunks() if values.chunks else [()]
         return sum(int(np.count_nonzero(values[part] == value)) for part in parts)
 

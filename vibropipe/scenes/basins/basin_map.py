@@ -49,7 +49,7 @@ CROSSES: tuple[dict[str, Any], ...] = (
     },
     {"linestyle": "none", "marker": "x", "markersize": 5.0, "color": BLACK, "markeredgewidth": 1.4},
 )
-STABLE_SET: dict[str, Any] = {"color": BLACK, "linewidth": 0.9}
+STABLE_SET: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 0.8}
 # Quantity of each map -> its height.
 PANELS_CM = {"attractor": 8.6, "periods_to_attractor": 6.4}
 LEGEND_CM, AXIS_CM = 1.8, 1.2
@@ -88,17 +88,18 @@ def draw_attractor_map(
     colours = ListedColormap([NONE_COLOUR, *(COLOURS[i % len(COLOURS)] for i in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
     ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
+    at_section = float(dataset["start_phase"]) == 0.0
     if float(dataset["border"].mean()) <= MAX_BORDER:
-        draw_borders(ax, edges, attractor)
+        if at_section and dataset.sizes.get("stable_set_point"):
+            curves = (dataset[f"stable_set_{name}"] for name in ("displacement", "velocity"))
+            ax.plot(*curves, **STABLE_SET)
+        else:
+            draw_borders(ax, edges, attractor)
     write_numbers(ax, dataset, attractor)
-    if float(dataset["start_phase"]) == 0.0:
+    if at_section:
         draw_attractors(ax, dataset)
         if "border_orbit" not in dataset.dims:
             return
-        if float(dataset["border"].mean()) <= MAX_BORDER:
-            ax.plot(
-                dataset["stable_set_displacement"], dataset["stable_set_velocity"], **STABLE_SET
-            )
         points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
         for style in CROSSES:
             ax.plot(*points, **style)
@@ -189,7 +190,8 @@ def legend_handles(dataset: xr.Dataset) -> list[Artist]:
         else:
             handles.append(Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.4, label=text))
     if drawn and dataset.sizes["border_orbit"]:
-        has_line = float(dataset["border"].mean()) <= MAX_BORDER
+        is_smooth = float(dataset["border"].mean()) <= MAX_BORDER
+        has_line = is_smooth and dataset.sizes["stable_set_point"]
         line, text = (STABLE_SET, ", and its stable set") if has_line else ({}, "")
         handles.append(
             Line2D([], [], label=f"unstable orbit on a border{text}", **CROSSES[1] | line)

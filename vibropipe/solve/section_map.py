@@ -159,18 +159,18 @@ class SectionMap:
     def preimages(self, states: np.ndarray) -> np.ndarray:
         """Return the states (n, 2) a forcing period before states at the section.
 
-        They are NaN where the march forward does not lead back: after a rest or with R = 0 there is no one state
-        before.
+        They are NaN where the march forward does not lead back: after a rest, with R = 0 or with friction there is no
+        one state before. With soft supports they are not computed.
         """
         before, known = np.full_like(states, np.nan), np.isfinite(states).all(axis=1)
-        if self.exciter.R1 > 0.0 and self.exciter.R2 > 0.0:
-            e, p = self._parameters
+        e, p = self._parameters
+        if not e.has_pieces and p.R1 > 0.0 and p.R2 > 0.0:
             # Backward in time damping and impacts give what they took, and sines change their sign.
-            backward = p._replace(
-                f=-p.f, h=-p.h, R1=1.0 / p.R1, R2=1.0 / p.R2, f2=-p.f2, phi2=-p.phi2
-            )
+            given = {name: -getattr(p, name) for name in ("f", "h", "f2", "phi2")}
+            backward = p._replace(R1=1.0 / p.R1, R2=1.0 / p.R2, **given)
             found = np.empty((np.count_nonzero(known), 2))
-            _map_back_piece(e, backward, states[known] - self._equilibrium, found)
+            starts = states[known] - self._equilibrium
+            _map_back_piece(e, backward, starts, found)
             before[known] = found - self._origin
         known = np.flatnonzero(np.isfinite(before).all(axis=1))
         images, _contacts = self.images(before[known], 1)

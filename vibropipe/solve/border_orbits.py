@@ -21,10 +21,10 @@ PAIRS, PLACES = 8, 4
 CUTS, CLOSE = 33, 1e-13
 # Periods that both sides are marched, their distance beyond which they no longer tell where the border is, and how
 # often they are then cut down and marched again.
-MARCH, APART, ROUNDS = 64, 1e-4, 8
-# Largest period multiple of an orbit that is sought, the distance after m periods from which it is, and that at which
-# it is closed.
-MAX_MULTIPLE, NEAR, CLOSED, STEPS = 8, 0.1, 1e-11, 30
+MARCH, APART, ROUNDS = 128, 1e-4, 8
+# Largest period multiple of an orbit that is sought, the distance after m periods from which it is, up to SHORT periods
+# and beyond, and that at which it is closed.
+MAX_MULTIPLE, SHORT, NEAR, NEAR_LONG, CLOSED, STEPS = 32, 8, 0.1, 1e-3, 1e-11, 30
 # Largest velocity of the states of stable sets, as a multiple of the largest of the starts and of the orbits.
 REACH = 1.5
 
@@ -151,7 +151,8 @@ def _closed_near(
     for m in range(1, min(MAX_MULTIPLE, len(track) - 1) + 1):
         back = np.abs((track[m:] - track[:-m]) / found.section.scale).max(axis=1)
         best = int(np.argmin(back))
-        point = _newton(found, track[best], m) if back[best] <= NEAR else None
+        near = NEAR if m <= SHORT else NEAR_LONG
+        point = _newton(found, track[best], m) if back[best] <= near else None
         if point is None or np.abs((point - track[best]) / found.section.scale).max() > NEAR:
             continue
         multipliers = np.linalg.eigvals(found.section.jacobian(point, m)).astype(complex)

@@ -175,7 +175,7 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
         "title": f"{study.name}: {scene.name}",
         "kind": scene.kind,
         **provenance(
-            Path(study.source).read_text(encoding="utf-8"),
+            study.text,
             fingerprint(study, scene),
             scene.method_text(),
             scene.accuracy_asked(),

@@ -14,6 +14,7 @@ from vibropipe.scenes import (
     design,
     effects,
     hard_cases,
+    identify,
     motion,
     sweep,
 )
@@ -29,6 +30,7 @@ _KINDS = {
         boundary.KIND,
         basins.KIND,
         design.KIND,
+        identify.KIND,
         backbone.KIND,
         hard_cases.KIND,
         accuracy.KIND,

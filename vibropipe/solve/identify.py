@@ -84,9 +84,8 @@ def identify(
     exciter : Exciter
         The parameters that are known.
     measured : pandas.DataFrame or mapping of str to array_like
-        A motion: `phase`, in forcing periods after a rising zero of sin(nu tau), and `displacement`. Or a response: one
-        or several swept parameters (nu) and quantities named as the columns of `table` are (displacement_amplitude_1).
-        `pandas.read_csv` reads either from a file.
+        A motion: `phase`, in forcing periods after a rising zero of sin(nu tau), and `displacement`. Or a response:
+        swept parameters (nu) and quantities named as the columns of `table` are. `pandas.read_csv` reads either.
     vary : mapping of str to (float, float)
         Lower and upper end of each parameter to be found.
     x0, v0 : float, optional
@@ -283,7 +282,10 @@ def _dataset(model: _Model, best: np.ndarray, found: list[str]) -> xr.Dataset:
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
     coords |= {"parameter": found, "other_parameter": found}
     start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
-    return describe(xr.Dataset(variables, coords, origin_attrs(EFFECT_NAMES, start)))
+    attrs = origin_attrs(EFFECT_NAMES, start) | {
+        "noise": "given" if data.has_noise else "estimated"
+    }
+    return describe(xr.Dataset(variables, coords, attrs))
 
 
 def _by_quantity(names: list[Named], values: np.ndarray, suffix: str) -> dict[str, Any]:

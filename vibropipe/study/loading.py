@@ -26,6 +26,7 @@ from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
 from vibropipe.study.physical import as_written, both_paths, is_physical, without_units
 from vibropipe.study.pydantic_errors import plain_path, problem_of
+from vibropipe.study.tables import Files, with_tables
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
 # Brackets mark the steps of a path that pydantic inserts (`<motion>`, `[key]`).
@@ -113,6 +114,8 @@ def parse_config(
         Name of the file in messages.
     problems : list of Problem, optional
         Faults found while reading.
+    files : Files, optional
+        Where tables are read (default: the current folder).
 
     Raises
     ------
@@ -166,7 +169,7 @@ def load_study(path: str | Path) -> Study:
     if not NAME.fullmatch(file.stem):
         must = f"file name must be {NameRule().allowed}"
         problems.append(Problem((), describe(file.name), must=must))
-    return parse_study(tree, name=file.stem, source=str(file), problems=problems)
+    return parse_study(tree, file.stem, str(file), problems, Files(file.parent))
 
 
 def study_of_text(text: str, name: str) -> Study:
@@ -178,11 +181,15 @@ def study_of_text(text: str, name: str) -> Study:
         With every fault of the text.
     """
     tree, problems = read_text(text, f"the study {name}")
-    return parse_study(tree, name=name, source=f"the study {name}", problems=problems)
+    return parse_study(tree, name, f"the study {name}", problems, Files(None, text))
 
 
 def parse_study(
-    tree: Any, name: str = "study", source: str = "study", problems: list[Problem] | None = None
+    tree: Any,
+    name: str = "study",
+    source: str = "study",
+    problems: list[Problem] | None = None,
+    files: Files | None = None,
 ) -> Study:
     """Check a study from a tree of YAML values.
 
@@ -196,6 +203,8 @@ def parse_study(
         Name of the file in messages.
     problems : list of Problem, optional
         Faults found while reading.
+    files : Files, optional
+        Where tables are read (default: the current folder).
 
     Raises
     ------
@@ -203,8 +212,10 @@ def parse_study(
         With all faults.
     """
     tree, spelled = spell_out(_mapping(tree, source, Study))
+    files = files or Files(Path())
+    tree, unread = with_tables(tree, files)
     tree, misread = without_units(tree)
-    problems_so_far = [*(problems or []), *spelled, *misread]
+    problems_so_far = [*(problems or []), *spelled, *unread, *misread]
     study, invalid = _validated(study_model(), tree)
     broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
     sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
@@ -213,7 +224,7 @@ def parse_study(
     problems_so_far += map(as_written, invalid) if is_physical(tree) else invalid
     if problems_so_far or study is None:
         raise StudyError(source, distinct(problems_so_far))
-    study._name, study._source = name, source
+    study._name, study._source, study._files = name, source, files
     return study
 
 

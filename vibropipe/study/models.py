@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import operator
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
@@ -19,6 +20,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, on
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
+from vibropipe.study.tables import Files
 
 
 class Study(StudyModel):
@@ -38,6 +40,7 @@ class Study(StudyModel):
     )
     _name: str = PrivateAttr("")
     _source: str = PrivateAttr("")
+    _files: Files | None = PrivateAttr(None)
 
     def model_post_init(self, context: Any) -> None:
         """Set the name and the shared parameters of each scene."""
@@ -56,6 +59,12 @@ class Study(StudyModel):
     def source(self) -> str:
         """File of the study, as messages name it."""
         return self._source
+
+    @property
+    def text(self) -> str:
+        """Text of its file, with the tables that it names at the end; `study_of_text` reads it again."""
+        text = Path(self._source).read_text(encoding="utf-8")
+        return self._files.after(text) if self._files else text
 
     @property
     def fingerprints(self) -> dict[str, str]:

@@ -48,7 +48,8 @@ SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
 # Mappings by parameter: grids, where a branch begins and ends, ranges, and standard deviations.
 VARIED = ("over", "along", "vary", "tolerance")
 # Mappings by quantity of a steady state.
-GOALS = ("target", "subject_to", "allow")
+MEASURED = "measured"
+GOALS = ("target", "subject_to", "allow", MEASURED, "noise")
 STARTS = ("x0", "v0")
 STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
 STAND_INS: dict[str, Any] = {
@@ -116,7 +117,7 @@ def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -
     steps = list(path)
     for index in range(first, len(steps) - 1):
         step, key = steps[index], steps[index + 1]
-        if step in (owner, *VARIED) and key in names:
+        if step in (owner, *VARIED, MEASURED) and key in names:
             steps[index] = new_owner if step == owner else step
             steps[index + 1] = names[str(key)]
             break
@@ -180,7 +181,10 @@ class _Reader:
         for key, value in node.items():
             if key in GOALS and isinstance(value, dict):
                 plain[key] = {
-                    name: self.goal(name, v, (*path, key, name)) for name, v in value.items()
+                    NAMES.get(name, name) if key == MEASURED else name: self.goal(
+                        name, v, (*path, key, name)
+                    )
+                    for name, v in value.items()
                 }
             elif path[-1:] and path[-1] in VARIED and key not in (*SWEPT, *STARTS):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
@@ -225,13 +229,22 @@ class _Reader:
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
         """Return a target, a bound or an allowance without units; unknown names are reported by the models."""
+        if path[-2] == MEASURED and isinstance(value, list):
+            if name in NAMES:
+                return self.quantity(name, value, path)
+            if name not in ("phase", CURVE):
+                try:
+                    named(name, MEASURED)
+                except ParameterError as error:
+                    self.problems.append(Problem(path, error.got, error.allowed, must=error.must))
+            return [self.goal(name, entry, path) for entry in value]
         if name == CURVE and isinstance(value, list):
             pairs = [pair if isinstance(pair, list) else [pair] for pair in value]
             return [
                 [*pair[:1], *(self.goal("displacement_mean", x, path) for x in pair[1:])]
                 for pair in pairs
             ]
-        dimension = _goal_dimension(name)
+        dimension = "length" if name == CURVE else _goal_dimension(name)
         if not dimension:
             return value
         if isinstance(value, str) and (bounds := _BOUND.findall(value)):

@@ -1,0 +1,115 @@
+"""Scenes of identification, and tables that studies take from CSV files."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from drawing import draw, picture_of
+
+import vibropipe as vp
+from vibropipe.scenes.identify.report import findings, sections
+from vibropipe.scenes.registry import kind_of
+from vibropipe.study import StudyError, load_study, study_of_text
+
+TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
+STUDY = """
+title: Measured
+exciter: {l: 0.5, f: -0.7, h: 0.2, R1: 0.75, R2: 0.65}
+scenes:
+  found:
+    kind: identify
+    measured: tables/response.csv
+    vary: {delta: [0, 0.1]}
+    samples: 8
+"""
+WANTED = """
+title: Wanted
+exciter: {l: 0.5, nu: 1, f: -0.7, h: 0.2}
+scenes:
+  found: {kind: design, vary: {delta: [-0.1, 0.1]}, target: {displacement: wanted.csv}}
+"""
+PHYSICAL = """
+title: Measured
+physical: {m: 2 kg, C: 8 N/mm, H: 25 N s/m, F: 40 N, l: 8 mm}
+scenes:
+  found: {kind: identify, measured: m.csv, vary: {delta: [0 mm, 1 mm]}, noise: {displacement_mean: 20 um}}
+"""
+
+
+def load(folder, text, **tables):
+    (folder / "mine.yaml").write_text(text)
+    (folder / "tables").mkdir(exist_ok=True)
+    for name, table in tables.items():
+        (folder / f"{name}.csv").write_text(table)
+    return load_study(folder / "mine.yaml")
+
+
+def response(nu):
+    values = vp.sweep(TRUE, over={"nu": nu}).displacement_mean.values
+    return "".join(f"{a!r},{b!r}\n" for a, b in zip(nu.tolist(), values.tolist(), strict=True))
+
+
+def test_parameters_are_found_from_a_file(tmp_path):
+    table = "# measured on the bench\nν, displacement_mean\n" + response(np.linspace(0.9, 1.1, 4))
+    study = load(tmp_path, STUDY, **{"tables/response": table})
+    scene = study.scenes["found"]
+    assert len(scene.measured["nu"]) == 4
+    dataset = kind_of(scene).solve(scene)
+    # 1e-13: what least squares ask of a step.
+    assert float(dataset.delta) == pytest.approx(0.03, abs=1e-9)
+    figure = draw("identify", dataset)
+    assert len(figure.axes) == 2
+    assert "δ = 0.03" in picture_of("identify", dataset).describe(dataset, None, {})
+    (section,) = sections({"found": dataset})
+    assert section.tables[0].rows[0][0] == "δ"
+    assert "4 measurements" in findings({"found": dataset})[0].sentences[1]
+
+
+def test_a_changed_file_is_another_scene(tmp_path):
+    before = load(tmp_path, WANTED, wanted="phase;displacement\n0;0.1\n0.5;-0.2\n").scenes["found"]
+    assert before.target == {"displacement": [[0.0, 0.1], [0.5, -0.2]]}
+    after = load(tmp_path, WANTED, wanted="phase;displacement\n0;0.1\n0.5;-0.25\n").scenes["found"]
+    assert before.fingerprint() != after.fingerprint()
+
+
+def test_a_dataset_has_the_tables_of_its_study(tmp_path):
+    table = "# on the bench\nphase;displacement\n0;0.1\n0.5;-0.2\n"
+    study = load(tmp_path, WANTED, wanted=table)
+    again = study_of_text(study.text, "mine")
+    assert study.text.startswith(WANTED.rstrip())
+    assert again.fingerprints == study.fingerprints
+
+
+def test_columns_with_units_are_read_in_si(tmp_path):
+    rows = "10,1.5\n11,1.25\n"
+    study = load(tmp_path, PHYSICAL, m=f"omega (Hz),displacement_mean [mm]\n{rows}")
+    scene = study.scenes["found"]
+    # omega over sqrt(C/m); displacements without units are in metres.
+    np.testing.assert_allclose(scene.measured["nu"], 2 * np.pi * np.array([10, 11]) / 4000**0.5)
+    np.testing.assert_allclose(scene.measured["displacement_mean"], [1.5e-3, 1.25e-3])
+    assert scene.noise["displacement_mean"] == pytest.approx(2e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "table", "message"),
+    [
+        (WANTED, None, "path of a CSV file from the folder of the study, got 'wanted.csv' (No such"),
+        (WANTED, "phase,x\n0,1\n", r"columns (phase and displacement), then .* got phase, x in"),
+        (WANTED, "phase,displacement\n0,1 mm\n", "2 numbers with a point in each line, .* '0,1 mm'"),
+        (WANTED, "phase;displacement\n0;0,1\n", "2 numbers with a point in each line, .* '0;0,1'"),
+        (WANTED, "phase,displacement\n", "1 to 9999 lines of numbers"),
+        (WANTED, "phase,displacement (mm)\n0,1\n", "list of pairs"),
+        (PHYSICAL, "omega,displacement_mean (mm)\n9,1\n", "measured.omega.*a frequency .* (it has no unit"),
+        (PHYSICAL, "omega (Hz),displacement_mean (kg)\n9,1\n", "measured.displacement_mean: .* kg"),
+        (PHYSICAL, "omega (Hz),displacement_men (mm)\n9,1\n", "measured.displacement_men: must be a quantity .* such as displacement_mean"),
+        (PHYSICAL, "phase,displacement (mm)\n0,1\n0.5,2\n", "measured quantities as keys"),
+    ],
+)  # fmt: skip
+def test_bad_tables_are_refused_in_words(tmp_path, text, table, message):
+    name = "wanted" if text is WANTED else "m"
+    with pytest.raises(StudyError) as error:
+        load(tmp_path, text, **({name: table} if table is not None else {}))
+    line = str(error.value)
+    assert re.search(message.replace("(", r"\(").replace(")", r"\)"), line), line

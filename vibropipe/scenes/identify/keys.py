@@ -1,0 +1,137 @@
+"""Keys of identification scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.keys.base import BaseScene, plain
+from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
+from vibropipe.scenes.keys.parts import ParameterName, Start
+from vibropipe.scenes.keys.problems import KeyPath, Problem, refused
+from vibropipe.scenes.keys.values import (
+    Interval,
+    NumberOrUnit,
+    NumberRange,
+    TextRule,
+    as_number,
+    is_allowed,
+    number_hint,
+    refuse,
+)
+from vibropipe.words.designs import DESIGN_SAMPLES
+from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.parameters import PARAMETERS
+
+Text = Annotated[str, TextRule(200)]
+Sigma = Annotated[float, NumberRange(0, above=True)]
+
+
+@dataclass(frozen=True)
+class ColumnRule(NumberOrUnit):
+    """A column of a table: a list of numbers."""
+
+    @property
+    def allowed(self) -> str:  # noqa: D102 - as Rule
+        return "a list of finite numbers"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"type": "array", "items": super().schema, "minItems": 1}
+
+    def convert(self, value: Any) -> Any:  # noqa: D102
+        numbers = [as_number(entry) for entry in value] if isinstance(value, list) else [None]
+        for entry, number in zip(
+            value if isinstance(value, list) else [value], numbers, strict=True
+        ):
+            if number is None or not np.isfinite(number):
+                refuse(self.allowed, repr(entry), number_hint(entry))
+        return numbers
+
+
+class IdentifyScene(BaseScene):
+    """Parameters that explain a measured motion or response."""
+
+    kind: Literal["identify"] = Field(
+        description="Parameters that explain a measured motion or response."
+    )
+    measured: Annotated[dict[Text, Annotated[list[float], ColumnRule()]], Field(min_length=2)] = (
+        Field(
+            description="CSV file, its path from the folder of the study, or its columns as lists: `phase` (forcing "
+            "periods) and `displacement`, or swept parameters and quantities, named as columns of tables are.",
+            json_schema_extra={"type": ["string", "object"]},
+        )
+    )
+    vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
+        description="Ends of each parameter to be found."
+    )
+    noise: dict[Text, Sigma] = Field(
+        default={},
+        description="Standard deviation of each measured quantity; needed for several (default: estimated).",
+    )
+    start: Start = Field(default_factory=Start, description="Start of every motion.")
+    samples: Annotated[int, NumberRange(*DESIGN_SAMPLES, whole=True)] = Field(
+        default=128, description="Samples of a round."
+    )
+
+    @property
+    def row_count(self) -> int:  # noqa: D102 - as BaseScene
+        return self.samples * (1 if "phase" in self.measured else self.points)
+
+    @property
+    def points(self) -> int:
+        """Number of lines of the table."""
+        return len(next(iter(self.measured.values())))
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        lowest = {str(name): ends[0] for name, ends in self.vary.items()}
+        swept = {n: values[0] for n, values in self.measured.items() if n in PARAMETERS}
+        return {**super().resolved_exciter(), **swept, **lowest}
+
+    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        values = self.resolved_exciter()
+        return {n: v for n, v in values.items() if n not in self.vary and n not in self.measured}
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        return {**super().data_keys(), "start": plain(self.start)}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return all effects: which of them occur depends on the parameters found."""
+        return EFFECT_NAMES
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Return the ends of each parameter to be found."""
+        return {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()}
+
+
+def _measured(scene: IdentifyScene) -> Iterator[Problem]:
+    """Check the table as `vibropipe.identify` does, and that its parameters are in range and stated once."""
+    from vibropipe.solve.identify import read_measured
+
+    try:
+        read_measured(scene.measured, scene.ranges(), scene.noise or None)
+    except ParameterError as error:
+        key, _, name = error.name.partition(".")
+        path: KeyPath = (key, name) if name else (key,)
+        yield refused(path, error)
+        return
+    for name in PARAMETERS.keys() & scene.measured.keys():
+        for value in scene.measured[name]:
+            if not is_allowed(name, value):
+                yield Problem(("measured", name), repr(value), PARAMETERS[name].range.text)
+                break
+        if name in scene.exciter.explicit():
+            must = f"must be left out, since {name} stands in measured"
+            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), must=must)
+
+
+CHECKS = (
+    Check((("vary",),), check_vary),
+    Check((*EXCITER, ("vary",), ("start",), ("measured",)), check_vary_corners),
+    Check((("vary",), ("measured",), ("noise",)), _measured),
+)

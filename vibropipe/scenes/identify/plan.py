@@ -1,0 +1,32 @@
+"""Cost of an identification scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.identify.keys import IdentifyScene
+
+# Seconds of a row; sweeps of all samples that searches take as long as.
+ROW_SECONDS, SWEEPS = 1e-4, 12
+OUTPUTS = ("harmonics", "impacts", "stability")
+
+
+def plan(scene: IdentifyScene) -> Work:
+    """Return the work of a search of usual length, which is not known before."""
+    names = ", ".join(map(str, scene.vary))
+    return Work(
+        size=f"{scene.points} measurements, {scene.samples} samples over {names}",
+        rows=scene.row_count,
+        method="exact",
+        outputs=OUTPUTS,
+        seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS,
+        bytes=HEAD_BYTES + 16 * scene.points * len(scene.measured),
+    )
+
+
+def estimate(scene: IdentifyScene, sampler: Sampler) -> Estimate:
+    """Estimate a scene by its plan: how long a search takes is known at its end only."""
+    return planned(plan(scene))

@@ -1,0 +1,126 @@
+"""Tables in files of their own: CSV files that scenes name are read into the study, beside which they lie.
+
+What follows knows tables only: a change of a file is one of the scene. The text of a study in a dataset has the files
+that were read at its end, as comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import errno
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
+from vibropipe.scenes.keys.spelling import latin
+from vibropipe.scenes.keys.values import as_number
+from vibropipe.solve.design.goals import CURVE
+
+PHASE = "phase"
+# Begins a file at the end of a study's text.
+MARK = "# file "
+MAX_LINES = 10_000
+_HEAD = re.compile(r"\s*([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]+?)\s*[)\]])?\s*")
+
+
+class Files:
+    """Text files by their paths: those in a folder, or those at the end of a study's text.
+
+    Attributes
+    ----------
+    read : dict of str to str
+        Texts of the files that were read.
+    """
+
+    def __init__(self, folder: Path | None, text: str = "") -> None:
+        self.folder, self.read = folder, dict[str, str]()
+        self.given: dict[str, list[str]] = {}
+        name = None
+        for line in text.splitlines():
+            if line.startswith(MARK):
+                name = line.removeprefix(MARK)
+                self.given[name] = []
+            elif name is not None:
+                self.given[name].append(line.removeprefix("# "))
+
+    def text(self, name: str) -> str:
+        """Return the text of a file; OSError or UnicodeDecodeError if it cannot be read."""
+        if self.folder is not None:
+            self.read[name] = (self.folder / name).read_text(encoding="utf-8-sig")
+        elif name in self.given:
+            self.read[name] = "\n".join(self.given[name])
+        else:
+            raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+        return self.read[name]
+
+    def after(self, text: str) -> str:
+        """Return the text of a study with the files that were read at its end."""
+        for name, content in self.read.items():
+            lines = [f"# {line}" for line in content.splitlines()]
+            text = "\n".join([text.rstrip("\n"), MARK + name, *lines, ""])
+        return text
+
+
+def with_tables(tree: dict[str, Any], files: Files) -> tuple[dict[str, Any], list[Problem]]:
+    """Return a study's tree, keys in Latin letters, with the tables of its CSV files, and the faults of these."""
+    scenes, problems = tree.get("scenes"), list[Problem]()
+    if not isinstance(scenes, dict):
+        return tree, problems
+    read: dict[str, Any] = {}
+    for name, scene in scenes.items():
+        read[name] = scene
+        if not isinstance(scene, dict):
+            continue
+        read[name] = scene = dict(scene)
+        if isinstance(scene.get("measured"), str):
+            table = _read(files, scene["measured"], ("scenes", name, "measured"), problems)
+            scene["measured"] = table
+        target = scene.get("target")
+        if isinstance(target, dict) and isinstance(target.get(CURVE), str):
+            path = ("scenes", name, "target", CURVE)
+            table = _read(files, target[CURVE], path, problems, (PHASE, CURVE))
+            pairs = zip(table.get(PHASE, []), table.get(CURVE, []), strict=True)
+            scene["target"] = {**target, CURVE: [list(pair) for pair in pairs]}
+    return {**tree, "scenes": read}, problems
+
+
+def _read(
+    files: Files, name: str, path: KeyPath, problems: list[Problem], wanted: tuple[str, ...] = ()
+) -> dict[str, list[Any]]:
+    """Return the columns of a CSV file, numbers or, under a head with a unit, text with that unit; {} with faults."""
+    try:
+        lines = files.text(name).splitlines()
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else "no UTF-8 text"
+        must = "must be a table, or the path of a CSV file from the folder of the study"
+        problems.append(Problem(path, describe(name), hint=why, must=must))
+        return {}
+    lines = [line for line in lines if line.strip() and not line.startswith("#")]
+    head = lines[0] if lines else ""
+    mark = next((mark for mark in ";\t" if mark in head), ",")
+    rows = list(csv.reader(lines, delimiter=mark))
+    heads = [_HEAD.fullmatch(cell) for cell in rows[0]] if rows else []
+    names = [latin(match[1]) if match else "" for match in heads]
+    missing = [column for column in wanted if column not in names]
+    if not 2 <= len(rows) <= MAX_LINES or "" in names or len({*names}) < len(names) or missing:
+        columns = " and ".join(wanted) or "a name each"
+        must = f"must have a line with the names of its columns ({columns}), then 1 to {MAX_LINES - 1} lines of numbers"
+        problems.append(Problem(path, f"{', '.join(names) or 'nothing'} in {name}", must=must))
+        return {}
+    table: dict[str, list[Any]] = {column: [] for column in names}
+    for number, row in enumerate(rows[1:], 2):
+        cells = [as_number(cell.strip()) for cell in row]
+        if len(cells) != len(names) or None in cells:
+            must = (
+                f"must have {len(names)} numbers with a point in each line, separated by {mark!r}"
+            )
+            problems.append(
+                Problem(path, f"{mark.join(row)!r} in line {number} of {name}", must=must)
+            )
+            return {}
+        for column, match, cell in zip(names, heads, cells, strict=True):
+            unit = match[2] if match else None
+            table[column].append(f"{cell!r} {unit}" if unit else cell)
+    return table

@@ -103,7 +103,7 @@ def test_columns_with_units_are_read_in_si(tmp_path):
         (WANTED, "phase,displacement (mm)\n0,1\n", "list of pairs"),
         (PHYSICAL, "omega,displacement_mean (mm)\n9,1\n", "measured.omega.*a frequency .* (it has no unit"),
         (PHYSICAL, "omega (Hz),displacement_mean (kg)\n9,1\n", "measured.displacement_mean: .* kg"),
-        (PHYSICAL, "omega (Hz),displacement_men (mm)\n9,1\n", "measured.displacement_men: must be a quantity .* such as displacement_mean"),
+        (PHYSICAL, "omega (Hz),displacement_men (mm)\n9,1\n", "displacement_men: must be a quantity .* such as"),
         (PHYSICAL, "phase,displacement (mm)\n0,1\n0.5,2\n", "measured quantities as keys"),
     ],
 )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal
 from typing import Any, NamedTuple
 
@@ -116,11 +117,55 @@ def agrees_with_40_digits(motion: Start) -> None:
     assert agrees_with_reference(Solver("exact"), [task]) < 1e-12 * sensitivity**2 + 1e-10
 
 
+def as_soft(rigid: vp.Exciter, k: float) -> vp.Exciter:
+    """Return an exciter with soft supports that tend to the rigid ones of another."""
+    of_support = {}
+    for support in "12":
+        log = math.log(getattr(rigid, f"R{support}"))
+        of_support |= {
+            f"k{support}": k,
+            f"h{support}": -2.0 * log / math.hypot(math.pi, log) * math.sqrt(k),
+        }
+    return replace(rigid, **of_support)
+
+
+def tends_to_rigid(motion: Start) -> None:
+    """A motion with soft supports tends to the rigid one like 1/sqrt(k), unless impacts are slow or it chatters."""
+    rigid = motion._replace(exciter=replace(motion.exciter, k1=0.0, k2=0.0, h1=0.0, h2=0.0))
+    ds = vp.simulate(rigid.exciter, TAU_END, motion.x0, motion.v0, samples_per_period=0)
+    speeds = np.abs(ds["impact_velocity"].values)
+    assume(speeds.size > 0 and speeds.min() > 0.05 and ds.sizes["rest"] == 0)
+    sensitivity = amplification(rigid)
+    assume(sensitivity < 100.0)
+    end = end_of(rigid)
+    far, near = (
+        np.abs(end_of(motion._replace(exciter=as_soft(rigid.exciter, k))) - end).max()
+        for k in (1e6, 1e8)
+    )
+    assert near < 0.02 * sensitivity
+    assert near < 0.3 * far + 1e-6 * sensitivity
+
+
+def friction_vanishes(motion: Start) -> None:
+    """A motion with little friction differs from the one without in proportion to it."""
+    free = motion._replace(exciter=replace(motion.exciter, friction=0.0))
+    end, sensitivity = end_of(free), amplification(free)
+    assume(sensitivity < 1e3)
+    more, less = (
+        np.abs(end_of(motion._replace(exciter=replace(free.exciter, friction=d))) - end).max()
+        for d in (1e-8, 1e-10)
+    )
+    assert more < 1e-3 * sensitivity
+    assert less < 0.03 * more + 1e-11 * sensitivity
+
+
 CHECKS: dict[str, tuple[Callable[[Start], None], Any, int]] = {
     "balances": (balances, motions(), 30),
     "mirrors": (mirrors, motions(), 30),
     "splits": (splits, motions(), 20),
     "keeps_energy": (keeps_energy, motions(lossless=True), 30),
+    "tends_to_rigid": (tends_to_rigid, motions(), 20),
+    "friction_vanishes": (friction_vanishes, motions(), 20),
     "agrees_with_40_digits": (agrees_with_40_digits, motions(), 8),
 }
 SUPPRESSED = [HealthCheck.too_slow, HealthCheck.filter_too_much]

@@ -21,7 +21,7 @@ DIGITS = "times and velocities of all events, and the end, to 40 digits"
 def by_digits(
     name: str, description: str, tasks: Sequence[pieces.Task], bound: float = 1e-11
 ) -> Case:
-    """Return a case of soft supports or friction that is compared with motions of 40 digits, by the exact method."""
+    """Return a case of further effects that is compared with motions of 40 digits, by the exact method."""
     measure = partial(pieces.agrees_with_reference, tasks=tasks)
     return Case(name, description, DIGITS, measure, Bound(bound, None))
 
@@ -146,6 +146,10 @@ CASES = (
          "motions that differ by no more than 1e4 of it", pieces.frictionless_limit, Bound(1.0, None)),
     Case("friction_for_ever", "held by friction for ever",
          "an orbit where it starts; wrong of 3", pieces.held_for_ever, Bound(0.0, None)),
+    by_digits("second_alone", "second harmonic alone: struck, slow with rests, with friction, on soft supports",
+              pieces.SECOND_ALONE),
+    by_digits("load_pressed", "a load presses the mass on a rigid support, a soft one, or short of one; with friction",
+              pieces.PRESSED),
     Case("pieces_energy", "orbits with soft contacts, turns and sticks",
          "work of the force = all losses", pieces.orbit_balances, Bound(1e-12, None)),
 )  # fmt: skip

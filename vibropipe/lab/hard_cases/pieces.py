@@ -1,4 +1,4 @@
-"""Hard cases of soft supports and dry friction: closed forms, wrong outcomes, and motions of 40 digits."""
+"""Hard cases of soft supports, friction, load, second harmonic: closed forms, wrong outcomes, motions of 40 digits."""
 
 from __future__ import annotations
 
@@ -260,6 +260,18 @@ STUCK_IN_SUPPORT = (
 RESONANT = (
     task(30.0, nu=1.0, f=0.2, h=0.0, friction=0.1),
     task(30.0, nu=1.0, f=0.2, h=0.0, friction=0.15, l=5.0),
+)
+SECOND_ALONE = (
+    task(20.0, f=0.0, f2=0.9, phi2=0.4),
+    task(40.0, f=0.0, nu=0.2, f2=0.9, phi2=2.0),
+    task(20.0, f=0.0, f2=0.9, friction=0.15),
+    task(20.0, f=0.0, f2=0.9, phi2=1.0, **damped(400.0)),
+)
+PRESSED = (
+    task(20.0, load=0.8),
+    task(20.0, load=-0.8, nu=0.5, friction=0.1),
+    task(12.0, load=0.8, **damped(1e4)),
+    task(20.0, load=0.45, f=-0.2, friction=0.03),
 )
 FAST = (
     task(2.0, nu=40.0, f=-30.0, friction=5.0),

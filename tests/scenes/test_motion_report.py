@@ -46,7 +46,7 @@ def test_steady_states_stand_side_by_side(datasets):
 def test_many_steady_states_are_cut_into_tables_that_fit(datasets):
     many = {f"scene_{n}": datasets["offset"] for n in range(12)}
     tables = steady_tables(many)
-    assert [len(table.head) for table in tables] == [6, 6, 3]
+    assert [len(table.head) for table in tables] == [7, 7]
 
 
 def test_what_each_asymmetry_does_is_computed(datasets):
@@ -103,3 +103,11 @@ def test_findings_name_orbits_velocities_and_motions_that_did_not_end(datasets):
     assert velocity.startswith("The largest impact velocity is ")
     assert mean == "The largest constant part of displacement is −0.035, in offset."
     assert status == "free (log_full) has a status other than ok (see below)."
+
+
+def test_effects_of_some_scenes_stand_in_the_table(datasets):
+    with_friction = datasets["symmetric"].assign_coords(friction=((), 0.15))
+    one, other = datasets["symmetric"], with_friction
+    rows = {row[0]: row[1:] for row in steady_tables({"one": one, "other": other})[0].rows}
+    assert rows["friction"] == ["0", "0.15"]
+    assert comparison({"one": one, "other": other})["title"] == "Steady states of the motions"

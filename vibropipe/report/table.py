@@ -10,7 +10,7 @@ import xarray as xr
 
 DASH = "–"
 ZERO_WIDTH_SPACE = "\u200b"
-MAX_COLUMNS = 5  # scenes beside each other on the width of a page
+MAX_COLUMNS = 6  # scenes beside each other on the width of a page
 
 Datasets = Mapping[str, xr.Dataset]
 

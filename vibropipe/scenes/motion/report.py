@@ -52,7 +52,10 @@ def steady_table(datasets: Datasets) -> Table:
     """Return a table of one row per quantity, after the parameters in which the scenes differ."""
     scenes = list(datasets.values())
     rows = [
-        [with_unit(name, scenes[0]), *(format_number(value, DIGITS) for value in values)]
+        [
+            with_unit(name, next(data for data in scenes if name in data.variables)),
+            *(format_number(value, DIGITS) for value in values),
+        ]
         for name, values in differing(datasets).items()
     ]
     rows.append(["regime", *(REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes)])
@@ -83,11 +86,10 @@ def with_unit(text: str, dataset: xr.Dataset, name: str = "") -> str:
 def differing(datasets: Datasets) -> dict[str, list[float]]:
     """Return the parameters that differ between scenes, with their values."""
     by_scene = [scalar_parameters(dataset) for dataset in datasets.values()]
-    return {
-        name: [values[name] for values in by_scene]
-        for name in (by_scene[0] if by_scene else {})
-        if len({values[name] for values in by_scene}) > 1
-    }
+    # Parameters of further effects are stored where the effect is present, and 0 elsewhere.
+    names = dict.fromkeys(name for values in by_scene for name in values)
+    found = {name: [values.get(name, 0.0) for values in by_scene] for name in names}
+    return {name: values for name, values in found.items() if len({*values}) > 1}
 
 
 def struck(dataset: xr.Dataset, support: int) -> list[float]:
@@ -139,7 +141,11 @@ def multipliers_text(dataset: xr.Dataset) -> str:
     complex_pair = values.size == 2 and abs(values[0].imag) > 1e-12
     if complex_pair:
         return f"{format_number(values[0].real, DIGITS)} ± {format_number(abs(values[0].imag), DIGITS)} i"
-    return ", ".join(format_number(float(value.real), DIGITS) for value in values)
+    rounding = np.finfo(float).eps * np.abs(values).max(initial=0.0)
+    return ", ".join(
+        format_number(float(value.real) if abs(value) > rounding else 0.0, DIGITS)
+        for value in values
+    )
 
 
 def comparison(datasets: Datasets) -> dict[str, Any]:

@@ -51,6 +51,14 @@ def test_equations_of_the_model_are_numbered_as_in_the_paper(typeset_text):
     assert len(numbered) == 7
 
 
+def test_further_effects_are_stated_only_where_a_scene_has_them(solved):
+    study, _, datasets = solved
+    assert report_data(study, datasets, {})["further"] == []
+    name, data = next(iter(datasets.items()))
+    changed = {**datasets, name: data.assign_attrs(effects="damping, soft, friction")}
+    assert report_data(study, changed, {})["further"] == ["soft", "friction"]
+
+
 def test_eq_10_is_set_only_where_a_scene_shows_it(solved):
     study, _, datasets = solved
     without = {name: dataset for name, dataset in datasets.items() if name != "law"}

@@ -14,6 +14,7 @@ from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, p
 from vibropipe.report.data import (
     asked_text,
     effects_table,
+    further_effects,
     is_physical,
     parameter_table,
     subtitle,
@@ -108,6 +109,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         ],
         "is_physical": is_physical(datasets),
         "has_backbone": any("velocity_over_l" in dataset for dataset in datasets.values()),
+        "further": further_effects(datasets),
         "parameters": parameter_table(
             {name: scene.kind for name, scene in study.scenes.items()}, datasets
         ).as_data(),

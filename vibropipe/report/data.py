@@ -11,6 +11,7 @@ from vibropipe.figures.text import FEW_VALUES, clock, format_number, grid_text, 
 from vibropipe.figures.units import unit_text
 from vibropipe.report.findings import is_text, symbol_text, value_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.words.effects import COMMON_EFFECTS, EFFECT_NAMES
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, physical_name
 from vibropipe.words.wording import count, series
@@ -128,6 +129,16 @@ def named_datasets(
                 yield f"{breakable(name)}: {breakable(str(motion))}", dataset.sel(motion=motion)
         else:
             yield f"{breakable(name)}: {kind_text(kinds[name], dataset)}", dataset
+
+
+def further_effects(datasets: Datasets) -> list[str]:
+    """Return the effects beyond eqs. (5), (6) that scenes have."""
+    of_scenes = {
+        name
+        for data in datasets.values()
+        for name in str(data.attrs.get("effects", "")).split(", ")
+    }
+    return [name for name in EFFECT_NAMES if name in of_scenes - {*COMMON_EFFECTS}]
 
 
 def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.base import BaseScene, each_once, plain
 from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
@@ -22,7 +23,6 @@ from vibropipe.scenes.keys.values import (
     refuse,
 )
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
-from vibropipe.words.effects import EFFECT_NAMES
 
 Text = Annotated[str, TextRule(200)]
 NAMES_SCHEMA = {
@@ -133,8 +133,9 @@ class DesignScene(BaseScene):
         return {**super().data_keys(), "start": plain(self.start)}
 
     def called_effects(self) -> tuple[str, ...]:
-        """Return all effects: which of them occur depends on the design."""
-        return EFFECT_NAMES
+        """Return all effects of the ranges: which of them occur depends on the design."""
+        ranges = {str(name): list(ends) for name, ends in self.vary.items()}
+        return all_effect_names({**self.resolved_exciter(), **ranges}, pieces=True)
 
     def arguments(self) -> dict[str, Any]:
         """Return the keyword arguments of `vibropipe.design` other than the exciter."""

@@ -20,13 +20,27 @@ from vibropipe.cli import block_dask_import, main
 from vibropipe.cli.handing_over import INTERRUPTED
 from vibropipe.cli.workers import remove_socket
 
-# What the commands of jobs import; an idle worker also imports what figures and reports need.
-SOLVING = ("vibropipe.cli.commands", "vibropipe.jobs.solving", "vibropipe.solve.sweep", "netCDF4")
+# What the commands of jobs import, `dask.base` and `pint` by xarray's checks of types; an idle worker also imports what
+# figures and reports need.
+SOLVING = (
+    "vibropipe.cli.commands",
+    "vibropipe.jobs.progress",
+    "vibropipe.jobs.solving",
+    "vibropipe.scenes.sweep.cut",
+    "dask.base",
+    "h5py",
+    "netCDF4",
+    "pint",
+)
 DRAWING = (
     "vibropipe.scenes.sweep.pictures",
+    "vibropipe.scenes.sweep.report",
     "vibropipe.jobs.reporting",
     "matplotlib.backends.backend_svg",
     "matplotlib.backends.backend_pdf",
+    "PIL.PngImagePlugin",
+    "contourpy",
+    "fontTools.subset",
     "typst",
 )
 

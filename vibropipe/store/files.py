@@ -192,14 +192,15 @@ def open_lazily(path: Path, chunks: str | None) -> xr.Dataset:
     try:
         with dask.config.set({"array.chunk-size": DASK_BYTES}), _chunk_cache(CACHE_BYTES):
             dataset = open_it(chunks=None)
-            variables = dict(dataset.data_vars)
+            # variables without coordinates, which xarray need not align
+            variables = {name: dataset.variables[name] for name in dataset.data_vars}
             texts = [str(name) for name, values in variables.items() if values.dtype.kind == "O"]
             if chunks is not None:
                 # dask cannot estimate the size of text, which is small: read it at once
                 text_variables = dataset[texts].load()
                 dataset.close()
                 dataset = open_it(chunks=chunks, drop_variables=texts)
-                all_variables = {**text_variables, **dataset}
+                all_variables = {**text_variables.variables, **dataset.variables}
                 variables = {name: all_variables[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {error}") from error
@@ -231,13 +232,14 @@ def _join_parts(dataset: xr.Dataset) -> xr.Dataset:
     """Replace each pair `<name>_re`, `<name>_im` by the complex `<name>` at the same position."""
     import xarray as xr
 
-    variables: dict[Any, xr.DataArray] = {}
-    for key, variable in dataset.data_vars.items():
+    variables: dict[Any, xr.Variable] = {}
+    for key in dataset.data_vars:
+        variable = dataset.variables[key]
         name = variable.attrs.get(PART_OF)
         if name is None:
             variables[key] = variable
         elif key == part_names(name)[0]:
-            other = dataset[part_names(name)[1]]
+            other = dataset.variables[part_names(name)[1]]
             joined = xr.apply_ufunc(
                 _complex, variable, other, dask="parallelized", output_dtypes=[np.complex128]
             )

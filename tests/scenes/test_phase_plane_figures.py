@@ -22,6 +22,8 @@ from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_sectio
 from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
 from vibropipe.scenes.sweep.bifurcation import draw_bifurcation, points_of
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
+from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.pictures import PICTURES
 from vibropipe.words.regimes import Regime
 
 
@@ -130,6 +132,17 @@ def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
     # The first column is delta = 0, every second row of the grid.
     assert panel.lines[0].get_xdata().size == int((row % 2 == 0).sum())
     assert panel.lines[0].get_rasterized() == (4 * (row % 2 == 0).sum() > MAX_VECTOR)
+
+
+@pytest.mark.parametrize("name", ["curves", "map"])
+def test_points_of_a_diagram_leave_curves_and_maps_to_their_own_quantities(name):
+    dataset = ragged(sweep(delta=[0.0, 0.1]))
+    picture = next(picture for picture in PICTURES if picture.name == name)
+    plain, shown = (SweepFigure(show=show) for show in ([], ["poincare_displacement"]))
+    with house_style():
+        drawn = [words(picture.draw(dataset, options, {})) for options in (plain, shown)]
+    assert drawn[0] == drawn[1]
+    assert picture.describe(dataset, plain, {}) == picture.describe(dataset, shown, {})
 
 
 def test_a_diagram_does_not_depend_on_the_order_of_the_grid():

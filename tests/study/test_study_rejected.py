@@ -259,6 +259,11 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
             "s.figure.pictures: must leave out portrait unless outputs have motion, got 'portrait'",
         ),
         (
+            "{kind: sweep, over: {nu: [1]}, outputs: [poincare], figure: {show: [poincare_velocity]}}",
+            "s.figure.show: must leave out poincare_velocity unless pictures have bifurcation, got "
+            "'poincare_velocity'",
+        ),
+        (
             "{kind: sweep, over: {nu: [1]}, outputs: [impacts], figure: {show: [energy_input]}}",
             "s.figure.show: must leave out energy_input unless outputs have energy, got 'energy_input'",
         ),

@@ -53,6 +53,8 @@ PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
     "spectrum": ("harmonics",),
     "energy": ("energy",),
 }
+# Quantities with several points for each row, which only the bifurcation diagram shows.
+POINTS = ("impact_velocity", "poincare_displacement", "poincare_velocity")
 
 
 class SweepFigure(FigureOptions):
@@ -97,6 +99,9 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
             must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
             yield Problem(("figure", "pictures"), repr(picture), must=must)
     for name in scene.figure.show:
+        if name in POINTS and "bifurcation" not in pictures:
+            must = f"must leave out {name} unless pictures have bifurcation"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
         for start, needed in QUANTITY_NEEDS.items():
             if name.startswith(start) and not outputs & set(needed):
                 must = f"must leave out {name} unless outputs have {' or '.join(needed)}"

@@ -13,7 +13,7 @@ from vibropipe.scenes.sweep.bifurcation import (
 )
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.figure_keys import MAX_LINES, SweepFigure
+from vibropipe.scenes.sweep.figure_keys import MAX_LINES, POINTS, SweepFigure
 from vibropipe.scenes.sweep.orbit_pictures import (
     chosen_visits,
     describe_rows,
@@ -40,6 +40,11 @@ def is_map(dataset: xr.Dataset) -> bool:
     return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
+def shown_of_rows(options: SweepFigure | None) -> tuple[str, ...]:
+    """Return the quantities to show that have one value for each row: those of curves and maps."""
+    return tuple(name for name in shown(options) if name not in POINTS)
+
+
 def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return the keywords of `draw_sweep` and `describe_sweep`; raises KeyError for an unknown backbone."""
     options = options or SweepFigure()
@@ -49,15 +54,15 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
             f"figure.backbone: must be a scene of the study ({known}), got {options.backbone!r}"
         )
     backbone = None if options.backbone is None else others[options.backbone]
-    return {"show": shown(options), "backbone": backbone}
+    return {"show": shown_of_rows(options), "backbone": backbone}
 
 
 PICTURES = (
     Picture(
         "map",
         is_map,
-        lambda dataset, options, others: draw_regime_map(dataset, shown(options)),
-        lambda dataset, options, others: describe_map(dataset, shown(options)),
+        lambda dataset, options, others: draw_regime_map(dataset, shown_of_rows(options)),
+        lambda dataset, options, others: describe_map(dataset, shown_of_rows(options)),
     ),
     Picture(
         "curves",

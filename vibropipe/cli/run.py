@@ -32,6 +32,11 @@ def run(
 ) -> None:
     """Run studies: datasets, figures and a report each; completed files that are up to date are kept."""
     from vibropipe.cli.workers import WORKERS, remove_socket
+
+    # first: this process and the first worker import for as long, side by side
+    if not dry_run:
+        WORKERS.start()
+
     from vibropipe.jobs.run import check_results_name
     from vibropipe.study import config_of_files, load_study
 
@@ -41,8 +46,6 @@ def run(
     check_results_name(settings.results)
     for name in settings.studies:
         load_study(settings.study_file(name))
-    if not dry_run:
-        WORKERS.start()
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [

@@ -142,11 +142,10 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         return
     width = figure.get_window_extent().width
     where: Any = f"outside {edge} center"
-    for columns in range(len(handles), 0, -1):
-        rows = -(-len(handles) // columns)
-        even = -(-len(handles) // rows)
+    amount = len(handles)
+    for columns in dict.fromkeys(-(-amount // rows) for rows in range(1, amount + 1)):
         drawn = figure.legend(
-            handles=by_rows(handles, even), loc=where, ncols=even,
+            handles=by_rows(handles, columns), loc=where, ncols=columns,
             title=title or None,
         )  # fmt: skip
         if drawn.get_window_extent().width <= width or columns == 1:

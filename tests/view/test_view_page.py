@@ -12,6 +12,7 @@ from vibropipe.view.border import Borders
 from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import motion_of
+from vibropipe.view.results import Results
 from vibropipe.view.row_numbers import law_text, lines_of, momentum
 
 
@@ -227,3 +228,41 @@ def test_absent_effects_can_be_tried(results, changed):
     is_soft = "k1" in changed
     assert (np.nanmax(drawn["x"]) > page.point.motion.walls[1] + 0.01) == is_soft
     assert ("momentum" in page.point.numbers.text) != is_soft
+
+
+def test_basins_at_each_value_of_a_parameter_have_a_menu_of_it(study):
+    exciter = vp.Exciter(l=0.5, f=0.5, h=0.2, R1=0.7, R2=0.7)
+    nu, starts = [1.5, 2.2], (np.linspace(-0.4, 0.4, 4), np.linspace(-2, 2, 5))
+    data = vp.basins(exciter, *starts, starts=16, over={"nu": nu})
+    page = Page(Results("t", {"starts": data}, "starts"), background=lambda work: work())
+    assert page.plane.axes == ("x0", "v0")
+    (menu,) = page.menus
+    for n, value in enumerate(menu.options):
+        menu.value = value
+        np.testing.assert_array_equal(page.plane.codes(), data["attractor"].values[n].T + 1)
+        point_at(page, starts[0][1], starts[1][3])
+        number = int(data["attractor"].values[n, 1, 3])
+        assert float(page.point.stored["nu"]) == nu[n]
+        assert int(page.point.stored["attractor_id"]) == number
+        known = np.isfinite(data["basin_share"].values[n]).sum()
+        assert len(page.point.coexisting.options) == 1 + known
+
+
+def test_words_have_colours_of_their_own_and_the_legend_says_them(results):
+    page = new_page(results, "map")
+    assert "support 1</div>" in page.legend.text
+    page.quantity.value = "stability of the orbit"
+    assert page.map.regions.data["text"] == ["unstable", "stable"]
+    assert (page.map.mapper.low, page.map.mapper.high) == (-0.5, 1.5)
+    assert not page.map.bar.visible
+    assert "</i>unstable</div>" in page.legend.text
+
+
+def test_a_pinned_motion_stays_in_its_panels(results):
+    page = new_page(results, "map")
+    point_at(page, 1.9, 1.5)  # between both supports
+    page.point.toggle_pin()
+    point_at(page, 2.8, 0.1)  # no impact
+    x = page.point.panel.sources["pinned"].data["x"]
+    ends = page.point.panel.x_range
+    assert ends.start < np.nanmin(x) < np.nanmax(x) < ends.end

@@ -152,6 +152,7 @@ def fake_page(page):
         "y_axis": {"data": {"at": page.plane.values[1].tolist()}},
         "quantity": {"value": page.quantity.value}, "menus": [], "walls": [{} for _ in range(6)],
         "slices": [[dict(source), dict(source), {}, {}] for _ in range(2)],
+        "spring": {"data": {"x": [0.0], "y": [0.0, 0.3, 0.0]}},
         **spans, **data, **{name: {} for name in names},
     }  # fmt: skip
 

@@ -22,6 +22,7 @@ from vibropipe.scenes.basins.basin_map import COLOURS
 from vibropipe.scenes.sweep.quantities import SIGNED, Series
 from vibropipe.scenes.sweep.regime_map import HIGHEST_SHARE
 from vibropipe.view.plane import Plane
+from vibropipe.view.words import symbol
 
 # Of the frame of the map, which the slices share, and of what is left of it.
 FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 340, 70
@@ -110,7 +111,7 @@ class MapPanel:
             x_range=Range1d(x_low, x_high), y_range=Range1d(y_low, y_high),
             x_axis_type=scale_of(x), y_axis_type=scale_of(y), tools="pan,wheel_zoom,box_zoom,reset,save",
             active_drag=None, active_scroll="wheel_zoom", y_axis_label=plane.labels[1],
-            output_backend="webgl", toolbar_location="above", name="map",
+            toolbar_location="above", name="map",
         )  # fmt: skip
         self.figure.toolbar.logo = None
         drawn = self.figure.image(source=self.image, color_mapper=self.mapper)
@@ -127,7 +128,7 @@ class MapPanel:
 
     def _hover(self, drawn: GlyphRenderer) -> None:
         code = CustomJSHover(args={"regions": self.regions}, code=HOVER)
-        marks = [name.rpartition(" ")[2] for name in self.plane.labels]
+        marks = [symbol(self.plane.dataset[name]) for name in self.plane.axes]
         tips = [(marks[0], "$x"), (marks[1], "$y"), ("", "@image{custom}")]
         self.figure.add_tools(
             HoverTool(

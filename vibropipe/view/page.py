@@ -36,6 +36,8 @@ from vibropipe.view.what_if import Background, in_thread, solve_anew
 from vibropipe.view.words import symbol, value_of
 
 REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
+# On the layer above: a moved crosshair repaints no map.
+CROSSHAIR: dict[str, Any] = {"line_color": "#CC0000", "line_width": 1.5, "level": "overlay"}
 Later = Callable[[Callable[[], None]], Any]
 
 
@@ -67,8 +69,8 @@ class Page:
     ) -> None:
         self.datasets, self._later, self._background = dict(results.datasets), later, background
         self._is_waiting = self._is_opening = False
-        self.upright = Span(dimension="height", line_color="#CC0000", line_width=1.5)
-        self.across = Span(dimension="width", line_color="#CC0000", line_width=1.5)
+        self.upright = Span(dimension="height", **CROSSHAIR)
+        self.across = Span(dimension="width", **CROSSHAIR)
         self.x_axis, self.y_axis = ColumnDataSource({"at": []}), ColumnDataSource({"at": []})
         self.point = PointPanel(self.solve_map)
         names = results.explorable

@@ -10,7 +10,7 @@ import xarray as xr
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, CustomJS
+from bokeh.models import ColumnDataSource, CustomJS, Div
 from bokeh.resources import INLINE
 
 from vibropipe.orbits.window import LISTED_PERIODS
@@ -23,6 +23,7 @@ from vibropipe.view.rebuild import SHOWN_PERIODS, mass_and_stiffness, motion_of,
 from vibropipe.view.results import Results, is_sweep
 from vibropipe.view.saved_plan import plan_text
 from vibropipe.view.scripts import source_of
+from vibropipe.view.words import html
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 
@@ -53,10 +54,12 @@ def save_page(results: Results, path: Path) -> None:
     scene = results.first
     dataset = results.datasets[scene]
     if not is_sweep(dataset):
-        raise StoreError(f"{scene}: is no sweep, and only sweeps can be saved as a page")
+        sweeps = ", ".join(name for name, data in results.datasets.items() if is_sweep(data))
+        remedy = f"name one with --scene: {sweeps}" if sweeps else "it needs the server"
+        raise StoreError(f"{scene}: is no sweep, and only sweeps can be saved as a page: {remedy}")
     others = {name: data for name, data in results.datasets.items() if name != scene}
     page = Page(Results(results.title, {scene: thinned(dataset), **others}, scene))
-    document = saved_document(page)
+    document = saved_document(page, f"{results.title}: {scene}")
     text = file_html(
         document, INLINE, suppress_callback_warning=True, title=f"{results.title} – vibropipe"
     )
@@ -92,7 +95,7 @@ def _n_events(dataset: xr.Dataset) -> float:
     return float((dataset["row_size"] * drawn).sum())
 
 
-def saved_document(page: Page) -> Document:
+def saved_document(page: Page, title: str) -> Document:
     """Return the document of a page whose panels follow scripts in place of a server."""
     plane, point = page.plane, page.point
     drawn = saved_series(plane)
@@ -116,7 +119,8 @@ def saved_document(page: Page) -> Document:
         row(point.drawing.figure, point.drawing.button),
         row(point.panel.portrait, point.numbers),
     )
-    head = row(page.quantity, *page.menus)
+    heading = Div(text=f"<b>{html(title)}</b>", align="end", width=600, disable_math=True)
+    head = row(page.quantity, *page.menus, heading)
     document.add_root(column(head, row(page.left, right)))
     for event, script in page.scripts.items():
         document.js_on_event(event, script)
@@ -137,6 +141,7 @@ def _models(page: Page) -> dict[str, Any]:
         "slices": [[each.points, each.lines, each.ruler, each.range] for each in page.slices],
         "motion": panel.sources["motion"], "jumps": panel.jumps, "section": panel.section,
         "x_range": panel.x_range, "drawing_range": drawing.x_range, "mass": drawing.mass,
+        "spring": drawing.spring,
         "walls": [*panel.boxes, *drawing.walls], "law": page.point.law, "numbers": page.point.numbers,
     }  # fmt: skip
 

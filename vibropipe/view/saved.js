@@ -38,9 +38,11 @@ const ndarray = (values, shape) => {
 const show_slice = (axis, points, lines) => {
   const found = {at: [], value: [], colour: [], marker: []}, curves = {at: [], value: []}
   const chosen = shown < 0 ? plan.of_regions : [shown]
+  // curves of all directions, whichever the menu has
+  const way = plan.way < 0 ? 0 : plan.menus[plan.way] * menus[plan.way].options.indexOf(menus[plan.way].value)
   chosen.forEach((n, first) => plan.directions.forEach((extra, second) => {
     for (let i = 0; i < axes[axis].length; i++) {
-      const row = row_at(at.map((each, k) => (k == axis ? i : each)), extra), value = column(n)[row]
+      const row = row_at(at.map((each, k) => (k == axis ? i : each)), extra - way), value = column(n)[row]
       found.at.push(axes[axis][i])
       found.value.push(value)
       found.colour.push(colour(codes[row]))
@@ -89,6 +91,8 @@ const show_motion = (row) => {
   const half = 0.5 * plan.mass * (high - low + 2 * margin)
   drawing_range.setv({start: low - margin - half, end: high + margin + half})
   mass.data = {x: [x[0]], width: [2 * half]}
+  const coils = spring.data.y, left = Math.max(low - margin, p.lower) - half
+  spring.data = {x: Array.from(coils, (_, n) => left + (x[0] - left) * n / (coils.length - 1)), y: coils}
   walls.forEach((box, n) => {
     const side = n < 2 ? ["bottom", "top"] : ["left", "right"], moved = n > 3 ? half : 0
     if (n % 2 == 0) box[side[0]] = p.upper + moved
@@ -96,14 +100,20 @@ const show_motion = (row) => {
   })
 }
 
-const number = (value) => (Number.isFinite(value) ? Number(value).toPrecision(6).replace("-", "−") : "–")
-const cell = (text) => `<td>${text}</td>`
+const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(6))).replace(/-/g, "−") : "–")
+const line = (mark, name, text) => `<tr><td><i>${mark}</i></td><td>${name}</td><td>${text}</td></tr>`
+const parameters = () => plan.parameters.map(({mark, name, text, axis, menu, unit}) => line(mark, name,
+  text ?? (menu < 0 ? number(axes[axis][at[axis]]) + unit : menus[menu].value + unit)))
 const show_numbers = (row) => {
   const place = plan.axis_marks.map((mark, n) => `${mark} = ${number(axes[n][at[n]])}`)
   const text = rows.data.known[row] == 1 ? "" : plan.unknown
+  menus.forEach((menu, n) => place.push(`${plan.menu_marks[n]} = ${menu.value}`))
   law.text = `<p class="law"><b>${place.join(", ")}.</b> ${plan.regions[codes[row]].html}. ${text}</p>`
-  const lines = plan.series.map((series) => cell(series.html) + cell(number(fields.data[series.key][row])))
-  numbers.text = `<table class="numbers"><tr>${lines.join("</tr><tr>")}</tr></table>`
+  const lines = plan.series.map(({mark, name, key, texts, unit}) => {
+    const value = fields.data[key][row]
+    return line(mark, name, texts.length ? texts[value] : Number.isFinite(value) ? number(value) + unit : "–")
+  })
+  numbers.text = `<table class="numbers">${[...parameters(), ...lines].join("")}</table>`
 }
 
 const here = row_at(at, 0)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from bokeh.palettes import cividis
 
 from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.style import SUPPORT_COLOURS
+from vibropipe.figures.text import parameter_names
 from vibropipe.scenes.sweep.quantities import DIRECTION, Series
 from vibropipe.solve.physical import convert
 from vibropipe.view.drawing import MASS
@@ -21,7 +23,7 @@ from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, without_units
 from vibropipe.view.slices import least_length, shown_series, slice_label
-from vibropipe.view.words import html, symbol
+from vibropipe.view.words import html, symbol, unit_of, value_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 
 UNKNOWN = "Its motion is not in this file."
@@ -54,6 +56,9 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
         "words": {} if page.map is None else {k: list(v) for k, v in page.map.words.data.items()},
         "markers": MARKERS,
         "axis_marks": [html(symbol(plane.dataset[name])) for name in plane.axes],
+        "menu_marks": [html(symbol(plane.dataset[name])) for name in menus],
+        "way": menus.index(DIRECTION) if is_curved else -1,
+        "parameters": list(_parameters(plane, menus)),
         "support_colours": [SUPPORT_COLOURS[1], SUPPORT_COLOURS[2]],
         "far": FAR_SUPPORT, "margin": MARGIN, "mass": MASS, "unknown": UNKNOWN,
     }  # fmt: skip
@@ -63,6 +68,8 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
 def _series_plan(page: Page, label: str, series: Series, key: str) -> dict[str, Any]:
     plane, flags = page.plane, page.plane.flags(series)
     values = np.asarray(series.of(plane.dataset).values, float)
+    index = None if series.position is None else series.position + 1
+    tail = f", support {index}" if series.dim == "support" else ""
     return {
         "label": label,
         "key": key,
@@ -70,10 +77,34 @@ def _series_plan(page: Page, label: str, series: Series, key: str) -> dict[str, 
         "palette": flag_colours(flags) or None,
         "texts": [flags.get(n, "") for n in range(max(flags, default=-1) + 1)],
         "legend": page.legend_of(series),
-        "html": html(label),
+        "mark": html(symbol(plane.dataset[series.name], index)),
+        "name": html(str(plane.dataset[series.name].attrs.get("long_name", series.name)) + tail),
+        "unit": html(_unit(plane.dataset[series.name])),
         "short": slice_label(plane, [series]),
         "least": least_length(plane, series),
     }
+
+
+def _unit(array: xr.DataArray) -> str:
+    unit = unit_of(array)
+    return f" {unit}" if unit else ""
+
+
+def _parameters(plane: Plane, menus: list[str]) -> Iterator[dict[str, Any]]:
+    """Yield symbol, name and unit of each parameter, with its value as text or where the page finds it."""
+    for name in parameter_names(plane.dataset):
+        array = plane.dataset[name]
+        is_fixed = array.ndim == 0
+        if not (is_fixed or name in plane.axes or name in menus):
+            continue
+        yield {
+            "mark": html(symbol(array)),
+            "name": html(str(array.attrs.get("long_name", name))),
+            "text": html(value_of(array, float(array))) if is_fixed else None,
+            "axis": plane.axes.index(name) if name in plane.axes else -1,
+            "menu": menus.index(name) if name in menus else -1,
+            "unit": html(_unit(array)),
+        }
 
 
 def _physics(plane: Plane, menus: list[str]) -> dict[str, Any]:

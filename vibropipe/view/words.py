@@ -16,7 +16,7 @@ _RAISED = {"^-": "⁻", "^+": "⁺"}
 
 def unicode_text(text: str) -> str:
     """Return a text with mathtext as plain text: `$R_1$` as R₁."""
-    plain = plain_symbol(text)
+    plain = re.sub(r"\$[^$]*\$", lambda match: plain_symbol(match[0]), text)
     for mark, letter in _RAISED.items():
         plain = plain.replace(mark, letter)
     return re.sub(r"_(\d+)", lambda match: match[1].translate(_LOWERED), plain)

@@ -80,6 +80,7 @@ def own_cache(tmp_path, monkeypatch):
     return tmp_path / "kernels"
 
 
+@pytest.mark.slow
 def test_the_bytes_expected_are_those_on_disk_within_bounds(study, own_cache, tmp_path):
     estimate = estimate_study(study)
     for name in study.scenes:

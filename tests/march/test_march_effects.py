@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from sampling import sampled
 
 import vibropipe as vp
 from vibropipe.march.grid import Instant, exact_grid
@@ -93,7 +94,7 @@ def test_null_effects_change_no_bit_of_the_formulas() -> None:
     assert run(code, NUMBA_DISABLE_JIT="1") == "same\n"
 
 
-@pytest.mark.parametrize("absent", ["forcing and rest", "support 1", "support 2"])
+@pytest.mark.parametrize("absent", sampled(["forcing and rest", "support 1", "support 2"]))
 def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
     """The compiler fuses other products and sums where there are fewer of them."""
     full, without = motions(absent, {}, samples=0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from comparisons import Orbit, brute_force_orbit, determinant, linear_amplitude
 from oracles import Oracle
+from sampling import sampled
 from textbook import Parameters
 
 import vibropipe as vp
@@ -148,7 +149,7 @@ def test_a_slow_drift_is_not_a_steady_state() -> None:
 # -- nothing settles ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("nu", [1.1, 1.15, 1.2, 1.25])
+@pytest.mark.parametrize("nu", sampled([1.1, 1.15, 1.2, 1.25]))
 def test_aperiodic_motion(nu: float) -> None:
     """No orbit in 5,000 periods; means over the window agree with those of a long march."""
     p = TWO._replace(nu=nu)

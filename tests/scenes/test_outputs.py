@@ -124,6 +124,7 @@ def draw_and_report(scenes, folder):
     return study, datasets
 
 
+@pytest.mark.slow
 def test_few_subsets_are_drawn_and_typeset(tmp_path):
     draw_and_report(
         {
@@ -220,6 +221,7 @@ def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_pat
     )
 
 
+@pytest.mark.slow
 def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
     """Their first harmonic is 0, of which the second has no share."""
     subsets = [["stability"], ["energy"]]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from drawing import draw
 from figures.figure_text import texts, words
+from sampling import sampled
 
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE
 from vibropipe.jobs.drawing import draw_scene
@@ -34,7 +35,7 @@ NAMES = [
 ]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sampled(NAMES, "forced", "free_0", "lines"))
 def test_files_are_whole_and_the_same_to_the_byte(name, study, made, tmp_path):
     others = {scene: dataset for scene, (_, dataset) in made.items()}
     first = draw_scene(study.scenes[name], made[name][1], tmp_path / "a", others)

@@ -73,7 +73,7 @@ def check(seed: int) -> None:
     assert not differences, f"{case}\n" + "\n".join(differences[:6])
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_exact_agrees_with_the_twin(seed: int) -> None:
     check(seed)
 

@@ -20,8 +20,8 @@ VELOCITIES = np.linspace(-2.0, 2.0, 9)
     ("exciter", "x0", "count"),
     [
         (SOFT, np.linspace(-0.55, 0.6, 7), 2),
-        (BOTH_SOFT, np.linspace(-0.7, 0.7, 7), 2),
-        (HELD_AT_SECTION, np.linspace(-0.5, 0.5, 7), 1),
+        pytest.param(BOTH_SOFT, np.linspace(-0.7, 0.7, 7), 2, marks=pytest.mark.slow),
+        pytest.param(HELD_AT_SECTION, np.linspace(-0.5, 0.5, 7), 1, marks=pytest.mark.slow),
     ],
     ids=["one soft", "both soft", "held at section"],
 )

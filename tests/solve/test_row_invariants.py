@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from random_rows import draw_rows, solve_drawn
 from row_checks import broken_rows
+from sampling import sampled
 
 from vibropipe.physics.exciter import Parameters
 
@@ -22,9 +23,7 @@ def check(seed: int) -> None:
     assert not broken, f"seed {seed}: {examples}"
 
 
-@pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 8))]
-)
+@pytest.mark.parametrize("seed", sampled(range(8)))
 def test_labels_and_numbers_of_rows_agree(seed: int) -> None:
     check(seed)
 

@@ -11,6 +11,7 @@ import pytest
 from comparisons import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sampling import sampled
 from strategies import Case, cases
 
 import vibropipe as vp
@@ -63,7 +64,7 @@ def mp_decimal(value: float) -> Any:
     return Decimal(value)
 
 
-@pytest.mark.parametrize("exciter", [TWO, ALONE])
+@pytest.mark.parametrize("exciter", sampled([TWO, ALONE]))
 def test_newmark_converges_to_it_with_its_order(exciter: vp.Exciter) -> None:
     exact = vp.simulate(exciter, 9.0, 0.1)
     errors = []
@@ -213,6 +214,7 @@ def test_branches_are_followed_under_two_harmonics() -> None:
     assert max(late.max(), -late.min()) == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_basins_and_sweeps_take_a_second_harmonic() -> None:
     grid = np.linspace(-0.3, 0.3, 3)
     basins = vp.basins(TWO, grid, grid, starts=32)

@@ -66,7 +66,7 @@ def test_rows_are_placed_on_the_grid(tmp_path, monkeypatch, follow, small):
     assert dataset["displacement_mean"].attrs["long_name"] == "constant part of displacement"
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(data=st.data())
 def test_any_grid_and_cut_gives_expected_values_and_the_same_bytes(tmp_path_factory, data):
     sizes = data.draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))

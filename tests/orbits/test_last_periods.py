@@ -9,7 +9,8 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.march.log import IMPACTS, Log, log_impact, new_log
 from vibropipe.orbits.outputs import RowResults
-from vibropipe.orbits.window import LISTED_PERIODS, Window, list_impacts, new_window
+from vibropipe.orbits.room import new_sums, new_work
+from vibropipe.orbits.window import LISTED_PERIODS, Window, list_impacts, window_of
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.row_results import ImpactBuffer, new_rows
 from vibropipe.words.status import Status
@@ -122,7 +123,11 @@ def listing(first: int, capacity: int = 10) -> tuple[RowResults, Window, Log]:
     buffer = ImpactBuffer(np.full(n, -1.0), np.full(n, -1.0), np.full(n, -1, np.int8))
     out = new_rows(1, 1, ("impacts",), buffer)
     p = Parameters(1.0, 1.0, 0.1, 0.5, 0.0, 0.7, 0.7)
-    return out, new_window(p, out, np.int64(0), np.int64(first)), new_log(capacity, 2)
+    return (
+        out,
+        window_of(p, out, np.int64(0), np.int64(first), new_sums(), new_work(out)),
+        new_log(capacity, 2),
+    )
 
 
 @pytest.mark.parametrize("first", [0, 5])

@@ -17,6 +17,7 @@ from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
 from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.return_map import floquet_multipliers, return_map_jacobian, state_xv
 from vibropipe.orbits.return_map import march_periods as orbit_periods
+from vibropipe.orbits.room import new_sections
 from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.verdict import PERIODIC
 from vibropipe.physics.effects import ALL_EFFECTS
@@ -53,7 +54,16 @@ def steady_state(p):
     max_periods = np.int64(1000)
     c = np.empty(DEGREE + 1)
     return find_steady_state(
-        ALL_EFFECTS, p, grid, start, log, c, max_periods, max_periods, None
+        ALL_EFFECTS,
+        p,
+        grid,
+        start,
+        log,
+        c,
+        max_periods,
+        max_periods,
+        None,
+        new_sections(max_periods),
     ), log
 
 

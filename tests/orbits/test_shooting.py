@@ -17,6 +17,7 @@ from vibropipe.march.log import Log, new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.closing import NEWTON_REACH, settles_on
 from vibropipe.orbits.return_map import floquet_multipliers, march_periods, state_xv
+from vibropipe.orbits.room import new_sections
 from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
@@ -46,7 +47,8 @@ def shot(
 
 def steady_state(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
     log, c, max_periods = new_log(2000, 100), np.empty(DEGREE + 1), np.int64(1000)
-    return find_steady_state(*kernel_arguments(p, x, v), log, c, max_periods, max_periods, None)
+    limits, sections = (max_periods, max_periods), new_sections(max_periods)
+    return find_steady_state(*kernel_arguments(p, x, v), log, c, *limits, None, sections)
 
 
 def followed(p: Parameters, frequencies: Iterable[float]) -> tuple[Parameters, Orbit, Log]:

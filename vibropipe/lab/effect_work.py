@@ -16,6 +16,7 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS, Log, new_log
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.room import new_room
 from vibropipe.orbits.row import march_row, row_parameters, sample_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects, effects_of
 from vibropipe.physics.flow import DEGREE
@@ -92,11 +93,11 @@ def solve_row_repeatedly(
     e : Effects; row : (1, n) parameters; x, v : start; log : Log of an orbit; c : (DEGREE + 1,) scratch; out : results
     of one row.
     """
-    p = row_parameters(row, 0)
+    p, room = row_parameters(row, 0), new_room(e, MAX_PERIODS, out)
     for _ in range(n_calls):
         out.impacts[0, :] = 0.0
         out.rests[0, :] = 0.0
-        march_row(e, p, x, v, MAX_PERIODS, MAX_PERIODS, log, c, out, 0, 0)
+        march_row(e, p, x, v, MAX_PERIODS, MAX_PERIODS, log, c, room, out, 0, 0)
 
 
 @jit_allocating

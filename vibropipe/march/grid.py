@@ -9,22 +9,26 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_unfused
 from vibropipe.physics.flow import (
-    exact_basis,
     exact_map,
     exact_map_of_second,
+    fill_basis,
     motion,
+    new_basis,
     steps_for_exact,
 )
 from vibropipe.physics.load import fastest_forcing, force_bounds, forcing_period
 from vibropipe.physics.load_steps import (
+    MAX_TABLE,
     contribution_of_second,
     exact_factors,
     exact_factors_of_second,
+    fill_sincos,
     force_contribution,
     mean_factors,
     mean_factors_of_second,
     sincos_at_step,
     sincos_tables,
+    table_size,
 )
 from vibropipe.physics.newmark import newmark_map
 
@@ -117,11 +121,25 @@ def exact_grid_with_steps(e, p, steps):
     -------
     StepGrid
     """
-    dt = forcing_period(p) / steps
-    basis = exact_basis(p.h, p.nu, dt, e.second_harmonic)
+    return fill_grid(e, p, steps, new_grid_room(e, table_size(e, steps)))
+
+
+@jit_allocating
+def new_grid_room(e, size=MAX_TABLE):
+    """Return arrays for the tables, up to a size, and the basis of grids of the exact method, one after another."""
+    return np.empty(size), np.empty(size), new_basis(e.second_harmonic)
+
+
+@jit
+def fill_grid(e, p, steps, room):
+    """Return `exact_grid_with_steps` in the arrays of `new_grid_room`."""
+    dt, (table_1, table_2, basis) = forcing_period(p) / steps, room
+    fill_basis(basis, p.h, p.nu, dt, e.second_harmonic)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
     force = exact_factors(p, p1, p2, q1, q2)
-    ps, qs = sincos_tables(e, steps)
+    size = table_size(e, steps)
+    ps, qs = table_1[:size], table_2[:size]
+    fill_sincos(ps, qs, steps)
     force_2 = (0.0, 0.0, 0.0, 0.0)
     if e.second_harmonic is not None:
         p1, p2, q1, q2 = exact_map_of_second(basis, dt)
@@ -135,31 +153,21 @@ def exact_grid_with_steps(e, p, steps):
             qs[j] += second_w
     margin0, margin1 = _margins(p, dt)
     return StepGrid(
-        1,
-        steps,
-        dt,
-        a11,
-        a12,
-        b1,
-        a21,
-        a22,
-        b2,
-        margin0,
-        margin1,
-        force,
-        ps,
-        qs,
-        basis,
-        e.second_harmonic,
-        force_2,
-    )
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
+        e.second_harmonic, force_2,
+    )  # fmt: skip
 
 
 @jit_allocating
 def exact_grid(e, p):
     """Return the grid of the exact method, with the fewest steps that it allows."""
-    fastest = fastest_forcing(p, e.second_harmonic)
-    return exact_grid_with_steps(e, p, steps_for_exact(p.nu, p.h, fastest))
+    return exact_grid_with_steps(e, p, exact_steps(e, p))
+
+
+@jit
+def exact_steps(e, p):
+    """Return the fewest steps of a forcing period that the exact method allows."""
+    return steps_for_exact(p.nu, p.h, fastest_forcing(p, e.second_harmonic))
 
 
 @jit
@@ -190,24 +198,9 @@ def newmark_grid(e, p, steps):
     if e.second_harmonic is not None:
         force_2 = mean_factors_of_second(p, b1, b2, dt)
     return StepGrid(
-        None,
-        steps,
-        dt,
-        a11,
-        a12,
-        b1,
-        a21,
-        a22,
-        b2,
-        margin0,
-        margin1,
-        force,
-        sines,
-        cosines,
-        basis,
-        e.second_harmonic,
-        force_2,
-    )
+        None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines,
+        basis, e.second_harmonic, force_2,
+    )  # fmt: skip
 
 
 @jit

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.orbits.outputs import (
     NO_IMPACT,
     regime_of,
@@ -149,8 +147,8 @@ def _conservative_impacts(orbit, speeds, count, position, velocity, support, row
         count[row] = n - first
 
 
-@jit_allocating
-def solve_conservative(p, x, v, out, row, first):
+@jit
+def solve_conservative(p, x, v, out, row, first, c):
     """Solve a conservative row (h = f = 0, R1 = R2 = 1) in closed form.
 
     The orbit has its own period, not that of the force, and both Floquet multipliers are 1.
@@ -166,6 +164,8 @@ def solve_conservative(p, x, v, out, row, first):
         Index into `out`.
     first : int
         Index of the first impact of the row.
+    c : ndarray
+        Work space, at least two numbers.
 
     Returns
     -------
@@ -173,8 +173,9 @@ def solve_conservative(p, x, v, out, row, first):
         The start, which lies on the orbit.
     """
     orbit = arc(p, x, v)
-    speeds, one = np.zeros(2), complex(1.0, 0.0)
+    speeds, one = c[:2], complex(1.0, 0.0)
     for side in range(2):
+        speeds[side] = 0.0
         if (orbit.meets_top if top_support(orbit) == side + 1 else orbit.meets_bottom) == 1:
             out.impacts[row, side] = 1.0
             speeds[side] = speed_at(x, v, support_position(p, side + 1))

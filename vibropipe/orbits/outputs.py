@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
@@ -122,8 +122,8 @@ def regime_of(impacts, rests) -> int:
 # outputs.
 
 
-@jit_allocating
-def write_amplitudes(e, p, steady, log, m, c, amplitudes, row) -> None:
+@jit
+def write_amplitudes(e, p, steady, log, m, c, work, amplitudes, row) -> None:
     """Write the amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit.
 
     Parameters
@@ -136,51 +136,50 @@ def write_amplitudes(e, p, steady, log, m, c, amplitudes, row) -> None:
         Its contacts.
     m : int
         1 for harmonics of the force, the period multiple of the orbit for all frequencies in it.
+    work : tuple of ndarray
+        Room for harmonics and energies, `room.new_work`.
     amplitudes : (rows, n) complex
         Zero on entry, or without entries.
     row : int
         Index into `amplitudes`.
     """
     if amplitudes.size > 0:
-        amplitudes_of(log.pieces, e, p, steady, log, m, c, amplitudes, row)
+        amplitudes_of(log.pieces, e, p, steady, log, m, c, work, amplitudes[row])
 
 
-@jit_allocating
-def amplitudes_of(pieces, e, p, steady, log, m, c, amplitudes, row) -> None:
+@jit
+def amplitudes_of(pieces, e, p, steady, log, m, c, work, amplitudes) -> None:
     """Write what `write_amplitudes` does; pieces : `log.pieces`."""
     if pieces is not None:
-        direct = np.zeros(amplitudes.shape[1], np.complex128)
-        add_harmonics_of_pieces(e, p, pieces, m, amplitudes[row], direct)
-        for k in range(direct.size):
-            amplitudes[row, k] *= 1.0 / steady.m
+        add_harmonics_of_pieces(e, p, pieces, m, amplitudes, work[0])
+        for k in range(amplitudes.size):
+            amplitudes[k] *= 1.0 / steady.m
     else:
         end, length = steady.end, float(steady.m)
         resting = end.home if end.mode == REST else 0
-        add_support_forces(p, log, resting, end.rest_start, m, length, amplitudes[row])
-        if not divide_by_stiffness(p, m, length, amplitudes[row]):
+        add_support_forces(p, log, resting, end.rest_start, m, length, amplitudes)
+        if not divide_by_stiffness(p, m, length, amplitudes):
             x, v = state_xv(p, steady.state)
-            replace_resonant_harmonics(
-                e, p, x, v, end, log, m, length, amplitudes[row], np.zeros(2), c
-            )
+            replace_resonant_harmonics(e, p, x, v, end, log, m, length, amplitudes, work, c)
 
 
-@jit_allocating
-def write_harmonics(e, p, steady, log, c, amplitudes, subharmonics, row) -> None:
+@jit
+def write_harmonics(e, p, steady, log, c, work, amplitudes, subharmonics, row) -> None:
     """Write the amplitudes of a closed orbit at the multiples of nu, and at those of nu/m between them.
 
     Parameters
     ----------
-    e, p, steady, log, c, row
+    e, p, steady, log, c, work, row
         As for `write_amplitudes`.
     amplitudes : (rows, harmonics + 1) complex
         X(k nu). Zero on entry, or without entries.
     subharmonics : (rows, n) complex
         X(j nu/m), NaN where j is a multiple of m. NaN on entry, or without entries.
     """
-    write_amplitudes(e, p, steady, log, ONE_PERIOD, c, amplitudes, row)
+    write_amplitudes(e, p, steady, log, ONE_PERIOD, c, work, amplitudes, row)
     if subharmonics.size > 0 and steady.m > 1:
         subharmonics[row] = 0.0
-        write_amplitudes(e, p, steady, log, steady.m, c, subharmonics, row)
+        write_amplitudes(e, p, steady, log, steady.m, c, work, subharmonics, row)
         for j in range(0, subharmonics.shape[1], steady.m):
             subharmonics[row, j] = complex(math.nan, math.nan)
 
@@ -226,8 +225,8 @@ def orbit_exponent(p, steady, impacts):
     return linear_exponent(p) if is_free else -math.inf
 
 
-@jit_allocating
-def write_energy(e, p, steady, log, c, energy, row) -> None:
+@jit
+def write_energy(e, p, steady, log, c, work, energy, row) -> None:
     """Write the energies of a closed orbit: work of the force, losses by damping, at both supports, by friction.
 
     Parameters
@@ -238,13 +237,15 @@ def write_energy(e, p, steady, log, c, energy, row) -> None:
         The orbit.
     log : Log
         Its contacts.
+    work : tuple of ndarray
+        As for `write_amplitudes`.
     energy : (rows, 4) float, (rows, 5) with soft supports or friction
         Zero on entry, or without entries.
     row : int
         Index into `energy`.
     """
     if energy.size > 0:
-        energy_of(log.pieces, e, p, steady, log, c, energy[row])
+        energy_of(log.pieces, e, p, steady, log, c, work, energy[row])
 
 
 @jit
@@ -254,14 +255,14 @@ def add_energies(e, p, log, energy) -> None:
     add_losses(p, log, energy[2:])
 
 
-@jit_allocating
-def energy_of(pieces, e, p, steady, log, c, energy) -> None:
+@jit
+def energy_of(pieces, e, p, steady, log, c, work, energy) -> None:
     """Add what `write_energy` writes; pieces : `log.pieces`."""
     if pieces is not None:
         add_energies(e, p, log, energy)
     else:
         x, v = state_xv(p, steady.state)
-        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, energy, c)
+        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, work[0][:0], energy, c)
 
 
 @jit

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
@@ -147,38 +147,42 @@ def add_losses(p, log, losses) -> None:
             losses[side] += tail_loss(p, impulse, side)
 
 
-@jit_allocating
-def add_energy(e, p, x, v, start, stop, end, log, energy, c) -> None:
+@jit
+def add_energy(e, p, x, v, start, stop, end, log, none, energy, c) -> None:
     """Add the energies of a logged motion.
 
     Parameters
     ----------
     e, p, x, v, start, stop, end, log, c
         As for `integrate_along`.
+    none : (0,) complex
+        No harmonics.
     energy : (4,) float
         Increased by the work of the force and the losses by damping, at support 1 and at support 2.
     """
-    integrate_along(
-        e, p, x, v, start, stop, end, log, ONE_PERIOD, np.zeros(0, np.complex128), energy, c
-    )
+    integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, energy, c)
     add_losses(p, log, energy[2:])
 
 
-@jit_allocating
-def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, energy, c) -> None:
+@jit
+def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, work, c) -> None:
     """Replace the harmonics that `harmonics.divide_by_stiffness` left unchanged by quadrature.
 
     Parameters
     ----------
-    e, p, x, v, end, log, m, energy, c
+    e, p, x, v, end, log, m, c
         As for `integrate_along`, from 0 to `length` forcing periods.
     length : float
         Length of the orbit, in forcing periods.
     out : (harmonics + 1,) complex
         Amplitudes.
+    work : tuple of ndarray
+        Room for harmonics, complex and at least as long as `out`, and for energies, (2,).
     """
-    direct = np.zeros(out.size, np.complex128)
-    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct, energy, c)
+    direct, energy = work
+    for k in range(out.size):
+        direct[k] = 0.0
+    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct[: out.size], energy, c)
     for k in range(out.size):
         if abs(dynamic_stiffness(p, k, m)) < RESONANT:
             out[k] = divide(direct[k], complex(length, 0.0))

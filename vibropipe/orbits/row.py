@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.march.grid import exact_grid, grid_time
+from vibropipe.march.grid import exact_grid, exact_steps, fill_grid, grid_time
 from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
@@ -27,7 +27,7 @@ from vibropipe.orbits.outputs import (
 from vibropipe.orbits.return_map import clear_log, state_xv
 from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.verdict import DRIFTING, PERIODIC, UNBOUNDED
-from vibropipe.orbits.window import clear_window, new_window
+from vibropipe.orbits.window import clear_window, window_of
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
@@ -54,8 +54,8 @@ def aperiodic_regime(kind):
     return UNRESOLVED if kind == DRIFTING else APERIODIC_REGIME
 
 
-@jit_allocating
-def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
+@jit
+def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     """Solve a row by marching.
 
     Parameters
@@ -67,8 +67,8 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         Start of the motion.
     max_periods, patience : int
         Limits of `find_steady_state`, in forcing periods.
-    log, c
-        Work space, as for `march`.
+    log, c, room
+        Work space, as for `march`, and a `RowRoom`.
     out : RowResults
         Results; outputs without entries are not computed.
     row : int
@@ -86,11 +86,13 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
     if not forcing_period(p) * fastest_rate(fastest_of_row(p), p.h) / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
-    grid = exact_grid(e, p)
+    grid = fill_grid(e, p, exact_steps(e, p), room.grid)
     state = start_state(log.pieces, e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
-    window = new_window(p, out, row, first)
-    steady = find_steady_state(e, p, grid, state, log, c, max_periods, patience, window)
+    window = window_of(p, out, row, first, room.sums, room.work)
+    steady = find_steady_state(
+        e, p, grid, state, log, c, max_periods, patience, window, room.sections
+    )
     status, largest = steady.status, window.largest
     if status != MAX_PERIODS:
         clear_window(window)
@@ -105,10 +107,10 @@ def march_row(e, p, x, v, max_periods, patience, log, c, out, row, first):
         out.regime[row] = regime_of(impacts, rests)
         out.period_multiple[row] = steady.m
         out.frequency[row] = p.nu / steady.m
-        write_harmonics(e, p, steady, log, c, out.amplitudes, out.subharmonics, row)
+        write_harmonics(e, p, steady, log, c, room.work, out.amplitudes, out.subharmonics, row)
         if out.exponent.size > 0:
             write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
-        write_energy(e, p, steady, log, c, out.energy, row)
+        write_energy(e, p, steady, log, c, room.work, out.energy, row)
         write_smoothness(log, out.grazes, out.releases, row)
         write_impacts(
             log,
@@ -159,8 +161,8 @@ def next_impact(out, row, first):
     return first + out.impact_count[row] if out.impact_count.size > 0 else first
 
 
-@jit_allocating
-def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, first):
+@jit
+def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, first, c):
     """Solve rows in closed form up to the first that has to be marched.
 
     Parameters
@@ -178,6 +180,8 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
     out : RowResults
     first : int
         Index of the first impact of the first row.
+    c : ndarray
+        Work space, as for `march`.
 
     Returns
     -------
@@ -209,7 +213,7 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         elif is_soft(e, p, 1) or is_soft(e, p, 2):
             break
         elif e.watched is None and is_conservative(p, x, v):
-            x, v = solve_conservative(p, x, v, out, row, first)
+            x, v = solve_conservative(p, x, v, out, row, first, c)
         else:
             break
         out.section[row, 0], out.section[row, 1] = x, v
@@ -218,9 +222,9 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
     return row, x, v, first
 
 
-@jit_allocating
+@jit
 def solve_row_chains(
-    e, parameters, starts, chain_length, max_periods, patience, log, c, out
+    e, parameters, starts, chain_length, max_periods, patience, log, c, room, out
 ) -> None:
     """Solve rows in chains: each row starts from the section of the row before, the first from `starts`.
 
@@ -234,19 +238,19 @@ def solve_row_chains(
         Rows per chain.
     max_periods, patience : int
         Limits of `find_steady_state`, in forcing periods.
-    log, c
-        Work space, as for `march`.
+    log, c, room
+        Work space, as for `march_row`.
     out : RowResults
     """
     row, x, v, first = 0, 0.0, 0.0, 0
     while True:
         row, x, v, first = solve_closed_form_rows(
-            e, parameters, starts, chain_length, row, x, v, out, first
+            e, parameters, starts, chain_length, row, x, v, out, first, c
         )
         if row == parameters.shape[0]:
             break
         p = row_parameters(parameters, row)
-        x, v = march_row(e, p, x, v, max_periods, patience, log, c, out, row, first)
+        x, v = march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first)
         first = next_impact(out, row, first)
         row += 1
 

@@ -12,9 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import State
@@ -55,7 +53,6 @@ from vibropipe.orbits.verdict import (
     APERIODIC,
     LONG_ORBIT_PATIENCE,
     PERIODIC,
-    PURSUIT,
     classify_aperiodic,
     long_multiple,
     next_limit,
@@ -149,8 +146,8 @@ def settled_on(orbit, periods_marched, chaos):
     )
 
 
-@jit_allocating
-def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
+@jit
+def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, sections):
     """March from a state until the motion settles on an orbit.
 
     Parameters
@@ -169,6 +166,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
         Forcing periods after which a damped motion may be left as chaotic.
     window : Window or None
         Sums over the last periods of a motion without an orbit, and what is listed of them.
+    sections : tuple of ndarray
+        Work space, `room.new_sections(max_periods)`.
 
     Returns
     -------
@@ -179,8 +178,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window):
     A perturbation is followed over the JUDGED_PERIODS before a limit, until it shows chaos. The Lyapunov exponent has
     a perturbation of its own, which begins earlier: labels do not depend on the outputs.
     """
-    n = HISTORY_OFFSET + PURSUIT * max_periods + 1
-    xs, vs = np.empty(n), np.empty(n)
+    xs, vs = sections
     xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = math.inf
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.growth import mean_growth
@@ -94,8 +94,8 @@ def _is_resonant(p, amplitudes) -> bool:
     return nearest < RESONANT
 
 
-@jit_allocating
-def new_window(p, out, row, first):
+@jit
+def window_of(p, out, row, first, sums, work):
     """Return the window of a row.
 
     Parameters
@@ -107,17 +107,20 @@ def new_window(p, out, row, first):
         Index into `out`.
     first : int
         Index of the first impact of the row.
+    sums, work : tuple of ndarray
+        Work space, `room.new_sums` and `room.new_work`.
     """
+    (largest, start), (direct, energy) = sums, work
     return Window(
         out.amplitudes,
         row,
         out.impacts[row],
         out.rests[row],
-        np.zeros(2),
-        np.empty(out.amplitudes.shape[1], np.complex128),
-        np.empty(2),
+        largest,
+        direct[: out.amplitudes.shape[1]],
+        energy,
         _is_resonant(p, out.amplitudes),
-        np.empty(3),
+        start,
         first,
         # Lists that only the errors of orbits need do not include motions without an orbit.
         out.impact_velocity_max.size > 0,

@@ -17,9 +17,9 @@ from vibropipe.physics.load import (
     COLUMNS_OF_SECOND,
     first_terms,
     first_terms_of_second,
-    load_of,
     load_terms,
     next_term,
+    unit_load,
 )
 
 # Degree of the polynomial.
@@ -147,15 +147,24 @@ def exact_basis(h: float, nu: float, dt: float, second=None):
     The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
     than the recurrence runs.
     """
-    columns = COLUMNS if second is None else COLUMNS + COLUMNS_OF_SECOND
-    basis = np.empty((columns, DEGREE + 1))
-    unit = np.zeros(COLUMNS + COLUMNS_OF_SECOND)
-    for column in range(columns):
-        unit[:] = 0.0
-        unit[column] = 1.0
-        load, force = load_of(unit)
-        taylor(basis[column], unit[0], unit[1], force, load, h, nu, dt, second)
+    basis = new_basis(second)
+    fill_basis(basis, h, nu, dt, second)
     return basis
+
+
+@jit_allocating
+def new_basis(second):
+    """Return an array for a basis."""
+    return np.empty((COLUMNS if second is None else COLUMNS + COLUMNS_OF_SECOND, DEGREE + 1))
+
+
+@jit
+def fill_basis(basis, h, nu, dt, second) -> None:
+    """Write `exact_basis` into an array."""
+    for column in range(basis.shape[0]):
+        load, force = unit_load(column)
+        y, w = (1.0 if column == 0 else 0.0), (1.0 if column == 1 else 0.0)
+        taylor(basis[column], y, w, force, load, h, nu, dt, second)
 
 
 @jit
@@ -166,7 +175,13 @@ def combine(e, basis, c, y, w, load, force) -> None:
         c[n] = (y * basis[0, n] + w * basis[1, n]) + load_terms(e, basis, n, load, force)
 
 
-@jit_allocating
+@jit
+def _step_end(c, dt):
+    """Return (y, w) of a polynomial at the end of its step."""
+    return displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+
+
+@jit
 def exact_map(basis, dt: float):
     """Return the exact one-step map of a basis.
 
@@ -184,11 +199,12 @@ def exact_map(basis, dt: float):
         w + b2 load + q1 s + q2 c, with the `Force` (s, c). b1 is the response to a constant force; 1 - a11 would cancel
         for short steps.
     """
-    y, w = np.empty(COLUMNS), np.empty(COLUMNS)
-    for column in range(COLUMNS):
-        y[column] = displacement(basis[column], DEGREE, 1.0)
-        w[column] = velocity(basis[column], DEGREE, 1.0, dt)
-    return (y[0], y[1], y[2], y[3], y[4], w[0], w[1], w[2], w[3], w[4])
+    a11, a21 = _step_end(basis[0], dt)
+    a12, a22 = _step_end(basis[1], dt)
+    b1, b2 = _step_end(basis[2], dt)
+    p1, q1 = _step_end(basis[3], dt)
+    p2, q2 = _step_end(basis[4], dt)
+    return a11, a12, b1, p1, p2, a21, a22, b2, q1, q2
 
 
 @jit

@@ -213,9 +213,14 @@ def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
 
 
 @jit_inline
-def load_of(unit):
-    """Return (constant load, `Force`) of a unit array of y, w and the parts of the load, with the second harmonic's."""
-    return unit[2], Force(unit[3], unit[4], unit[5], unit[6])
+def unit_load(column):
+    """Return (constant load, `Force`) of a column of a basis: one of them is 1, or none for y and w."""
+    return (1.0 if column == 2 else 0.0), Force(
+        1.0 if column == 3 else 0.0,
+        1.0 if column == 4 else 0.0,
+        1.0 if column == 5 else 0.0,
+        1.0 if column == 6 else 0.0,
+    )
 
 
 @jit_inline

@@ -74,11 +74,23 @@ def sincos_tables(e, steps):
     tuple of ndarray, shape (steps,) or (0,)
         Empty without force, or for more than MAX_TABLE steps.
     """
-    size = steps if e.forcing is not None and steps <= MAX_TABLE else 0
+    size = table_size(e, steps)
     sines, cosines = np.empty(size), np.empty(size)
-    for j in range(size):
-        sines[j], cosines[j] = sincos_turns(j / steps)
+    fill_sincos(sines, cosines, steps)
     return sines, cosines
+
+
+@jit
+def table_size(e, steps):
+    """Return the length of `sincos_tables`."""
+    return steps if e.forcing is not None and steps <= MAX_TABLE else 0
+
+
+@jit
+def fill_sincos(sines, cosines, steps) -> None:
+    """Write `sincos_tables` into arrays of their length."""
+    for j in range(sines.size):
+        sines[j], cosines[j] = sincos_turns(j / steps)
 
 
 @jit

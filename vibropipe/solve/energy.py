@@ -52,10 +52,10 @@ def work_of_flights(
     e, p = effects, exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
     state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
-    terms = np.zeros(4)
+    terms, none = np.zeros(4), np.zeros(0, complex)
     # The log contains a rest that lasts beyond the end, so the end state counts as flight.
     end = state._replace(mode=0)
-    add_energy(e, p, *start, turns[0], turns[1], end, log, terms, np.empty(DEGREE + 1))
+    add_energy(e, p, *start, turns[0], turns[1], end, log, none, terms, np.empty(DEGREE + 1))
     return terms
 
 

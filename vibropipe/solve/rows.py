@@ -17,6 +17,7 @@ from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
 from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.room import new_room
 from vibropipe.orbits.row import (
     LOAD,
     row_parameters,
@@ -69,7 +70,8 @@ def solve_piece(
 ) -> None:
     """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    solve_row_chains(e, parameters, starts, chain_length, max_periods, patience, log, c, out)
+    room, limits = new_room(e, max_periods, out), (max_periods, patience)
+    solve_row_chains(e, parameters, starts, chain_length, *limits, log, c, room, out)
 
 
 @jit_nogil

@@ -26,6 +26,7 @@ from vibropipe.orbits.outputs import (
     write_largest,
     write_multipliers,
 )
+from vibropipe.orbits.room import new_work
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
 from vibropipe.orbits.verdict import PERIODIC
@@ -106,7 +107,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
     out : RowResults
         Results, a row for each point; outputs without entries are not computed.
     """
-    n, none = supports.size, np.empty((0, 0))
+    n, none, work = supports.size, np.empty((0, 0)), new_work(out)
     for row in range(parameters.shape[0]):
         p, u = row_parameters(parameters, row), unknowns[row]
         if n == 0:
@@ -132,8 +133,8 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         out.period_multiple[row] = m
         out.frequency[row] = p.nu / m
         write_multipliers(first_multiplier, second, out.multipliers, row)
-        write_harmonics(e, p, steady, log, c, out.amplitudes, out.subharmonics, row)
-        write_energy(e, p, steady, log, c, out.energy, row)
+        write_harmonics(e, p, steady, log, c, work, out.amplitudes, out.subharmonics, row)
+        write_energy(e, p, steady, log, c, work, out.energy, row)
         write_impacts(
             log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support,
             row, row * n,

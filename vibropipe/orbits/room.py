@@ -1,0 +1,51 @@
+"""Work space of rows that are solved one after another.
+
+Nothing is allocated for a row. A kernel that creates arrays counts their users, atomically, in every call that passes
+results and a log, which takes as long as six forcing periods.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit_allocating
+from vibropipe.march.grid import new_grid_room
+from vibropipe.orbits.recurrence import HISTORY_OFFSET
+from vibropipe.orbits.verdict import PURSUIT
+
+
+class RowRoom(NamedTuple):
+    """Results of `new_grid_room`, `new_sections`, `new_sums` and `new_work`."""
+
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray]
+    sections: tuple[np.ndarray, np.ndarray]
+    sums: tuple[np.ndarray, np.ndarray]
+    work: tuple[np.ndarray, np.ndarray]
+
+
+@jit_allocating
+def new_room(e, max_periods, out):
+    """Return a `RowRoom`; e : Effects; max_periods : limit of forcing periods; out : RowResults."""
+    return RowRoom(new_grid_room(e), new_sections(max_periods), new_sums(), new_work(out))
+
+
+@jit_allocating
+def new_sections(max_periods):
+    """Return arrays for the sections (x, x') of a march with a limit of forcing periods (`recurrence`)."""
+    n = HISTORY_OFFSET + PURSUIT * max_periods + 1
+    return np.empty(n), np.empty(n)
+
+
+@jit_allocating
+def new_sums():
+    """Return the arrays `largest` and `start` of a `Window`."""
+    return np.zeros(2), np.empty(3)
+
+
+@jit_allocating
+def new_work(out):
+    """Return room for the harmonics of a row by quadrature and for energies: `direct` and `energy` of a `Window`."""
+    terms = max(out.amplitudes.shape[1], out.subharmonics.shape[1])
+    return np.empty(terms, np.complex128), np.zeros(2)

@@ -17,6 +17,7 @@ from vibropipe.cli.handing_over import SOCKET
 from vibropipe.cli.workers import Workers
 
 CLIENT = "import os; print(os.getpid(), flush=True); from vibropipe.cli import main; main()"
+PATIENCE = 300  # seconds: a worker imports for long where others keep the machine busy
 LONG = "title: T\nscenes: {s: {kind: sweep, exciter: {l: 0.5}, over: {nu: {start: 0.3, stop: 3, points: 400000}}}}\n"
 
 
@@ -31,7 +32,7 @@ def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[Workers]:
     for end in started.lifeline:
         os.close(end)
     assert started.first is not None
-    started.first.wait(60)
+    started.first.wait(PATIENCE)
     shutil.rmtree(Path(os.environ[SOCKET]).parent, ignore_errors=True)
 
 
@@ -45,7 +46,7 @@ def start(*arguments: str, folder: Path | None = None) -> subprocess.Popen[str]:
 def answer(*arguments: str, folder: Path | None = None) -> tuple[int, str]:
     """Return exit code and output of a command, without the number of its process."""
     client = start(*arguments, folder=folder)
-    printed, _ = client.communicate(timeout=60)
+    printed, _ = client.communicate(timeout=PATIENCE)
     return client.returncode, printed.partition("\n")[2]
 
 
@@ -66,26 +67,26 @@ def test_a_killed_client_ends_its_command_and_a_killed_worker_is_reported(worker
 
     def under_way() -> subprocess.Popen[str]:
         client = start(*solve, folder=tmp_path)
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE
         while not list(tmp_path.glob(".s.nc*")) and time.monotonic() < deadline:
             time.sleep(0.05)
         return client
 
     client = under_way()
     client.kill()
-    assert workers.first.wait(60) == 0  # not killed: interrupted, it has cleaned up
+    assert workers.first.wait(PATIENCE) == 0  # not killed: interrupted, it has cleaned up
     assert [path.name for path in tmp_path.iterdir()] == ["long.yaml"]
 
     workers.start()
     client = under_way()
     workers.first.send_signal(signal.SIGKILL)
-    printed, _ = client.communicate(timeout=60)
+    printed, _ = client.communicate(timeout=PATIENCE)
     assert client.returncode == 1
     assert printed.endswith("the process that ran this command was killed\n")
 
     workers.complete(1)
     workers.first.kill()
-    workers.first.wait(60)
+    workers.first.wait(PATIENCE)
     assert answer("--version")[0] == 0  # by itself
 
 

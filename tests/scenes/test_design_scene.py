@@ -176,6 +176,8 @@ def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
         ("tolerance: {delta: 0.0002,", "tolerance: {delta: -1,", "tolerance.delta: must be a finite number > 0"),
         ("samples: 32", "exciter: {R1: 0.5}", "exciter.R1: must be left out, since R1 stands in vary"),
         ("samples: 32", "start: {x0: 0.3}", "start.x0: must be"),
+        ("samples: 32", "minimise: [f, h, nu]", "minimise: must be a quantity or a list of two"),
+        ("delta: [-0.3, 0.3]", "k1: [0, 9]", "vary.k1: must be above 0 where k1 or h1 vary"),
     ],
 )  # fmt: skip
 def test_a_wrong_key_is_named(tmp_path, old, new, message):
@@ -212,6 +214,12 @@ def test_a_curve_is_a_target_with_and_without_units(tmp_path):
         ('"< 50 m/s"', '"< 50 mm"', "subject_to.impact_velocity_max_1: must be a velocity"),
         ("[-300 mm, 300 mm]", "[-300, 300]", "vary.delta"),
         ("F: 8 N, delta", "f: 8, delta", "tolerance.f: is an unknown key"),
+        (
+            "displacement_mean: -100 mm",
+            "displacement_men: 1 mm",
+            "did you mean 'displacement_mean'",
+        ),
+        ('"< 50 m/s"', '"> 2 m/s, < 1 m/s"', "got '> 2 m/s, < 1 m/s'"),
     ],
 )
 def test_a_wrong_unit_is_named(tmp_path, old, new, message):

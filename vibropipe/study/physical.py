@@ -16,12 +16,13 @@ from pydantic import TypeAdapter, ValidationError
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import A_GRID, Grid
-from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.values import REFUSED, UnitRule
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
 from vibropipe.study.pydantic_errors import plain_path
+from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, Range
 from vibropipe.words.units import UnitError, to_si
 from vibropipe.words.vocabulary import quantity
@@ -228,27 +229,23 @@ class _Reader:
         return self.scaled(key, si)
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
-        """Return a target, a bound or an allowance without units; unknown names are reported by the models."""
+        """Return a target, a bound, an allowance or a column without units."""
         if path[-2] == MEASURED and isinstance(value, list):
             if name in NAMES:
                 return self.quantity(name, value, path)
-            if name not in ("phase", CURVE):
-                try:
-                    named(name, MEASURED)
-                except ParameterError as error:
-                    self.problems.append(Problem(path, error.got, error.allowed, must=error.must))
             return [self.goal(name, entry, path) for entry in value]
         if name == CURVE and isinstance(value, list):
             pairs = [pair if isinstance(pair, list) else [pair] for pair in value]
-            return [
-                [*pair[:1], *(self.goal("displacement_mean", x, path) for x in pair[1:])]
-                for pair in pairs
-            ]
-        dimension = "length" if name == CURVE else _goal_dimension(name)
+            return [[*pair[:1], *(self.goal(name, x, path) for x in pair[1:])] for pair in pairs]
+        dimension = self.goal_dimension(name, path)
         if not dimension:
             return value
         if isinstance(value, str) and (bounds := _BOUND.findall(value)):
             numbers = [(sign, self.goal(name, end.strip(), path)) for sign, end in bounds]
+            ends = dict(numbers)
+            if len(numbers) == len(ends) == 2 and not ends[">"] < ends["<"]:
+                must = "must have its lower bound below the upper one"
+                self.problems.append(Problem(path, describe(value), must=must))
             return ", ".join(f"{sign} {number!r}" for sign, number in numbers)
         try:
             number = to_si(value, dimension)
@@ -256,6 +253,19 @@ class _Reader:
             self.problems.append(Problem(path, describe(value), error.allowed, error.hint))
             return STAND_IN
         return number / unit_factors(**self.units).get(dimension, 1.0)
+
+    def goal_dimension(self, name: str, path: KeyPath) -> str:
+        """Return the physical dimension of a quantity with index; "" of a pure number and of an unknown name."""
+        if name == CURVE:
+            return "length"
+        if name == PHASE and path[-2] == MEASURED:
+            return ""
+        try:
+            found = named(name, str(path[-2]))
+        except ParameterError as error:
+            self.problems.append(refused(path, error))
+            return ""
+        return "" if found.derived == SENSITIVITY else quantity(found.variable).dimension
 
     def in_si(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the numbers of a key in SI, in their lists and mappings."""
@@ -300,15 +310,6 @@ class _Reader:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
         p = eigenfrequency(**self.units)
         return {"velocity": si / p, "time": si * p}.get(KEYS[key][0], si)
-
-
-def _goal_dimension(name: str) -> str:
-    """Return the physical dimension of a quantity with index; "" of a pure number and of no quantity."""
-    try:
-        found = named(name, "target")
-    except ParameterError:
-        return ""
-    return "" if found.derived == SENSITIVITY else quantity(found.variable).dimension
 
 
 def _si(name: str, value: Any) -> float | None:

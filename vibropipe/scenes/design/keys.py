@@ -55,6 +55,8 @@ class TargetRule(NumberOrUnit):
 
 
 def _as_list(value: Any) -> Any:
+    if isinstance(value, list) and len(value) > 2:
+        refuse("a quantity or a list of two", f"a list of {len(value)}")
     return [value] if isinstance(value, str) else value
 
 

@@ -146,7 +146,17 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
     ends = {str(name): ends for name, ends in scene.vary.items() if name in OF_SUPPORTS}
     corners = itertools.product(*ends.values())
     changes = [dict(zip(ends, corner, strict=True)) for corner in corners]
-    yield from check_changes(scene, scene.vary, changes)
+    problems = list(check_changes(scene, scene.vary, changes))
+    yield from problems
+    if not problems:
+        from vibropipe.solve.points import check_soft
+
+        lows = {str(name): ends[0] for name, ends in scene.vary.items()}
+        try:
+            check_soft("vary", Exciter(**scene.resolved_exciter()), lows, lows)
+        except ParameterError as error:
+            key, _, name = error.name.partition(".")
+            yield refused((key, name) if name else ("exciter", key), error)
 
 
 def check_changes(

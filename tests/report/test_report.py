@@ -55,7 +55,7 @@ def test_further_effects_are_stated_only_where_a_scene_has_them(solved):
     study, _, datasets = solved
     assert report_data(study, datasets, {})["further"] == []
     name, data = next(iter(datasets.items()))
-    changed = {**datasets, name: data.assign_attrs(effects="damping, soft, friction")}
+    changed = {**datasets, name: data.assign_coords(k1=100.0, friction=0.1)}
     assert report_data(study, changed, {})["further"] == ["soft", "friction"]
 
 

@@ -11,7 +11,6 @@ from vibropipe.figures.text import FEW_VALUES, clock, format_number, grid_text, 
 from vibropipe.figures.units import unit_text
 from vibropipe.report.findings import is_text, symbol_text, value_text
 from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.words.effects import COMMON_EFFECTS, EFFECT_NAMES
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, physical_name
 from vibropipe.words.wording import count, series
@@ -22,6 +21,13 @@ if TYPE_CHECKING:
 # Variables whose dimensions are the grids of a scene.
 GRID_OF = ("periods_to_attractor", "regime", "velocity_over_l")
 PHYSICAL = {name: physical_name(name) for name in PARAMETERS if physical_name(name) != name}
+# Parameters of effects beyond eqs. (5), (6).
+FURTHER_EFFECTS = {
+    "soft": ("k1", "k2"),
+    "friction": ("friction",),
+    "load": ("load",),
+    "second_harmonic": ("f2",),
+}
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "free_period", "amplitude")
 
 
@@ -132,13 +138,13 @@ def named_datasets(
 
 
 def further_effects(datasets: Datasets) -> list[str]:
-    """Return the effects beyond eqs. (5), (6) that scenes have."""
-    of_scenes = {
-        name
-        for data in datasets.values()
-        for name in str(data.attrs.get("effects", "")).split(", ")
-    }
-    return [name for name in EFFECT_NAMES if name in of_scenes - {*COMMON_EFFECTS}]
+    """Return the effects beyond eqs. (5), (6) that scenes have: their parameters are stored where they are present."""
+    stored = {str(name) for data in datasets.values() for name in data.variables}
+    return [
+        effect
+        for effect, names in FURTHER_EFFECTS.items()
+        if stored & {*names, *map(physical_name, names)}
+    ]
 
 
 def effects_table(outputs: Mapping[str, Any], datasets: Datasets) -> Table:

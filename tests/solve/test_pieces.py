@@ -151,8 +151,6 @@ def test_what_does_not_know_pieces_refuses_them() -> None:
     exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, friction=0.1)
     with pytest.raises(vp.ParameterError, match="outputs: must not include sensitivity"):
         vp.steady_state(exciter, outputs=("sensitivity",))
-    with pytest.raises(vp.ParameterError, match="accuracy: must be left out where there are soft"):
-        vp.simulate(exciter, 10.0, accuracy=1e-6)
 
 
 def test_a_start_beyond_a_soft_support_is_in_contact() -> None:

@@ -121,24 +121,50 @@ def exact_grid_with_steps(e, p, steps):
     -------
     StepGrid
     """
-    return fill_grid(e, p, steps, new_grid_room(e, table_size(e, steps)))
+    size = table_size(e, steps)
+    ps, qs, basis = np.empty(size), np.empty(size), new_basis(e.second_harmonic)
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = fill_tables(
+        e, p, steps, ps, qs, basis
+    )
+    return StepGrid(
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
+        e.second_harmonic, force_2,
+    )  # fmt: skip
 
 
 @jit_allocating
-def new_grid_room(e, size=MAX_TABLE):
-    """Return arrays for the tables, up to a size, and the basis of grids of the exact method, one after another."""
-    return np.empty(size), np.empty(size), new_basis(e.second_harmonic)
+def new_grid_room(e):
+    """Return arrays for the tables and the basis of grids of the exact method, one after another."""
+    return np.empty(MAX_TABLE), np.empty(MAX_TABLE), new_basis(e.second_harmonic)
 
 
 @jit
-def fill_grid(e, p, steps, room):
-    """Return `exact_grid_with_steps` in the arrays of `new_grid_room`."""
-    dt, (table_1, table_2, basis) = forcing_period(p) / steps, room
+def grid_in_room(e, p, steps, room):
+    """Return `exact_grid_with_steps` in the arrays of `new_grid_room`.
+
+    For kernels that count no references: one that counts them would free the arrays of the grid after its last use.
+    """
+    size = table_size(e, steps)
+    ps, qs, basis = room[0][:size], room[1][:size], room[2]
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = fill_tables(
+        e, p, steps, ps, qs, basis
+    )
+    return StepGrid(
+        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
+        e.second_harmonic, force_2,
+    )  # fmt: skip
+
+
+@jit
+def fill_tables(e, p, steps, ps, qs, basis):
+    """Fill the tables, (steps,) or (0,), and the basis of a grid of the exact method; return its other numbers.
+
+    They are in the order of `StepGrid`: from dt to the factors of the force, and those of its second harmonic.
+    """
+    dt = forcing_period(p) / steps
     fill_basis(basis, p.h, p.nu, dt, e.second_harmonic)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
     force = exact_factors(p, p1, p2, q1, q2)
-    size = table_size(e, steps)
-    ps, qs = table_1[:size], table_2[:size]
     fill_sincos(ps, qs, steps)
     force_2 = (0.0, 0.0, 0.0, 0.0)
     if e.second_harmonic is not None:
@@ -152,10 +178,7 @@ def fill_grid(e, p, steps, room):
             ps[j] += second_y
             qs[j] += second_w
     margin0, margin1 = _margins(p, dt)
-    return StepGrid(
-        1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
-        e.second_harmonic, force_2,
-    )  # fmt: skip
+    return dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2
 
 
 @jit_allocating

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.march.grid import exact_grid, exact_steps, fill_grid, grid_time
+from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
 from vibropipe.march.log import SAMPLES, Samples
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
@@ -86,7 +86,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     if not forcing_period(p) * fastest_rate(fastest_of_row(p), p.h) / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
-    grid = fill_grid(e, p, exact_steps(e, p), room.grid)
+    grid = grid_in_room(e, p, exact_steps(e, p), room.grid)
     state = start_state(log.pieces, e, p, grid, 0.0, x, v)
     impacts, rests = out.impacts[row], out.rests[row]
     window = window_of(p, out, row, first, room.sums, room.work)

@@ -8,7 +8,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.march.log import IMPACTS, Log, log_impact, new_log
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_sums, new_work
 from vibropipe.orbits.window import LISTED_PERIODS, Window, list_impacts, window_of
 from vibropipe.physics.exciter import Parameters

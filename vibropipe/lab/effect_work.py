@@ -15,7 +15,7 @@ from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS, Log, new_log
 from vibropipe.march.piece_log import piece_log_of
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_room
 from vibropipe.orbits.row import march_row, row_parameters, sample_row
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects, effects_of

@@ -1,11 +1,8 @@
-"""Results of rows, and how each output is written from a closed orbit whose contacts are in the log."""
+"""Each output of a row, written from a closed orbit whose contacts are in the log."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS
@@ -24,53 +21,6 @@ NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
     int(Regime.ONE_SIDED_2),
 )
 TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
-
-
-class RowResults(NamedTuple):
-    """Arrays of results. An output that is not requested has no entries.
-
-    The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
-    all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
-    dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
-    rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity). `releases` has the
-    phases at which rests on supports 1 and 2 end, NaN without one.
-    """
-
-    regime: np.ndarray
-    frequency: np.ndarray
-    status: np.ndarray
-    period_multiple: np.ndarray
-    settled_after: np.ndarray
-    window_periods: np.ndarray
-    chaos: np.ndarray
-    residual: np.ndarray
-    section: np.ndarray
-    impacts: np.ndarray
-    rests: np.ndarray
-    amplitudes: np.ndarray
-    multipliers: np.ndarray
-    impact_count: np.ndarray
-    impact_position: np.ndarray
-    impact_velocity: np.ndarray
-    impact_support: np.ndarray
-    impact_velocity_max: np.ndarray
-    energy: np.ndarray
-    motion: np.ndarray
-    subharmonics: np.ndarray
-    poincare: np.ndarray
-    exponent: np.ndarray
-    grazes: np.ndarray
-    releases: np.ndarray
-    d_section: np.ndarray
-    d_amplitudes: np.ndarray
-    d_subharmonics: np.ndarray
-    d_multipliers: np.ndarray
-    d_exponent: np.ndarray
-    d_energy: np.ndarray
-    d_velocity_max: np.ndarray
-    d_impacts: np.ndarray
-    e_row: np.ndarray
-    e_impacts: np.ndarray
 
 
 @jit_inline

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_families import Families

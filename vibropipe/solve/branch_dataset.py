@@ -13,7 +13,7 @@ from vibropipe.orbits.branches.rows import write_points
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.solve.accuracy.orbit_errors import label_errors

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.errors import COLUMNS
 from vibropipe.orbits.sensitivity.rows import new_derivatives
 from vibropipe.orbits.window import LISTED_PERIODS

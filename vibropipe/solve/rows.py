@@ -16,7 +16,7 @@ import numpy as np
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import new_log
 from vibropipe.march.piece_log import PieceLog, piece_log_of
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_room
 from vibropipe.orbits.row import (
     LOAD,

@@ -22,8 +22,8 @@ from vibropipe.orbits.basins import (
     record_sections,
     section_jacobian,
 )
-from vibropipe.orbits.outputs import RowResults
 from vibropipe.orbits.preimages import map_back
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters

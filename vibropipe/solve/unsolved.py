@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_inline, jit_nogil
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.conservative import is_conservative

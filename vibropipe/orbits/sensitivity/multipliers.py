@@ -18,10 +18,11 @@ from vibropipe.physics.derivatives import (
     gap_acceleration_derivative,
     restitution_derivative,
 )
+from vibropipe.physics.free_flow_by_h import free_flow_by_h
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.saltation import product
-from vibropipe.physics.variation import BY_W, BY_Y, free_flow_by_h
+from vibropipe.physics.variation import BY_W, BY_Y
 
 # Share of the larger multiplier below which the difference of both is rounding: their derivative is infinite there.
 DOUBLE = 1e-7

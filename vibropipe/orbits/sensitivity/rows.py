@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.compiler import jit_inline, jit_nogil
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.flights import Contacts
 from vibropipe.orbits.sensitivity.linear import write_held, write_linear

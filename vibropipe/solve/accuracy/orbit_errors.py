@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.orbits.harmonics import RESONANT
-from vibropipe.orbits.outputs import RowResults
+from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.errors import (
     IMPULSES,
     PHASES,

@@ -1,0 +1,54 @@
+"""Results of rows: the arrays that kernels fill."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class RowResults(NamedTuple):
+    """Arrays of results. An output that is not requested has no entries.
+
+    The first dimension is the row, except for `impact_position`, `impact_velocity` and `impact_support`: the impacts of
+    all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
+    dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
+    rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity). `releases` has the
+    phases at which rests on supports 1 and 2 end, NaN without one.
+    """
+
+    regime: np.ndarray
+    frequency: np.ndarray
+    status: np.ndarray
+    period_multiple: np.ndarray
+    settled_after: np.ndarray
+    window_periods: np.ndarray
+    chaos: np.ndarray
+    residual: np.ndarray
+    section: np.ndarray
+    impacts: np.ndarray
+    rests: np.ndarray
+    amplitudes: np.ndarray
+    multipliers: np.ndarray
+    impact_count: np.ndarray
+    impact_position: np.ndarray
+    impact_velocity: np.ndarray
+    impact_support: np.ndarray
+    impact_velocity_max: np.ndarray
+    energy: np.ndarray
+    motion: np.ndarray
+    subharmonics: np.ndarray
+    poincare: np.ndarray
+    exponent: np.ndarray
+    grazes: np.ndarray
+    releases: np.ndarray
+    d_section: np.ndarray
+    d_amplitudes: np.ndarray
+    d_subharmonics: np.ndarray
+    d_multipliers: np.ndarray
+    d_exponent: np.ndarray
+    d_energy: np.ndarray
+    d_velocity_max: np.ndarray
+    d_impacts: np.ndarray
+    e_row: np.ndarray
+    e_impacts: np.ndarray

@@ -27,18 +27,18 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
     [
         (
             "{kind: motin}",
-            "s.kind: must be one of motion, sweep, branch, boundary, basins, design, backbone, hard_cases, accuracy, "
-            "effects, got 'motin' (did you mean 'motion'?)",
+            "s.kind: must be one of motion, sweep, branch, boundary, basins, design, identify, backbone, hard_cases, "
+            "accuracy, effects, got 'motin' (did you mean 'motion'?)",
         ),
         (
             "{knd: motion}",
-            "s.kind: is required (one of motion, sweep, branch, boundary, basins, design, backbone, hard_cases, "
-            "accuracy, effects) (is 'knd' meant to be it?)",
+            "s.kind: is required (one of motion, sweep, branch, boundary, basins, design, identify, backbone, "
+            "hard_cases, accuracy, effects) (is 'knd' meant to be it?)",
         ),
         (
             "3",
-            "s: must be a mapping with kind (one of motion, sweep, branch, boundary, basins, design, backbone, "
-            "hard_cases, accuracy, effects) and its keys, got 3",
+            "s: must be a mapping with kind (one of motion, sweep, branch, boundary, basins, design, identify, "
+            "backbone, hard_cases, accuracy, effects) and its keys, got 3",
         ),
         (
             "{kind: sweep}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -139,3 +139,14 @@ def check_sensitivity(outputs: Sequence[str], values: Mapping[str, Any]) -> None
     if "sensitivity" in outputs and np.any(values.get("f2", 0.0)):
         must = "must not have sensitivity where f2 is not 0: it is not computed by this version"
         raise ParameterError("outputs", outputs, must=must, got=", ".join(outputs))
+
+
+def check_soft(
+    argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
+) -> None:
+    """Raise a ParameterError where stiffness or damping of a support vary that may be rigid, at a stiffness of 0."""
+    for k, h in (("k1", "h1"), ("k2", "h2")):
+        least = lows.get(k, getattr(exciter, k))
+        if {k, h} & {*names} and not least > 0.0:
+            must = f"must be above 0 where {k} or {h} vary: a support with {k} = 0 is rigid"
+            raise ParameterError(f"{argument}.{k}" if k in lows else k, least, must=must)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.physics.effects import all_effects
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.named import Named
 from vibropipe.solve.row_results import columns_of
@@ -130,17 +130,6 @@ def points_dataset(
     }
     block = xr.Dataset(variables, coordinates(points.variables, harmonics), dict(attrs))
     return describe(block.assign_coords(coords))
-
-
-def check_soft(
-    argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
-) -> None:
-    """Raise a ParameterError where stiffness or damping of a support vary that may be rigid, at a stiffness of 0."""
-    for k, h in (("k1", "h1"), ("k2", "h2")):
-        least = lows.get(k, getattr(exciter, k))
-        if {k, h} & {*names} and not least > 0.0:
-            must = f"must be above 0 where {k} or {h} vary: a support with {k} = 0 is rigid"
-            raise ParameterError(f"{argument}.{k}" if k in lows else k, least, must=must)
 
 
 def within_ranges(parameters: np.ndarray) -> np.ndarray:

@@ -12,12 +12,12 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.attractors import shares
-from vibropipe.solve.checks import check_whole
+from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.gradient import values_and_jacobian
 from vibropipe.solve.label import Variables
 from vibropipe.solve.named import Named, labels, named
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import Points, check_soft, clipped, points_dataset, solve_points
+from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.vocabulary import describe, quantity
 

@@ -8,7 +8,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import xarray as xr
-from bokeh.events import DocumentReady, Pan, Tap
+from bokeh.events import Pan, Tap
 from bokeh.layouts import column, row
 from bokeh.models import (
     ColumnDataSource,
@@ -95,9 +95,10 @@ class Page:
         self.open_scene(dict(chosen or {}))
 
     @property
-    def scripts(self) -> dict[str, CustomJS]:
-        """Callbacks of the document by event."""
-        return {DocumentReady.event_name: script("keys.js", **self._handles())}
+    def scripts(self) -> list[CustomJS]:
+        """Scripts that run once the page is there."""
+        texts = [self.point.law, self.point.numbers]
+        return [script("keys.js", **self._handles()), script("texts.js", texts=texts)]
 
     @property
     def series(self) -> Series | None:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from bokeh.document import Document
 from bokeh.embed import file_html
+from bokeh.events import DocumentReady
 from bokeh.layouts import column, row
 from bokeh.models import ColumnDataSource, CustomJS, Div
 from bokeh.resources import INLINE
@@ -122,8 +123,7 @@ def saved_document(page: Page, title: str) -> Document:
     heading = Div(text=f"<b>{html(title)}</b>", align="end", width=600, disable_math=True)
     head = row(page.quantity, *page.menus, heading)
     document.add_root(column(head, row(page.left, right)))
-    for event, script in page.scripts.items():
-        document.js_on_event(event, script)
+    document.js_on_event(DocumentReady, *page.scripts)
     return document
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
+from bokeh.events import DocumentReady
 from bokeh.server.server import Server
 from bokeh.util.token import generate_secret_key, generate_session_id
 
@@ -30,8 +31,7 @@ def make_document(results: Results) -> Callable[[Document], None]:
         page = Page(results, document.add_next_tick_callback, chosen)
         document.title = f"{results.title} – vibropipe"
         document.add_root(page.root)
-        for event, callback in page.scripts.items():
-            document.js_on_event(event, callback)
+        document.js_on_event(DocumentReady, *page.scripts)
 
     return fill
 

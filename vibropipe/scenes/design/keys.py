@@ -18,6 +18,7 @@ from vibropipe.scenes.keys.values import (
     Interval,
     NumberOrUnit,
     NumberRange,
+    Sigma,
     TextRule,
     as_number,
     refuse,
@@ -28,7 +29,6 @@ Text = Annotated[str, TextRule(200)]
 NAMES_SCHEMA = {
     "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "maxItems": 2}]
 }
-Sigma = Annotated[float, NumberRange(0, above=True)]
 
 
 @dataclass(frozen=True)

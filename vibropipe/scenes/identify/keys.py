@@ -18,6 +18,7 @@ from vibropipe.scenes.keys.values import (
     Interval,
     NumberOrUnit,
     NumberRange,
+    Sigma,
     TextRule,
     as_number,
     is_allowed,
@@ -29,7 +30,6 @@ from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 
 Text = Annotated[str, TextRule(200)]
-Sigma = Annotated[float, NumberRange(0, above=True)]
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, refused, required
 from vibropipe.scenes.keys.values import is_allowed
+from vibropipe.solve.checks import check_soft
 from vibropipe.words.parameters import PARAMETERS
 
 EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
@@ -149,8 +150,6 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
     problems = list(check_changes(scene, scene.vary, changes))
     yield from problems
     if not problems:
-        from vibropipe.solve.points import check_soft
-
         lows = {str(name): ends[0] for name, ends in scene.vary.items()}
         try:
             check_soft("vary", Exciter(**scene.resolved_exciter()), lows, lows)

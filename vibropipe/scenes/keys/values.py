@@ -249,6 +249,7 @@ def _written(value: Any) -> Any:
 NotNull = BeforeValidator(_written)
 Number = Annotated[float, NumberRange()]
 Measured = Annotated[float, NumberOrUnit()]
+Sigma = Annotated[float, NumberOrUnit(0, above=True)]  # a standard deviation
 Name = Annotated[str, NameRule()]
 
 
@@ -258,4 +259,4 @@ def _interval(ends: list[float]) -> list[float]:
     return ends
 
 
-Interval = Annotated[list[Number], AfterValidator(_interval)]
+Interval = Annotated[list[Measured], AfterValidator(_interval)]

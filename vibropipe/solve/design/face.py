@@ -11,7 +11,7 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.solve import tolerance as spread
-from vibropipe.solve.checks import check_whole
+from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.design.goals import CURVE, Goals, check_allow, goals_of
 from vibropipe.solve.design.margin import law_margin
 from vibropipe.solve.design.needed import needed_tolerances
@@ -27,7 +27,7 @@ from vibropipe.solve.design.search import (
 )
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import Points, check_soft, clipped, points_dataset, solve_points
+from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
 from vibropipe.solve.row_results import columns_of
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS

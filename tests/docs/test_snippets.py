@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.reporting import build_report
 from vibropipe.study import load_study
 
+CONFIG = Path(__file__).parents[2] / "config"
 PYTHON, STUDIES = all_blocks("python"), all_blocks("yaml")
 
 
@@ -35,6 +37,8 @@ def test_a_snippet_runs_and_prints_what_is_shown(
 def test_a_study_is_valid(block: Block, tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text(block.text, encoding="utf-8")
+    for table in CONFIG.glob("*.csv"):  # the documents name those
+        shutil.copy(table, tmp_path)
     assert load_study(path).scenes
 
 

@@ -128,6 +128,7 @@ def test_unforced_motions_are_those_of_the_full_kernel(
         np.testing.assert_allclose(without[name], full[name], rtol=0, atol=1e-10, err_msg=name)
 
 
+@pytest.mark.slow
 @given(
     nu=st.floats(0.3, 4), f=st.floats(-3, 3), h=st.floats(0.3, 1), distance=st.floats(-0.5, 1),
     R=st.floats(0.2, 0.9), x=st.floats(0.01, 1), v=st.floats(-2, 2), side=st.sampled_from([1, 2]),

@@ -65,6 +65,7 @@ def test_motions_and_events_agree_with_the_references(name: str) -> None:
         assert abs(velocity - float(expected["velocity_before"])) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["soft_one", "friction"])
 def test_newmark_converges_with_the_square_of_the_step(name: str) -> None:
     errors = []

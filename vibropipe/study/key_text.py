@@ -67,6 +67,10 @@ def _type_text(annotation: Any) -> str:
 def _entries(annotation: Any) -> str:
     """Return the entries of a mapping as text."""
     while get_args(annotation):
+        if any(isinstance(entry, Rule) for entry in get_args(annotation)[1:]) and (
+            get_origin(get_args(annotation)[0]) is list
+        ):
+            return "lists of numbers by name"
         if get_origin(annotation) is list:
             return "pairs [low, high] by parameter"
         annotation = get_args(annotation)[0]

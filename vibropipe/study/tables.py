@@ -97,10 +97,10 @@ def _read(
         must = "must be a table, or the path of a CSV file from the folder of the study"
         problems.append(Problem(path, describe(name), hint=why, must=must))
         return {}
-    lines = [line for line in lines if line.strip() and not line.startswith("#")]
-    head = lines[0] if lines else ""
+    kept = [n for n, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    head = lines[kept[0]] if kept else ""
     mark = next((mark for mark in ";\t" if mark in head), ",")
-    rows = list(csv.reader(lines, delimiter=mark))
+    rows = list(csv.reader([lines[n] for n in kept], delimiter=mark))
     heads = [_HEAD.fullmatch(cell) for cell in rows[0]] if rows else []
     names = [latin(match[1]) if match else "" for match in heads]
     missing = [column for column in wanted if column not in names]
@@ -110,14 +110,15 @@ def _read(
         problems.append(Problem(path, f"{', '.join(names) or 'nothing'} in {name}", must=must))
         return {}
     table: dict[str, list[Any]] = {column: [] for column in names}
-    for number, row in enumerate(rows[1:], 2):
+    # A quoted cell may run over several lines: then lines and rows are not the same.
+    for n, row in zip(kept[1:], rows[1:], strict=False):
         cells = [as_number(cell.strip()) for cell in row]
         if len(cells) != len(names) or None in cells:
             must = (
                 f"must have {len(names)} numbers with a point in each line, separated by {mark!r}"
             )
             problems.append(
-                Problem(path, f"{mark.join(row)!r} in line {number} of {name}", must=must)
+                Problem(path, f"{mark.join(row)!r} in line {n + 1} of {name}", must=must)
             )
             return {}
         for column, match, cell in zip(names, heads, cells, strict=True):

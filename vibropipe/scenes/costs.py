@@ -216,3 +216,8 @@ def planned(work: Work, core_seconds: float | None = None) -> Estimate:
     """Return the plan as an estimate, with measured seconds if there are any."""
     seconds = work.seconds if core_seconds is None else core_seconds
     return Estimate(seconds, MIN_LOAD_SECONDS, work.bytes, work.is_parallel, work.method)
+
+
+def by_plan(plan: Callable[[Any], Work]) -> Callable[[Any, Sampler], Estimate]:
+    """Return the `estimate` of a kind of which no more is known than its plan."""
+    return lambda scene, sampler: planned(plan(scene))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
 from vibropipe.solve import curve_fit
 from vibropipe.solve.checks import check_whole
@@ -18,7 +19,6 @@ from vibropipe.solve.named import SIZES, Named, harmonics_of, named, outputs_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, solve_points
 from vibropipe.words.designs import DESIGN_SAMPLES
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.vocabulary import describe, quantity
@@ -282,9 +282,8 @@ def _dataset(model: _Model, best: np.ndarray, found: list[str]) -> xr.Dataset:
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
     coords |= {"parameter": found, "other_parameter": found}
     start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
-    attrs = origin_attrs(EFFECT_NAMES, start) | {
-        "noise": "given" if data.has_noise else "estimated"
-    }
+    effects = all_effect_names({**vars(model.exciter), **parameters, **data.over}, pieces=True)
+    attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
     return describe(xr.Dataset(variables, coords, attrs))
 
 

@@ -8,12 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.keys.base import BaseScene, each_once, plain
+from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
-from vibropipe.scenes.keys.problems import KeyPath, Problem, refused
+from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
     Interval,
     NumberOrUnit,
@@ -23,6 +22,7 @@ from vibropipe.scenes.keys.values import (
     as_number,
     refuse,
 )
+from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
 
 Text = Annotated[str, TextRule(200)]
@@ -75,7 +75,7 @@ class DesignFigure(FigureOptions):
         return tuple(self.pictures)
 
 
-class DesignScene(BaseScene):
+class DesignScene(VariedScene):
     """Parameters that give a wanted law of motion."""
 
     COMPUTES_PIECES = True
@@ -123,26 +123,10 @@ class DesignScene(BaseScene):
     def row_count(self) -> int:  # noqa: D102 - as BaseScene
         return self.samples
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        lowest = {str(name): ends[0] for name, ends in self.vary.items()}
-        return {**super().resolved_exciter(), **lowest}
-
-    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {n: v for n, v in self.resolved_exciter().items() if n not in self.vary}
-
-    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
-        # The equilibrium may lie beyond a support for some of the varied parameters: x0 stays as it is.
-        return {**super().data_keys(), "start": plain(self.start)}
-
-    def called_effects(self) -> tuple[str, ...]:
-        """Return all effects of the ranges: which of them occur depends on the design."""
-        ranges = {str(name): list(ends) for name, ends in self.vary.items()}
-        return all_effect_names({**self.resolved_exciter(), **ranges}, pieces=True)
-
     def arguments(self) -> dict[str, Any]:
         """Return the keyword arguments of `vibropipe.design` other than the exciter."""
         return {
-            "vary": {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()},
+            "vary": self.ranges(),
             "target": dict(self.target),
             "subject_to": dict(self.subject_to),
             "minimise": list(self.minimise),
@@ -166,9 +150,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
         )
         check_allow(goals, arguments["allow"])
     except ParameterError as error:
-        key, _, name = error.name.partition(".")
-        path: KeyPath = (key, name) if name else (key,)
-        yield refused(path, error)
+        yield refused(argument_path(error), error)
 
 
 CHECKS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned, steady_bytes
+from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, steady_bytes
 
 if TYPE_CHECKING:
     from vibropipe.scenes.design.keys import DesignScene
@@ -30,6 +30,5 @@ def plan(scene: DesignScene) -> Work:
     )
 
 
-def estimate(scene: DesignScene, sampler: Sampler) -> Estimate:
-    """Estimate a scene by its plan: how long a search takes is known at its end only."""
-    return planned(plan(scene))
+# How long a search takes is known at its end only.
+estimate = by_plan(plan)

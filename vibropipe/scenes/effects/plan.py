@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
@@ -26,6 +26,5 @@ def plan(scene: EffectsScene) -> Work:
     )
 
 
-def estimate(scene: EffectsScene, sampler: Sampler) -> Estimate:
-    """Return the plan as the estimate, since each timing lasts a set time."""
-    return planned(plan(scene))
+# Each timing lasts a set time.
+estimate = by_plan(plan)

@@ -10,10 +10,15 @@ import numpy as np
 from pydantic import Field
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.keys.base import BaseScene, plain
-from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
+from vibropipe.scenes.keys.checks import (
+    EXCITER,
+    Check,
+    check_numbers,
+    check_vary,
+    check_vary_corners,
+)
 from vibropipe.scenes.keys.parts import ParameterName, Start
-from vibropipe.scenes.keys.problems import KeyPath, Problem, refused
+from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
     Interval,
     NumberOrUnit,
@@ -21,12 +26,11 @@ from vibropipe.scenes.keys.values import (
     Sigma,
     TextRule,
     as_number,
-    is_allowed,
     number_hint,
     refuse,
 )
+from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.parameters import PARAMETERS
 
 Text = Annotated[str, TextRule(200)]
@@ -54,7 +58,7 @@ class ColumnRule(NumberOrUnit):
         return numbers
 
 
-class IdentifyScene(BaseScene):
+class IdentifyScene(VariedScene):
     """Parameters that explain a measured motion or response."""
 
     kind: Literal["identify"] = Field(
@@ -89,24 +93,15 @@ class IdentifyScene(BaseScene):
         return len(next(iter(self.measured.values())))
 
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        lowest = {str(name): ends[0] for name, ends in self.vary.items()}
-        swept = {n: values[0] for n, values in self.measured.items() if n in PARAMETERS}
-        return {**super().resolved_exciter(), **swept, **lowest}
+        return {**super().resolved_exciter(), **{n: v[0] for n, v in self.swept.items()}}
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        values = self.resolved_exciter()
-        return {n: v for n, v in values.items() if n not in self.vary and n not in self.measured}
+        return {n: v for n, v in super().data_exciter().items() if n not in self.measured}
 
-    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
-        return {**super().data_keys(), "start": plain(self.start)}
-
-    def called_effects(self) -> tuple[str, ...]:
-        """Return all effects: which of them occur depends on the parameters found."""
-        return EFFECT_NAMES
-
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """Return the ends of each parameter to be found."""
-        return {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()}
+    @property
+    def swept(self) -> dict[str, list[float]]:
+        """Columns of the table that are parameters."""
+        return {n: values for n, values in self.measured.items() if n in PARAMETERS}
 
 
 def _measured(scene: IdentifyScene) -> Iterator[Problem]:
@@ -116,18 +111,9 @@ def _measured(scene: IdentifyScene) -> Iterator[Problem]:
     try:
         read_measured(scene.measured, scene.ranges(), scene.noise or None)
     except ParameterError as error:
-        key, _, name = error.name.partition(".")
-        path: KeyPath = (key, name) if name else (key,)
-        yield refused(path, error)
+        yield refused(argument_path(error), error)
         return
-    for name in PARAMETERS.keys() & scene.measured.keys():
-        for value in scene.measured[name]:
-            if not is_allowed(name, value):
-                yield Problem(("measured", name), repr(value), PARAMETERS[name].range.text)
-                break
-        if name in scene.exciter.explicit():
-            must = f"must be left out, since {name} stands in measured"
-            yield Problem(("exciter", name), repr(scene.exciter.explicit()[name]), must=must)
+    yield from check_numbers(scene, "measured", scene.swept)
 
 
 CHECKS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan
 
 if TYPE_CHECKING:
     from vibropipe.scenes.identify.keys import IdentifyScene
@@ -27,6 +27,5 @@ def plan(scene: IdentifyScene) -> Work:
     )
 
 
-def estimate(scene: IdentifyScene, sampler: Sampler) -> Estimate:
-    """Estimate a scene by its plan: how long a search takes is known at its end only."""
-    return planned(plan(scene))
+# How long a search takes is known at its end only.
+estimate = by_plan(plan)

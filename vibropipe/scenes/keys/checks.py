@@ -17,7 +17,14 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
-from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, refused, required
+from vibropipe.scenes.keys.problems import (
+    KeyPath,
+    Problem,
+    argument_path,
+    did_you_mean,
+    refused,
+    required,
+)
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import check_soft
 from vibropipe.words.parameters import PARAMETERS
@@ -131,14 +138,21 @@ def check_solver(scene: ForcedScene) -> Iterator[Problem]:
 
 def check_vary(scene: Any) -> Iterator[Problem]:
     """Check that the ends of varied parameters are in range, and that none is both varied and set."""
+    yield from check_numbers(scene, "vary", scene.vary)
+
+
+def check_numbers(
+    scene: Any, key: str, numbers: Mapping[Any, Collection[float]]
+) -> Iterator[Problem]:
+    """Check that the numbers of parameters under a key are in range, and that no such parameter is set beside."""
     stated = scene.exciter.explicit()
-    for name, ends in scene.vary.items():
-        for value in ends:
+    for name, values in numbers.items():
+        for value in values:
             if not is_allowed(name, value):
-                yield Problem(("vary", name), repr(value), PARAMETERS[name].range.text)
+                yield Problem((key, name), repr(value), PARAMETERS[name].range.text)
                 break
         if name in stated:
-            must = f"must be left out, since {name} stands in vary"
+            must = f"must be left out, since {name} stands in {key}"
             yield Problem(("exciter", name), repr(stated[name]), must=must)
 
 
@@ -154,8 +168,8 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
         try:
             check_soft("vary", Exciter(**scene.resolved_exciter()), lows, lows)
         except ParameterError as error:
-            key, _, name = error.name.partition(".")
-            yield refused((key, name) if name else ("exciter", key), error)
+            path = argument_path(error)
+            yield refused(path if len(path) > 1 else ("exciter", *path), error)
 
 
 def check_changes(

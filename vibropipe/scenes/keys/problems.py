@@ -126,6 +126,11 @@ def refused(path: KeyPath, error: ParameterError) -> Problem:
     return Problem(path, error.got, error.allowed, must=error.must)
 
 
+def argument_path(error: ParameterError) -> KeyPath:
+    """Return the path of an argument that a call refuses: `vary.k1` is an entry of `vary`."""
+    return tuple(error.name.split(".", 1))
+
+
 def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
     """Return the fault of an unknown key, with the nearest one that exists."""
     instead = f"be {one_of(choices)}" if choices else "be left out"

@@ -1,10 +1,12 @@
 """Every process runs the kernels that the cache holds, also the process that first needs them."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
 
+import numba
 import pytest
 
 from vibropipe.compiler import client
@@ -137,6 +139,19 @@ def test_a_compiler_that_has_ended_is_replaced():
     assert second is not first
     second.kill()
     second.communicate()
+
+
+def test_a_compiler_finishes_its_task_in_silence_if_its_client_is_killed(tmp_path):
+    task = pickle.dumps(("vibropipe.physics.turns", "sincos_turns", (numba.float64,)))
+    served = command(client.COMMAND, tmp_path, **{client.COMPILER: client.SERVES})
+    served |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(**{**served, "text": False}) as compiler:
+        compiler.stdout.close()
+        compiler.stdin.write(task)
+        compiler.stdin.close()
+        assert compiler.stderr.read() == b""
+    assert compiler.returncode == 0
+    assert any(b"\x7fELF" in path.read_bytes() for path in tmp_path.rglob("*.nbc"))
 
 
 @pytest.mark.slow

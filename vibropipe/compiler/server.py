@@ -9,6 +9,7 @@ import os
 import pickle
 import sys
 import traceback
+from contextlib import suppress
 from typing import Any
 
 import numba
@@ -54,7 +55,7 @@ def serve() -> None:
             return
         importlib.import_module(task[0])
         if not hasattr(os, "fork"):
-            os.write(answers, DONE if _compiles(task) else FAILED)
+            _answer(answers, _compiles(task))
             return
         child = os.fork()
         if child == 0:
@@ -62,7 +63,13 @@ def serve() -> None:
             gc.disable()
             os._exit(0 if _compiles(task) else 1)
         _child, status = os.waitpid(child, 0)
-        os.write(answers, DONE if status == 0 else FAILED)
+        _answer(answers, status == 0)
+
+
+def _answer(answers: int, is_done: bool) -> None:
+    """Say that a task is done or has failed, unless the process that sent it was killed."""
+    with suppress(BrokenPipeError):
+        os.write(answers, DONE if is_done else FAILED)
 
 
 def _has_task(tasks: Any) -> bool:

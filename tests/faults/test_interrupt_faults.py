@@ -9,6 +9,7 @@ import time
 import pytest
 from sharded_study import PROGRAM, read_until
 
+import vibropipe as vp
 from vibropipe.store import check_intact
 
 MOMENTS = 40
@@ -25,19 +26,24 @@ from vibropipe.cli import main
 main()
 """
 INTERRUPTED_SWEEP = """\
-import os, signal, threading, time
+import os, random, signal, threading, time
 import numpy as np
 import vibropipe as vp
 
 exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
 few = {"f": [0.5, 1.0], "nu": [0.8, 1.0]}
 before = vp.sweep(exciter, few)
-threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
-begin = time.perf_counter()
-try:
-    vp.sweep(exciter, {"f": np.linspace(0.1, 3, 2000), "nu": np.linspace(0.3, 3, 1000)})
-except KeyboardInterrupt:
-    print(f"{time.perf_counter() - begin:.1f}")
+many = {"f": np.linspace(0.1, 3, 2000), "nu": np.linspace(0.3, 3, 1000)}
+longest, moments = 0.0, random.Random(1)
+for _ in range(20):
+    begin = time.perf_counter()
+    try:
+        interrupt = os.getpid(), signal.SIGINT
+        threading.Timer(moments.uniform(0, 0.4), os.kill, interrupt).start()
+        vp.sweep(exciter, many)
+    except KeyboardInterrupt:
+        longest = max(longest, time.perf_counter() - begin)
+print(longest)
 assert vp.sweep(exciter, few).identical(before)
 print("as before")
 """
@@ -86,7 +92,8 @@ def test_ctrl_c_at_any_moment(seed, work, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} <= {"response.nc", "response.json"}
 
 
-def test_ctrl_c_in_python_ends_a_sweep_and_the_next_one_is_right():
+def test_ctrl_c_in_python_ends_a_sweep_at_any_moment_and_the_next_one_is_right():
+    vp.sweep(vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7), {"nu": [0.8]})  # compiles, maybe for long
     command = [sys.executable, "-c", INTERRUPTED_SWEEP]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr

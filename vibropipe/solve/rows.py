@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Sequence
-from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
-from itertools import islice, pairwise
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numba
@@ -45,13 +45,14 @@ from vibropipe.solve.row_results import (
     new_rows,
     without_impacts,
 )
+from vibropipe.solve.threads import Calls, Threads
 from vibropipe.solve.unsolved import mask_unsolved
 
 # Seconds between two progress reports.
 PROGRESS_INTERVAL = 0.25
 
-# The solutions of each part of some chains, as a future.
-Solving = Future[list[list[RowResults]]]
+# The solutions of each part of some chains, for each piece of a block.
+Solving = Calls[list[list[RowResults]]]
 # x0 and v0, of all rows or as arrays (rows,).
 Start = tuple[Any, Any]
 
@@ -210,35 +211,31 @@ def solve_rows(
         return
     # Compile or load the kernel once, before several threads request it.
     solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
-    pool = ThreadPoolExecutor(n_threads)
-    unstarted, waiting = iter(pieces), deque[Solving]()
+    threads, waiting = Threads(n_threads), deque[Solving]()
+    unstarted = iter(blocks)
     try:
         for block in blocks:
             # Enough pieces of this block and the next that no thread waits, however few a block has.
             limit = 2 * max(len(block), n_threads)
-            for ends in islice(unstarted, limit - len(waiting)):
-                waiting.append(pool.submit(solver.piece, ends))
-            block_pieces = [waiting.popleft() for _ in block]
-            yield block[-1][-1], gather_block(block_pieces, block, progress)
-    finally:  # also if the caller stops, and on Ctrl-C: pieces not yet started are cancelled
-        pool.shutdown(cancel_futures=True)
+            while sum(len(calls.results) for calls in waiting) < limit:
+                ends_of_next = next(unstarted, None)
+                if ends_of_next is None:
+                    break
+                waiting.append(threads.submit([partial(solver.piece, e) for e in ends_of_next]))
+            yield block[-1][-1], _gather(waiting.popleft(), block, progress)
+    finally:  # also if the caller stops, and on Ctrl-C
+        threads.stop()
 
 
-def gather_block(
-    pieces: list[Solving],
-    block: Sequence[Sequence[int]],
-    progress: Callable[[int], None] | None,
+def _gather(
+    calls: Solving, block: Sequence[Sequence[int]], progress: Callable[[int], None] | None
 ) -> list[RowResults]:
-    """Wait for the pieces of a block and return its solutions. The list of pieces is emptied to free their memory."""
-    unfinished: Collection[Solving] = pieces
+    """Wait for the pieces of a block and return its solutions."""
     # Wait for all pieces at once: waking up for each takes time from the solving threads.
-    while unfinished:
-        done, unfinished = wait(pieces, PROGRESS_INTERVAL, FIRST_EXCEPTION)
-        for piece in done:
-            piece.result()  # raises the exception of the thread
+    while not calls.is_over:
+        calls.wait(PROGRESS_INTERVAL)
         if progress is not None:
-            solved_ends = (ends for piece, ends in zip(pieces, block, strict=True) if piece in done)
-            progress(block[0][0] + sum(ends[-1] - ends[0] for ends in solved_ends))
-    parts = [part for piece in pieces for part in piece.result()]
-    pieces.clear()
-    return concatenate_solutions(parts)
+            pairs = zip(calls.results, block, strict=True)
+            solved = sum(ends[-1] - ends[0] for piece, ends in pairs if piece is not None)
+            progress(block[0][0] + solved)
+    return concatenate_solutions([part for piece in calls.take() for part in piece])

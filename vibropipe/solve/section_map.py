@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
 import numba
@@ -36,6 +35,7 @@ from vibropipe.solve.row_results import (
     new_rows,
 )
 from vibropipe.solve.rows import solve_piece
+from vibropipe.solve.threads import Threads
 from vibropipe.solve.unsolved import mask_unsolved
 
 # Starts that a thread assigns at a time.
@@ -200,7 +200,7 @@ class SectionMap:
             add_load(rows, parameters[part, LOAD])
             return [mask_unsolved(rows)]
 
-        pieces = [solve(len(starts)), *self._on_threads(solve, len(starts), ROWS_PIECE)]
+        pieces = self._on_threads(solve, len(starts), ROWS_PIECE)
         return concatenate_solutions(pieces)[0]
 
     def assign(
@@ -237,18 +237,19 @@ class SectionMap:
                 owner[part], periods[part], *self._pieces(),
             )  # fmt: skip
 
-        solve(n)
-        deque(self._on_threads(solve, n, PIECE), maxlen=0)
+        self._on_threads(solve, n, PIECE)
         return owner, periods
 
     @staticmethod
-    def _on_threads(solve: Callable[[int], T], n: int, piece: int) -> Iterator[T]:
-        """Yield solve(first) for the pieces of n rows, solved on all threads, in order.
-
-        The caller has called `solve` without rows: the kernel is compiled or loaded before several threads request it.
-        """
-        pool = ThreadPoolExecutor(numba.get_num_threads())
+    def _on_threads(solve: Callable[[int], T], n: int, piece: int) -> list[T]:
+        """Return solve(first) for no rows and for the pieces of n rows, solved on all threads, in order."""
+        # Without rows: the kernel is compiled or loaded once, before several threads request it.
+        nothing = solve(n)
+        if n == 0:
+            return [nothing]
+        threads = Threads(numba.get_num_threads())
         try:
-            yield from pool.map(solve, range(0, n, piece))
-        finally:  # also on Ctrl-C: pieces not yet started are cancelled
-            pool.shutdown(cancel_futures=True)
+            calls = [partial(solve, first) for first in range(0, n, piece)]
+            return [nothing, *threads.submit(calls).take()]
+        finally:  # also on Ctrl-C
+            threads.stop()

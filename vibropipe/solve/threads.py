@@ -1,0 +1,104 @@
+"""Calls on several threads that Ctrl-C can end at any moment."""
+
+from __future__ import annotations
+
+from _thread import start_new_thread
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from itertools import count
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, TypeVar, cast
+
+T = TypeVar("T")
+# Seconds after which a wait begins anew: without an end it cannot be interrupted on every system.
+INTERRUPTIBLE = 1.0
+
+
+class Calls(Generic[T]):
+    """Calls that were handed over together.
+
+    Parameters
+    ----------
+    number : int
+        How many they are.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.results: list[T | None] = [None] * number
+        self.error: BaseException | None = None
+        self.is_over = False
+        self._finished, self._woken = count(1), SimpleQueue[bool]()
+
+    def finish(self, n: int, call: Callable[[], T]) -> None:
+        """Make call n, on a thread. The last one, or one that fails, wakes up who waits."""
+        try:
+            self.results[n] = call()
+        except BaseException as error:  # raised where the results are taken
+            self.error = error
+            self._woken.put(True)
+        if next(self._finished) == len(self.results):
+            self._woken.put(True)
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait for all calls, at most for some time, and return whether they are finished.
+
+        Raises
+        ------
+        BaseException
+            What a call has raised.
+        """
+        with suppress(Empty):
+            self.is_over = self.is_over or self._woken.get(timeout=seconds)
+        if self.error is not None:
+            raise self.error
+        return self.is_over
+
+    def take(self) -> list[T]:
+        """Wait for all calls, and return their results in order, once: they are not kept."""
+        while not self.wait(INTERRUPTIBLE):
+            pass
+        results, self.results = self.results, []
+        return cast(list[T], results)
+
+
+class Threads:
+    """Some threads that take calls in order.
+
+    An interrupt within a lock, an event or a pool of the standard library, which are written in Python, may leave it
+    locked, so that threads and program wait for each other without end. The queues used here cannot be left half done.
+
+    Parameters
+    ----------
+    number : int
+        How many threads.
+    """
+
+    def __init__(self, number: int) -> None:
+        self._number, self._is_stopped = number, False
+        self._tasks, self._ended = SimpleQueue[Any](), SimpleQueue[None]()
+        for _ in range(number):
+            start_new_thread(self._work, ())
+
+    def submit(self, calls: Sequence[Callable[[], T]]) -> Calls[T]:
+        """Hand over calls, at least one, to be made after those before."""
+        handed: Calls[T] = Calls(len(calls))
+        for n, call in enumerate(calls):
+            self._tasks.put((handed, n, call))
+        return handed
+
+    def stop(self) -> None:
+        """Drop the calls that have not begun, and wait for those that have."""
+        self._is_stopped = True
+        for _ in range(self._number):
+            self._tasks.put(None)
+        for _ in range(self._number):
+            self._ended.get()
+
+    def _work(self) -> None:
+        while (task := self._tasks.get()) is not None:
+            if not self._is_stopped:
+                calls, n, call = task
+                calls.finish(n, call)
+                del calls, call
+            del task  # and its results, which may be large
+        self._ended.put(None)

@@ -41,6 +41,9 @@ from vibropipe.words.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
 LOAD = Parameters._fields.index("load")
+# Index of the first row and of its first impact: a numpy integer, because numba compiles another copy of the closed
+# forms for a literal constant.
+FIRST = np.int64(0)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
 # Steps of a forcing period above which a row is not marched: a period takes half a second, the row some minutes.
 MAX_STEPS_PER_PERIOD, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
@@ -242,7 +245,7 @@ def solve_row_chains(
         Work space, as for `march_row`.
     out : RowResults
     """
-    row, x, v, first = 0, 0.0, 0.0, 0
+    row, x, v, first = FIRST, 0.0, 0.0, FIRST
     while True:
         row, x, v, first = solve_closed_form_rows(
             e, parameters, starts, chain_length, row, x, v, out, first, c

@@ -176,8 +176,7 @@ def test_a_saved_page_of_both_directions_shows_each(browser, study, results, tmp
     apart = (stored["regime"].sel(direction="up") != stored["regime"].sel(direction="down")).values
     nu = float(stored["nu"].values[np.flatnonzero(apart)[0]])
     browser.execute_script(
-        BY_NAME + "named('f').value = '0.5';"
-        f"all.find((m) => m.type == 'Span' && m.dimension == 'height').location = {nu}"
+        BY_NAME + f"named('f').value = '0.5';named('crosshair').data = {{x: [{nu}], y: [0]}}"
     )
     for direction, impacts in (("up", 2), ("down", 0)):
         browser.execute_script(BY_NAME + f"named('direction').value = '{direction}'")

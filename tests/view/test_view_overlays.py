@@ -42,7 +42,7 @@ def si_page(tmp_path_factory):
     path = tmp_path_factory.mktemp("si") / "response.nc"
     write(kind_of(scene).solve(scene), path)
     page = Page(open_results(path, path.parent), background=lambda work: work())
-    page.upright.location, page.across.location = 82.5, 75.0
+    page.point_at(82.5, 75.0)
     return page
 
 
@@ -78,9 +78,9 @@ def test_basins_at_a_point_of_a_map_are_offered_there(study):
     )
     page = Page(Results("t", {"map": around, "starts": starts}, "map"))
     assert "basins: starts" in page.overlays.marks.data["text"]
-    page.upright.location, page.across.location = 3.48, 0.7
+    page.point_at(3.48, 0.7)
     assert len(page.point.coexisting.options) == 1 + starts.sizes["attractor_id"]
-    page.upright.location = 3.56
+    page.point_at(3.56, 0.7)
     assert not page.point.coexisting.visible
 
 
@@ -120,7 +120,7 @@ def test_a_motion_without_an_orbit_shows_its_section(results):
     page = Page(replace(results, first="map"))
     regime = page.plane.dataset["regime"].values
     i, j = (int(each[0]) for each in np.nonzero(regime == 5))
-    page.upright.location, page.across.location = page.plane.values[0][i], page.plane.values[1][j]
+    page.point_at(page.plane.values[0][i], page.plane.values[1][j])
     assert "Aperiodic" in page.point.law.text
     assert "Poincaré section" in page.point.law.text
     assert len(page.point.panel.section.data["x"]) > 300

@@ -20,12 +20,6 @@ def new_page(results, scene, **options):
     return Page(replace(results, first=scene), background=lambda work: work(), **options)
 
 
-def point_at(page, *point):
-    page.upright.location = point[0]
-    if len(point) > 1:
-        page.across.location = point[1]
-
-
 def assert_draws(page, row, nu):
     """The jumps of the motion are the stored impacts of a row."""
     own = (row["impact_period"] + row["impact_phase"]).values * 2 * np.pi / nu
@@ -40,7 +34,7 @@ def test_a_click_shows_the_stored_impacts(results):
     page, shown = new_page(results, "map"), 0
     for nu in page.plane.values[0][::3]:
         for f in page.plane.values[1][1::4]:
-            point_at(page, nu, f)
+            page.point_at(nu, f)
             if page.point.motion.is_orbit:
                 shown += assert_draws(page, page.point.stored, nu)
     assert shown > 10
@@ -54,7 +48,7 @@ def test_a_followed_motion_is_drawn_from_its_own_section(study, results):
     page = new_page(results, "both_ways")
     menus = {str(menu.name): menu for menu in page.menus}
     menus["f"].value = "0.5"
-    point_at(page, nu)
+    page.point_at(nu)
     struck = {}
     for direction in ("up", "down"):
         menus["direction"].value = direction
@@ -95,7 +89,7 @@ def test_the_document_of_every_scene_is_valid(results):
 
 def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(results):
     page = new_page(results, "map")
-    point_at(page, 1.9, 1.5)
+    page.point_at(1.9, 1.5)
     stored = page.point.stored
     page.point.what_if.spinners["R1"].value = 0.4
     values = {name: float(stored[name]) for name in ("l", "nu", "f", "h", "delta", "R2")}
@@ -131,10 +125,10 @@ def test_the_map_anew_is_the_sweep_with_the_changed_parameter(results):
 
 def test_a_pinned_point_stays_beside_another(results):
     page = new_page(results, "map")
-    point_at(page, 1.3, 1.5)
+    page.point_at(1.3, 1.5)
     pinned = page.point.panel.sources["motion"].data["v"]
     page.point.toggle_pin()
-    point_at(page, 2.5, 1.9)
+    page.point_at(2.5, 1.9)
     assert (
         page.point.panel.sources["pinned"].data["v"]
         is not page.point.panel.sources["motion"].data["v"]
@@ -159,10 +153,10 @@ def test_coexisting_motions_of_basins_are_a_choice_away(results):
 def test_a_link_opens_its_point(results):
     page = new_page(results, "both_ways", chosen={"scene": "map", "nu": "1.31", "f": "bad"})
     assert page.scene.value == "map"
-    assert page.upright.location == pytest.approx(1.3)
+    assert page.pointed[0] == pytest.approx(1.3)
     link = dict(part.split("=") for part in page.point.copies.data["link"][0].split("&"))
     assert link["scene"] == "map"
-    assert float(link["nu"]) == page.upright.location
+    assert float(link["nu"]) == page.pointed[0]
 
 
 def test_numbers_have_their_errors_and_reasons():
@@ -216,7 +210,7 @@ def test_the_nearest_border_is_the_nearest_change_of_regime(study):
 @pytest.mark.parametrize("changed", [{"load": 0.1}, {"k1": 30.0, "h1": 1.0}])
 def test_absent_effects_can_be_tried(results, changed):
     page = new_page(results, "map")
-    point_at(page, 1.9, 1.5)
+    page.point_at(1.9, 1.5)
     stored = page.point.stored
     for name, value in changed.items():
         page.point.what_if.spinners[name].value = value
@@ -240,7 +234,7 @@ def test_basins_at_each_value_of_a_parameter_have_a_menu_of_it(study):
     for n, value in enumerate(menu.options):
         menu.value = value
         np.testing.assert_array_equal(page.plane.codes(), data["attractor"].values[n].T + 1)
-        point_at(page, starts[0][1], starts[1][3])
+        page.point_at(starts[0][1], starts[1][3])
         number = int(data["attractor"].values[n, 1, 3])
         assert float(page.point.stored["nu"]) == nu[n]
         assert int(page.point.stored["attractor_id"]) == number
@@ -260,9 +254,9 @@ def test_words_have_colours_of_their_own_and_the_legend_says_them(results):
 
 def test_a_pinned_motion_stays_in_its_panels(results):
     page = new_page(results, "map")
-    point_at(page, 1.9, 1.5)  # between both supports
+    page.point_at(1.9, 1.5)  # between both supports
     page.point.toggle_pin()
-    point_at(page, 2.8, 0.1)  # no impact
+    page.point_at(2.8, 0.1)  # no impact
     x = page.point.panel.sources["pinned"].data["x"]
     ends = page.point.panel.x_range
     assert ends.start < np.nanmin(x) < np.nanmax(x) < ends.end

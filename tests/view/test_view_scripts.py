@@ -20,10 +20,9 @@ pytestmark = needs_node
 GRID = {
     "x_axis": {"data": {"at": [1.0, 2.0, 3.0, 4.0]}},
     "y_axis": {"data": {"at": [0.1, 0.2, 0.3]}},
-    "upright": {"location": 2.0},
-    "across": {"location": 0.2},
+    "crosshair": {"data": {"x": [2.0], "y": [0.2]}},
 }
-POINT = "[upright.location, across.location]"
+POINT = "[crosshair.data.x[0], crosshair.data.y[0]]"
 
 
 @pytest.mark.parametrize(
@@ -138,8 +137,7 @@ def fake_page(page):
     drawn = saved_series(page.plane)
     fields = {f"f{n}": page.plane.field(one).T.ravel() for n, one in enumerate(drawn.values())}
     source = {"data": {}}
-    spans = {"upright": {"location": page.upright.location, "type": "Span"},
-             "across": {"location": page.across.location, "type": "Span"}}  # fmt: skip
+    crosshair = {"data": {name: list(values) for name, values in page.crosshair.data.items()}}
     data = {"image": {"data": {"image": [[0.0]]}}}
     names = ("regions", "words", "outlines", "motion", "jumps", "section", "mass", "law", "numbers",
              "bar", "mapper", "x_range", "drawing_range", "legend")  # fmt: skip
@@ -153,7 +151,7 @@ def fake_page(page):
         "quantity": {"value": page.quantity.value}, "menus": [], "walls": [{} for _ in range(6)],
         "slices": [[dict(source), dict(source), {}, {}] for _ in range(2)],
         "spring": {"data": {"x": [0.0], "y": [0.0, 0.3, 0.0]}},
-        **spans, **data, **{name: {} for name in names},
+        "crosshair": crosshair, **data, **{name: {} for name in names},
     }  # fmt: skip
 
 
@@ -162,8 +160,8 @@ def test_a_saved_page_shows_what_the_server_shows(results):
     page = Page(replace(results, first="map"))
     models = fake_page(page)
     nu, f = (float(values[6]) for values in page.plane.values)
-    models["upright"]["location"], models["across"]["location"] = nu, f
-    models["cb_obj"] = models["upright"]
+    models["crosshair"]["data"] = {"x": [nu], "y": [f]}
+    models["cb_obj"] = models["crosshair"]
     names = ", ".join(models)
     code = f"""
         for (const name of ["x_range", "drawing_range", "mapper"])
@@ -172,7 +170,7 @@ def test_a_saved_page_shows_what_the_server_shows(results):
         ;(() => {{ {source_of("motion.js")} {source_of("saved.js")} }})()
         told({{motion, jumps, slices, law, numbers, walls, x_range}})"""
     found = run(code, models)
-    page.upright.location, page.across.location = nu, f
+    page.point_at(nu, f)
     for name in ("time", "before", "after", "x"):
         expected = page.point.panel.jumps.data[name]
         np.testing.assert_allclose(found["jumps"]["data"][name], expected, rtol=0, atol=1e-9)

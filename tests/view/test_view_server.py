@@ -64,10 +64,9 @@ def test_a_moved_crosshair_is_answered_over_the_socket(served, study, monkeypatc
     name = parse_qs(parts.query)["bokeh-session-id"][0]
     session = pull_session(session_id=name, url=f"http://localhost:{parts.port}/")
     try:
-        spans = [m for m in session.document.models if type(m).__name__ == "Span"]
-        upright = next(span for span in spans if span.dimension == "height")
+        crosshair = session.document.select_one({"name": "crosshair"})
         nu, moved = float(load(study / "map.nc")["nu"].values[1]), time.monotonic()
-        upright.location, law = nu, ""
+        crosshair.data, law = {**crosshair.data, "x": [nu]}, ""
         while f"ν = {nu:g}" not in law and time.monotonic() < moved + 20:
             session.pull()
             law = session.document.select_one({"name": "law"}).text
@@ -102,7 +101,33 @@ def test_a_study_file_names_its_results(study, tmp_path):
     file.write_text(
         "title: Small\nexciter: {l: 0.5}\nscenes: {one: {kind: motion, tau_end: 5}}\n", "utf-8"
     )
-    assert open_results(file, study.parent).title == "Small"
+    opened = open_results(file, study.parent)
+    assert opened.title == "Small"
+    assert opened.note == (
+        "both_ways, map and starts: no longer in the study; one: not solved yet. "
+        f"Solve it with: vibropipe run {file}"
+    )
+
+
+STUDY = "title: Small\nscenes: {map: {kind: sweep, exciter: {l: 0.5}, over: {nu: [1.0, 1.2]}}}\n"
+
+
+def test_the_page_of_an_edited_study_says_that_its_results_are_old(tmp_path, monkeypatch):
+    from vibropipe.view.page import Page
+    from vibropipe.view.results import open_results
+
+    file = tmp_path / "small.yaml"
+    file.write_text(STUDY, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    app(["solve", "small.yaml", "--scene", "map", "--output", "results/small/map.nc"],
+        standalone_mode=False)  # fmt: skip
+    opened = open_results(file, tmp_path / "results")
+    assert opened.note == ""
+    file.write_text(STUDY.replace("1.2", "1.3"), "utf-8")
+    opened = open_results(file, tmp_path / "results")
+    expected = f"map: from before the study was changed. Solve it with: vibropipe run {file}"
+    assert opened.note == expected
+    assert expected in [getattr(model, "text", "") for model in Page(opened).root.references()]
 
 
 def test_without_bokeh_the_command_says_how_to_get_it(monkeypatch):

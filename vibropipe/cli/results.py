@@ -98,6 +98,8 @@ def view(
     from vibropipe.view.results import open_results
 
     opened = open_results(results, folder, scene)
+    if opened.note:
+        typer.echo(opened.note, err=True)
     if save is not None:
         from vibropipe.view.save import save_page
 

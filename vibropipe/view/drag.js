@@ -5,7 +5,6 @@ const near = (values, at) => {
   return best
 }
 const is_taken = cb_obj.event_name == "pan" && plot.toolbar.gestures?.pan?.active != null
-if (!is_taken) {
-  if (moves != "y") upright.location = near(x_axis.data.at, cb_obj.x)
-  if (moves != "x") across.location = near(y_axis.data.at, cb_obj.y)
-}
+const {x: [x], y: [y]} = crosshair.data
+const next = [moves == "y" ? x : near(x_axis.data.at, cb_obj.x), moves == "x" ? y : near(y_axis.data.at, cb_obj.y)]
+if (!is_taken && (next[0] != x || next[1] != y)) crosshair.data = {x: [next[0]], y: [next[1]]}

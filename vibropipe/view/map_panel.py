@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from bokeh.models import (
     ColorBar,
@@ -11,7 +13,6 @@ from bokeh.models import (
     HoverTool,
     LinearColorMapper,
     Range1d,
-    Span,
 )
 from bokeh.palettes import cividis
 from bokeh.plotting import figure
@@ -75,6 +76,21 @@ def flag_colours(flags: dict[int, str]) -> list[str]:
     return [COLOURS[n % len(COLOURS)] for n in range(max(flags, default=-1) + 1)]
 
 
+def draw_crosshair(plot: figure, crosshair: ColumnDataSource, lines: str) -> None:
+    """Draw the upright line of the crosshair at its x, the level one at its y, or both."""
+    # on the layer above: a moved crosshair repaints no map
+    style: dict[str, Any] = {
+        "source": crosshair,
+        "line_color": "#CC0000",
+        "line_width": 1.5,
+        "level": "overlay",
+    }
+    if "x" in lines:
+        plot.vspan(x="x", **style)
+    if "y" in lines:
+        plot.hspan(y="y", **style)
+
+
 class MapPanel:
     """The map of a plane.
 
@@ -82,11 +98,11 @@ class MapPanel:
     ----------
     plane : Plane
         With two axes.
-    across, upright : Span
-        The crosshair.
+    crosshair : ColumnDataSource
+        Its place.
     """
 
-    def __init__(self, plane: Plane, across: Span, upright: Span) -> None:
+    def __init__(self, plane: Plane, crosshair: ColumnDataSource) -> None:
         self.plane = plane
         x, y = plane.values
         self.edges = cell_edges(x), cell_edges(y)
@@ -123,8 +139,7 @@ class MapPanel:
         self.bar = ColorBar(color_mapper=self.mapper, width=8, visible=False, padding=4)
         self.figure.add_layout(self.bar, "right")
         self._hover(drawn)
-        for span in (across, upright):
-            self.figure.add_layout(span)
+        draw_crosshair(self.figure, crosshair, "xy")
 
     def _hover(self, drawn: GlyphRenderer) -> None:
         code = CustomJSHover(args={"regions": self.regions}, code=HOVER)

@@ -18,7 +18,6 @@ from bokeh.models import (
     LayoutDOM,
     Select,
     Spacer,
-    Span,
 )
 from bokeh.plotting import figure
 
@@ -28,22 +27,27 @@ from vibropipe.view.legend import LEGEND_CSS, legend_html, mark_lines, region_li
 from vibropipe.view.map_panel import MapPanel, flag_colours
 from vibropipe.view.overlays import Overlays, starts_on
 from vibropipe.view.plane import Plane, Region
-from vibropipe.view.point import PointPanel, values_at
+from vibropipe.view.point import Later, PointPanel, values_at
 from vibropipe.view.results import Results
 from vibropipe.view.scripts import script
 from vibropipe.view.slices import CURVES_WIDTH, LEVEL_HEIGHT, UPRIGHT_WIDTH, Slice, shown_series
 from vibropipe.view.what_if import Background, in_thread, solve_anew
-from vibropipe.view.words import symbol, value_of
+from vibropipe.view.words import html, symbol, value_of
 
 REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
-# On the layer above: a moved crosshair repaints no map.
-CROSSHAIR: dict[str, Any] = {"line_color": "#CC0000", "line_width": 1.5, "level": "overlay"}
-Later = Callable[[Callable[[], None]], Any]
 
 
 def at_once(work: Callable[[], None]) -> None:
     """Do work now; a server does it after the events that wait."""
     work()
+
+
+def _told(note: str) -> list[Div]:
+    """Return a note as part of the page, if there is one."""
+    styles = {"overflow-y": "auto", "font-size": "11px"}
+    return [Div(text=html(note), width=300, height=45, styles=styles, disable_math=True)] * bool(
+        note
+    )
 
 
 class Page:
@@ -69,10 +73,10 @@ class Page:
     ) -> None:
         self.datasets, self._later, self._background = dict(results.datasets), later, background
         self._is_waiting = self._is_opening = False
-        self.upright = Span(dimension="height", **CROSSHAIR)
-        self.across = Span(dimension="width", **CROSSHAIR)
+        # both numbers in one: a click is one message and costs one answer
+        self.crosshair = ColumnDataSource({"x": [0.0], "y": [0.0]}, name="crosshair")
         self.x_axis, self.y_axis = ColumnDataSource({"at": []}), ColumnDataSource({"at": []})
-        self.point = PointPanel(self.solve_map)
+        self.point = PointPanel(self.solve_map, later)
         names = results.explorable
         self.scene = Select(
             title="scene", options=names, value=results.first or names[0], width=190, name="scene"
@@ -84,12 +88,11 @@ class Page:
         )  # fmt: skip
         self.others = row(Spacer(width=0))
         self.left = column(Spacer(width=0))
-        head = row(self.scene, self.quantity, self.others, self.point.buttons)
+        head = row(self.scene, self.quantity, self.others, self.point.buttons, *_told(results.note))
         self.root = column(
             head, row(self.left, self.point.root), self.point.what_if.root, name="page"
         )
-        for span in (self.upright, self.across):
-            span.on_change("location", lambda attr, old, new: self._moved())
+        self.crosshair.on_change("data", lambda attr, old, new: self._moved())
         self.scene.on_change("value", lambda attr, old, new: self.open_scene({}))
         self.quantity.on_change("value", lambda attr, old, new: self._show_quantity())
         self.open_scene(dict(chosen or {}))
@@ -105,6 +108,16 @@ class Page:
         """The quantity of the map; None for regions."""
         return self.plane.series.get(self.quantity.value)
 
+    @property
+    def pointed(self) -> tuple[float, ...]:
+        """Place of the crosshair, a number for each axis of the plane."""
+        place = self.crosshair.data["x"][0], self.crosshair.data["y"][0]
+        return place[: len(self.plane.axes)]
+
+    def point_at(self, x: float, y: float = 0.0) -> None:
+        """Place the crosshair."""
+        self.crosshair.data = {"x": [x], "y": [y]}
+
     def open_scene(self, chosen: dict[str, str]) -> None:
         """Show a scene, at a point if its numbers are chosen."""
         name = chosen.get("scene", self.scene.value)
@@ -118,7 +131,6 @@ class Page:
         self.x_axis.data = {"at": self.plane.values[0]}
         is_map = len(self.plane.axes) > 1
         self.y_axis.data = {"at": self.plane.values[1] if is_map else []}
-        self.across.visible = is_map
         panels = self._panels(is_map)
         self.point.what_if.open(self.plane)
         self.at: tuple[int, ...] | None = None
@@ -138,8 +150,7 @@ class Page:
             except (KeyError, ValueError):
                 continue
         point = values_at(self.plane, self.plane.nearest(*middle))
-        self.upright.location = point[0]
-        self.across.location = point[1] if len(point) > 1 else 0.0
+        self.point_at(*point)
         for name in self.plane.further_dims:
             texts = [str(value) for value in self.plane.dataset[name].values]
             if chosen.get(name) in texts:
@@ -148,9 +159,9 @@ class Page:
     def _panels(self, is_map: bool) -> list[LayoutDOM]:
         """Make and return the panels of the plane: a map with two slices, or curves."""
         self.borders = Borders(self.plane)
-        self.map = MapPanel(self.plane, self.across, self.upright) if is_map else None
+        self.map = MapPanel(self.plane, self.crosshair) if is_map else None
         beside = None if self.map is None else self.map.figure
-        self.slices = [Slice(self.plane, 0, self.upright, beside)]
+        self.slices = [Slice(self.plane, 0, self.crosshair, beside)]
         level = self.slices[0].figure
         self._listen(level, "x")
         self.overlays = Overlays(beside or level)
@@ -160,7 +171,7 @@ class Page:
             self.legend.update(width=CURVES_WIDTH, height=130)
             return [level, self.legend]
         self.legend.update(width=UPRIGHT_WIDTH + 50, height=LEVEL_HEIGHT + 40)
-        self.slices.append(Slice(self.plane, 1, self.across, beside))
+        self.slices.append(Slice(self.plane, 1, self.crosshair, beside))
         self._listen(self.slices[1].figure, "y")
         self._listen(self.map.figure, "both")
         return [row(self.map.figure, self.slices[1].figure), row(level, self.legend)]
@@ -184,8 +195,7 @@ class Page:
 
     def _handles(self) -> dict[str, Any]:
         """Return what scripts move."""
-        return {"upright": self.upright, "across": self.across,
-                "x_axis": self.x_axis, "y_axis": self.y_axis}  # fmt: skip
+        return {"crosshair": self.crosshair, "x_axis": self.x_axis, "y_axis": self.y_axis}
 
     def _listen(self, plot: figure, moves: str) -> None:
         """Let clicks and drags move the crosshair, in the browser itself."""
@@ -219,15 +229,22 @@ class Page:
     def _follow(self, is_new: bool = False) -> None:
         """Bring all panels to the row under the crosshair."""
         self._is_waiting = False
-        point = (self.upright.location, self.across.location)[: len(self.plane.axes)]
-        at = self.plane.nearest(*point)
+        at = self.plane.nearest(*self.pointed)
         if at == self.at and not is_new:
             return
         is_moved, self.at = at != self.at, at
-        for each in self.slices:
-            each.show(self.series, at)
+        if is_new:
+            self._show_slices()
         if is_moved:
             self._show_row(at)
+        if not is_new:
+            self._later(self._show_slices)
+
+    def _show_slices(self) -> None:
+        """Show the slices through the row that is shown."""
+        for each in self.slices:
+            if self.at is not None:
+                each.show(self.series, self.at)
 
     def _show_row(self, at: tuple[int, ...]) -> None:
         """Show the motion and the numbers of the row at indices of the axes."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,6 +32,7 @@ STORED = "stored motion"
 NUMBERS_HEIGHT, MENU_HEIGHT = 250, 40
 NO_ATTRACTOR = "No attractor was found from this start."
 SECTION_TEXT = "White points: its Poincaré section, once every forcing period."
+Later = Callable[[Callable[[], None]], Any]
 COPIES = {"yaml": "copy as YAML", "python": "copy as Python", "link": "copy link"}
 
 
@@ -45,9 +48,12 @@ class PointPanel:
     ----------
     on_solve : callable
         Called when the map is requested anew.
+    later : callable
+        Takes work to do once what was sent before is drawn.
     """
 
-    def __init__(self, on_solve: Callable[[], None]) -> None:
+    def __init__(self, on_solve: Callable[[], None], later: Later) -> None:
+        self._later, self._is_choosing = later, False
         sheet = InlineStyleSheet(css=NUMBERS_CSS)
         look = {"disable_math": True, "stylesheets": [sheet]}
         self.law = Div(width=568, height=74, name="law", styles={"overflow-y": "auto"}, **look)
@@ -102,16 +108,24 @@ class PointPanel:
         """
         self._where, self._border, self._others = where, border, others
         self.stored, self.motion = stored, None if stored is None else motion_of(stored)
+        # the motion is what was asked for: it goes first
+        self.follow_what_if()
+        self._later(partial(self._offer, stored, link))
+
+    def _offer(self, stored: xr.Dataset | None, link: str) -> None:
+        """Offer coexisting motions in a menu, and texts to be copied."""
+        if self.stored is not stored:
+            return
+        others = self._others
         self._is_choosing = True
         self.coexisting.update(options=[STORED, *others], value=STORED, visible=bool(others))
         self._is_choosing = False
         self.numbers.height = NUMBERS_HEIGHT - (MENU_HEIGHT if others else 0)
         self.copies.data = {
-            "yaml": ["" if stored is None else as_yaml(stored, f"Point {where}")],
+            "yaml": ["" if stored is None else as_yaml(stored, f"Point {self._where}")],
             "python": ["" if stored is None else as_python(stored)],
             "link": [link],
         }
-        self.follow_what_if()
 
     def _choose(self, name: str) -> None:
         """Show a coexisting motion in place of the stored one."""
@@ -147,6 +161,12 @@ class PointPanel:
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
         """Draw a motion with its numbers."""
         self._draw_motion(motion)
+        self._later(partial(self._tell, motion, shown, before))
+
+    def _tell(self, motion: Motion | None, shown: xr.Dataset, before: str) -> None:
+        """Write the law and the numbers of a motion, if it is still the one shown."""
+        if self.shown is not motion:
+            return
         parts = [law_text(shown)]
         if motion is not None and not motion.is_orbit:
             parts.append(SECTION_TEXT)

@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibropipe.store import StoreError, check_intact, scene_files
 from vibropipe.store.files import open_lazily
+from vibropipe.words.wording import series
 
 # Smaller datasets are read at once: a row then needs no file.
 MAX_LOADED = 200 << 20
@@ -18,11 +19,15 @@ STUDY_ENDINGS = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class Results:
-    """The datasets of a study by scene, which of them have rows to point at, and the one to begin with."""
+    """The datasets of a study by scene, which of them have rows to point at, and the one to begin with.
+
+    note : what the study file has that these results do not show; empty if nothing.
+    """
 
     title: str
     datasets: Mapping[str, xr.Dataset]
     first: str = ""
+    note: str = ""
 
     @property
     def explorable(self) -> list[str]:
@@ -62,15 +67,18 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
         If there are no results, or none that can be explored.
     """
     place, title = path, path.stem
+    fingerprints: Mapping[str, str] | None = None
     if path.suffix in STUDY_ENDINGS:
         from vibropipe.study import load_study
 
         study = load_study(path)
-        place, title = folder / study.name, study.title
+        place, title, fingerprints = folder / study.name, study.title, study.fingerprints
     files = scene_files(place)
     for file in files:
         check_intact(file, every_byte=False)
-    results = Results(title, {file.stem: _opened(file) for file in files})
+    datasets = {file.stem: _opened(file) for file in files}
+    note = "" if fingerprints is None else _outdated(path, fingerprints, datasets)
+    results = Results(title, datasets, note=note)
     if not results.explorable:
         raise StoreError(
             f"{place}: holds neither a sweep nor basins, so there is nothing to explore"
@@ -79,6 +87,30 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
         known = ", ".join(results.explorable)
         raise StoreError(f"{place}: has no sweep and no basins {scene!r}: name one of {known}")
     return replace(results, first=scene or results.explorable[0])
+
+
+def _outdated(
+    path: Path, fingerprints: Mapping[str, str], datasets: Mapping[str, xr.Dataset]
+) -> str:
+    """Say which results are not those of a study file as it is now."""
+    old = [
+        name
+        for name, data in datasets.items()
+        if name in fingerprints and data.attrs.get("fingerprint") != fingerprints[name]
+    ]
+    gone = [name for name in datasets if name not in fingerprints]
+    absent = [name for name in fingerprints if name not in datasets]
+    parts = [
+        (old, "from before the study was changed"),
+        (gone, "no longer in the study"),
+        (absent, "not solved yet"),
+    ]
+    said = [f"{series(names)}: {what}" for names, what in parts if names]
+    return (
+        f"{'; '.join(said)}. Solve it with: vibropipe run {path}"
+        if old or absent
+        else "".join(said)
+    )
 
 
 def _opened(file: Path) -> xr.Dataset:

@@ -112,7 +112,8 @@ def momentum_lines(motion: Motion) -> Iterator[Line]:
 def lines_of(row: xr.Dataset) -> Iterator[Line]:
     """Yield (symbol, long name, value with error and units) of each quantity of a row."""
     for name in parameter_names(row):
-        yield symbol(row[name]), str(row[name].attrs.get("long_name", "")), _value(row, name, ())
+        array = row[name]
+        yield symbol(array), str(array.attrs.get("long_name", "")), _value(array, None, ())
     if DIRECTION in row.coords:
         yield "", "direction in which the sweep was followed", str(row[DIRECTION].values)
     for key, array in row.data_vars.items():
@@ -122,32 +123,33 @@ def lines_of(row: xr.Dataset) -> Iterator[Line]:
             continue
         if array.ndim > 1 or any(str(dim) not in ELEMENTS for dim in array.dims):
             continue
+        error = row.get(name + ERROR_SUFFIX)
+        error = None if error is None or error.dims != array.dims else error
         for at in np.ndindex(*(min(size, MAX_ELEMENTS) for size in array.shape)):
             index = at[0] + 1 if at else None
             tail = f", {array.dims[0]} {index}" if at and array.dims[0] == "support" else ""
             yield (
                 symbol(array, index),
                 f"{array.attrs.get('long_name', name)}{tail}",
-                _value(row, name, at),
+                _value(array, error, at),
             )
 
 
-def _value(row: xr.Dataset, name: str, at: tuple[int, ...]) -> str:
+def _value(array: xr.DataArray, error: xr.DataArray | None, at: tuple[int, ...]) -> str:
     """Write an element of a quantity, with its error if there is one; a complex one by parts."""
-    value = row[name].values[at]
+    value = array.values[at]
     if np.iscomplexobj(value):
         sign = "−" if value.imag < 0 else "+"
         text = number(value.real) + (f" {sign} {number(abs(value.imag))} i" if value.imag else "")
-    elif "flag_meanings" in row[name].attrs:
-        names = str(row[name].attrs["flag_meanings"]).split()
-        codes = np.atleast_1d(row[name].attrs["flag_values"]).tolist()
+    elif "flag_meanings" in array.attrs:
+        names = str(array.attrs["flag_meanings"]).split()
+        codes = np.atleast_1d(array.attrs["flag_values"]).tolist()
         text = names[codes.index(int(value))].replace("_", " ")
     else:
         text = number(float(value))
-    error = name + ERROR_SUFFIX
-    if error in row and row[error].dims == row[name].dims:
-        text += f" ± {number(float(row[error].values[at]), 2)}"
-    return with_units(row[name], text)
+    if error is not None:
+        text += f" ± {number(float(error.values[at]), 2)}"
+    return with_units(array, text)
 
 
 def table_html(columns: list[list[Line]]) -> str:

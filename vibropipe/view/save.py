@@ -109,8 +109,7 @@ def saved_document(page: Page, title: str) -> Document:
         code=source_of("motion.js") + source_of("saved.js"),
     )  # fmt: skip
     page.quantity.options = [REGIONS, *drawn]
-    for span in (page.upright, page.across):
-        span.js_on_change("location", callback)
+    page.crosshair.js_on_change("data", callback)
     for menu in (page.quantity, *page.menus):
         menu.js_on_change("value", callback)
     document = Document()
@@ -136,7 +135,7 @@ def _models(page: Page) -> dict[str, Any]:
     if page.map is not None:
         found = {name: getattr(page.map, name) for name in found}
     return found | {
-        "upright": page.upright, "across": page.across, "x_axis": page.x_axis, "y_axis": page.y_axis,
+        "crosshair": page.crosshair, "x_axis": page.x_axis, "y_axis": page.y_axis,
         "quantity": page.quantity, "menus": list(page.menus), "legend": page.legend,
         "slices": [[each.points, each.lines, each.ruler, each.range] for each in page.slices],
         "motion": panel.sources["motion"], "jumps": panel.jumps, "section": panel.section,

@@ -6,7 +6,7 @@ const index_of = (values, at) => {
   return best
 }
 const axes = [x_axis.data.at, y_axis.data.at].filter((values) => values.length > 0)
-const at = axes.map((values, n) => index_of(values, n == 0 ? upright.location : across.location))
+const at = axes.map((values, n) => index_of(values, (n == 0 ? crosshair.data.x : crosshair.data.y)[0]))
 const others = menus.reduce((sum, menu, n) => sum + plan.menus[n] * menu.options.indexOf(menu.value), 0)
 const row_at = (place, extra) => others + extra + place.reduce((sum, n, axis) => sum + n * plan.strides[axis], 0)
 const shown = plan.series.findIndex((series) => series.label == quantity.value)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Range1d, Span
+from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from vibropipe.figures.map_shapes import cell_edges, scale_of
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.legend import MARKERS
-from vibropipe.view.map_panel import FRAME_HEIGHT, FRAME_WIDTH, LEFT_BORDER, limits_of
+from vibropipe.view.map_panel import (
+    FRAME_HEIGHT,
+    FRAME_WIDTH,
+    LEFT_BORDER,
+    draw_crosshair,
+    limits_of,
+)
 from vibropipe.view.plane import Plane
 from vibropipe.view.scripts import short_ticks
 from vibropipe.view.words import label_of, symbol, unit_of
@@ -64,13 +70,15 @@ class Slice:
     plane : Plane
     axis : int
         Index of the axis that it runs along.
-    span : Span
-        Line of the crosshair through it.
+    crosshair : ColumnDataSource
+        Its place.
     beside : bokeh figure, optional
         The map whose range it shares.
     """
 
-    def __init__(self, plane: Plane, axis: int, span: Span, beside: figure | None = None) -> None:
+    def __init__(
+        self, plane: Plane, axis: int, crosshair: ColumnDataSource, beside: figure | None = None
+    ) -> None:
         self.plane, self.axis = plane, axis
         self.is_level = axis == 0
         self.points = ColumnDataSource({name: [] for name in COLUMNS})
@@ -110,7 +118,9 @@ class Slice:
             x, y, source=self.points, marker="marker", size=4.5, fill_color="colour",
             line_color="#333333", line_width=0.4,
         )  # fmt: skip
-        self.figure.add_layout(span)
+        # the crosshair has no value: it stretches no range
+        self.range.renderers = list(self.figure.renderers)
+        draw_crosshair(self.figure, crosshair, "x" if self.is_level else "y")
 
     def show(self, series: Series | None, at: tuple[int, ...]) -> None:
         """Show a quantity (None: what goes with regions) through the row at indices of the axes."""

@@ -37,6 +37,7 @@ def vibropipe(folder: Path, *arguments: str, code: int = 0) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_results_of_a_study_elsewhere_are_made_in_the_current_folder(tmp_path):
     for name in ("studies", "here"):
         tmp_path.joinpath(name).mkdir()

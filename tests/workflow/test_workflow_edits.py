@@ -123,6 +123,7 @@ def test_another_folder_of_results(project):
     assert project.planned() == set()
 
 
+@pytest.mark.slow
 def test_a_study_that_was_removed_is_left_as_it_is(project):
     project.path("config/second.yaml").write_text(SECOND)
     project.edit("config/config.yaml", "[tiny]", "[second]")

@@ -20,7 +20,7 @@ from vibropipe.compiler.client import DONE, FAILED
 from vibropipe.compiler.numba_internals import WHOLE, use_pieces
 
 # Seconds without a task after which the process ends; the next task starts a new one.
-IDLE = 10.0
+IDLE = 60.0
 
 
 def compile_whole(module: str, name: str, signature: Any) -> None:

@@ -107,6 +107,7 @@ def test_a_quantity_is_made_least():
     assert float(best.f) <= float(over.f[struck & (over.stable == 1)].min())
 
 
+@pytest.mark.slow
 def test_a_front_is_not_dominated_by_the_samples():
     exciter = vp.Exciter(l=0.5, nu=1.3, f=1.0, h=0.1, R1=0.7, R2=0.7)
     vary = {"delta": (-0.1, 0.1), "f": (0.6, 1.2)}
@@ -197,6 +198,7 @@ def test_a_sensitivity_is_made_zero():
     assert float(found.nu[0]) == pytest.approx(np.sqrt(1 - 0.005), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_progress_reaches_its_total():
     heard = []
     vp.design(

@@ -117,10 +117,11 @@ def _compile_here() -> None:
 
 
 def _task_name(dispatcher: Any, signature: Any) -> str:
-    """Return a name of a kernel with its sources and signature."""
+    """Return a name of a kernel with its sources, signature and interpreter."""
     function = dispatcher.py_func
     folder = module_folder(function.__module__)  # named by the sources that the kernel depends on
-    return f"{folder} {function.__module__}.{function.__qualname__} {signature}"
+    tag = sys.implementation.cache_tag
+    return f"{folder} {tag} {function.__module__}.{function.__qualname__} {signature}"
 
 
 def _compile_once(dispatcher: Any, signature: Any) -> bool:

@@ -113,6 +113,8 @@ class MotionPanel:
 
     def show(self, motion: Motion | None, name: str = "motion") -> None:
         """Show a motion under one of the names of STYLES; None clears it."""
+        if motion is None and name not in self.shown:
+            return
         empty: dict[str, list[float]] = {column: [] for column in CURVE}
         self.sources[name].data = empty if motion is None else curve_of(motion)
         if motion is None:

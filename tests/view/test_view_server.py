@@ -67,6 +67,7 @@ def test_a_moved_crosshair_is_answered_over_the_socket(served, study, monkeypatc
         crosshair = session.document.select_one({"name": "crosshair"})
         nu, moved = float(load(study / "map.nc")["nu"].values[1]), time.monotonic()
         crosshair.data, law = {**crosshair.data, "x": [nu]}, ""
+        session.force_roundtrip()  # the server has it before the document here is replaced
         while f"ν = {nu:g}" not in law and time.monotonic() < moved + 20:
             session.pull()
             law = session.document.select_one({"name": "law"}).text

@@ -169,7 +169,9 @@ def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
     [
         ("displacement_mean: -0.1", "displacment_mean: -0.1", "target: must be a quantity"),
         ("displacement_mean: -0.1", "displacement_mean: -1 mm", "units are for a study with `physical`"),
-        ('"< 0.8"', '"0.8"', "subject_to.impact_velocity_max_1: must be a bound such as"),
+        ('"< 0.8"', '"0.8"', "subject_to.impact_velocity_max_1: must be bounds in quotes"),
+        ('"< 0.8"', "{max: 0.8}", "subject_to.impact_velocity_max_1: must be bounds in quotes"),
+        ('"< 0.8"', '"< 0.8, < 0.9"', "subject_to.impact_velocity_max_1: must be a bound such as"),
         ("R1: [0.4, 0.9]", "R1: [0.4, 1.9]", "vary.R1: must be a number from 0 to 1"),
         ("R1: [0.4, 0.9]", "R2: [0.9, 0.4]", "vary.R2: must be two increasing numbers"),
         ("allow: {displacement_mean: 0.005}", "allow: {f: 0.005}", "allow: must have the targets as keys"),
@@ -212,6 +214,8 @@ def test_a_curve_is_a_target_with_and_without_units(tmp_path):
     [
         ("-100 mm}", "-0.1}", "target.displacement_mean: must be a length with its unit"),
         ('"< 50 m/s"', '"< 50 mm"', "subject_to.impact_velocity_max_1: must be a velocity"),
+        ('"< 50 m/s"', "50 m/s", "impact_velocity_max_1: must be bounds in quotes"),
+        ('"< 50 m/s"', "{max: 50 m/s}", "impact_velocity_max_1: must be bounds in quotes"),
         ("[-300 mm, 300 mm]", "[-300, 300]", "vary.delta"),
         ("F: 8 N, delta", "f: 8, delta", "tolerance.f: is an unknown key"),
         (

@@ -241,12 +241,17 @@ class _Reader:
         if not dimension:
             return value
         if isinstance(value, str) and (bounds := _BOUND.findall(value)):
-            numbers = [(sign, self.goal(name, end.strip(), path)) for sign, end in bounds]
+            numbers = [(sign, self.pure(end.strip(), dimension, path)) for sign, end in bounds]
             ends = dict(numbers)
             if len(numbers) == len(ends) == 2 and not ends[">"] < ends["<"]:
                 must = "must have its lower bound below the upper one"
                 self.problems.append(Problem(path, describe(value), must=must))
             return ", ".join(f"{sign} {number!r}" for sign, number in numbers)
+        # of bounds the model says what is wrong
+        return value if path[-2] == "subject_to" else self.pure(value, dimension, path)
+
+    def pure(self, value: Any, dimension: str, path: KeyPath) -> Any:
+        """Return a value of a dimension without its units."""
         try:
             number = to_si(value, dimension)
         except UnitError as error:

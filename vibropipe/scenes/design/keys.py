@@ -54,6 +54,20 @@ class TargetRule(NumberOrUnit):
         return pairs
 
 
+@dataclass(frozen=True)
+class BoundRule(TextRule):
+    """Bounds of a quantity, as text."""
+
+    @property
+    def allowed(self) -> str:  # noqa: D102 - as Rule
+        return 'bounds in quotes, such as "< 0.8" or "> 0.1, < 0.8"; with units "< 0.8 m/s"'
+
+    def convert(self, value: Any) -> str:  # noqa: D102
+        if not isinstance(value, str) or not any(sign in value for sign in "<>"):
+            refuse(self.allowed)
+        return super().convert(value)
+
+
 def _as_list(value: Any) -> Any:
     if isinstance(value, list) and len(value) > 2:
         refuse("a quantity or a list of two", f"a list of {len(value)}")
@@ -92,7 +106,7 @@ class DesignScene(VariedScene):
         description="Values of quantities, named as columns of tables are: `impact_velocity_max_1`; of `displacement` "
         "a curve, a list of [phase, displacement].",
     )
-    subject_to: dict[Text, Text] = Field(
+    subject_to: dict[Text, Annotated[str, BoundRule(200)]] = Field(
         default={}, description='Bounds of quantities: `"< 0.8"`, `"> 0.1, < 0.8"`.'
     )
     minimise: Annotated[

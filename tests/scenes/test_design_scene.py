@@ -214,6 +214,12 @@ def test_a_curve_is_a_target_with_and_without_units(tmp_path):
     [
         ("-100 mm}", "-0.1}", "target.displacement_mean: must be a length with its unit"),
         ('"< 50 m/s"', '"< 50 mm"', "subject_to.impact_velocity_max_1: must be a velocity"),
+        (
+            '"< 50 m/s"',
+            '"< 50 m/s", displacement_mean: "> 0 mm"',
+            "displacement_mean, got '> 0 mm'",
+        ),
+        ('"< 50 m/s"', '"< 50 m/s, < 60 m/s"', "got '< 50 m/s, < 60 m/s'"),
         ('"< 50 m/s"', "50 m/s", "impact_velocity_max_1: must be bounds in quotes"),
         ('"< 50 m/s"', "{max: 50 m/s}", "impact_velocity_max_1: must be bounds in quotes"),
         ("[-300 mm, 300 mm]", "[-300, 300]", "vary.delta"),

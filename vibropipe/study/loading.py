@@ -24,9 +24,10 @@ from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
-from vibropipe.study.physical import as_written, both_paths, is_physical, without_units
+from vibropipe.study.physical import is_physical, without_units
 from vibropipe.study.pydantic_errors import plain_path, problem_of
 from vibropipe.study.tables import Files, with_tables
+from vibropipe.study.written import as_written, both_paths
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 
 # Brackets mark the steps of a path that pydantic inserts (`<motion>`, `[key]`).
@@ -214,14 +215,17 @@ def parse_study(
     tree, spelled = spell_out(_mapping(tree, source, Study))
     files = files or Files(Path())
     tree, unread = with_tables(tree, files)
-    tree, misread = without_units(tree)
+    written = tree
+    tree, misread = without_units(written)
     problems_so_far = [*(problems or []), *spelled, *unread, *misread]
     study, invalid = _validated(study_model(), tree)
     broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
     sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
     if sound is not None:
         invalid += check_study(sound, both_paths(broken | dropped))
-    problems_so_far += map(as_written, invalid) if is_physical(tree) else invalid
+    if is_physical(tree):
+        invalid = [as_written(problem, written) for problem in invalid]
+    problems_so_far += invalid
     if problems_so_far or study is None:
         raise StudyError(source, distinct(problems_so_far))
     study._name, study._source, study._files = name, source, files

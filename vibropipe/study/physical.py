@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -91,38 +90,6 @@ def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
 def is_physical(tree: dict[str, Any]) -> bool:
     """Return whether a study's tree has a mapping `physical`."""
     return isinstance(tree.get("physical"), dict)
-
-
-def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
-    """Return paths as in the file and as in the tree without units."""
-    written = list(paths)
-    return frozenset(
-        [*written, *(_renamed(path, "physical", "exciter", NAMES) for path in written)]
-    )
-
-
-def as_written(problem: Problem) -> Problem:
-    """Return a fault of the tree without units with its path in the file."""
-    path = _renamed(problem.path, "exciter", "physical", WRITTEN)
-    if path == problem.path or path[-2:-1] != ("physical",):
-        return replace(problem, path=path)
-    name = str(path[-1])
-    number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
-    allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
-    return replace(problem, path=path, allowed=allowed, must=must)
-
-
-def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:
-    """Return a path with the names of parameters changed beneath `owner`, which is renamed, `over` and `along`."""
-    first = 2 if path[:1] == ("scenes",) else 0
-    steps = list(path)
-    for index in range(first, len(steps) - 1):
-        step, key = steps[index], steps[index + 1]
-        if step in (owner, *VARIED, MEASURED) and key in names:
-            steps[index] = new_owner if step == owner else step
-            steps[index + 1] = names[str(key)]
-            break
-    return tuple(steps)
 
 
 class _Reader:

@@ -191,7 +191,7 @@ def _check_contradictions(bounds: Sequence[Bound]) -> None:
             and not bound.low <= value <= bound.high
         ):
             name = bound.quantity.name
-            must = f"must agree with target.{name} = {value:g}"
+            must = f"must agree with target.{name}"
             raise ParameterError(
                 f"subject_to.{name}", bound.text.removeprefix(f"{name} "), must=must
             )

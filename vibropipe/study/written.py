@@ -1,0 +1,53 @@
+"""Faults of a study with units, told in the words of its file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
+from vibropipe.scenes.keys.values import UnitRule
+from vibropipe.study.physical import GOALS, MEASURED, NAMES, VARIED, WRITTEN
+from vibropipe.words.parameters import PARAMETERS
+
+
+def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
+    """Return paths as in the file and as in the tree without units."""
+    written = list(paths)
+    return frozenset(
+        [*written, *(_renamed(path, "physical", "exciter", NAMES) for path in written)]
+    )
+
+
+def as_written(problem: Problem, tree: dict[str, Any]) -> Problem:
+    """Return a fault of the tree without units as one of the tree of the file: its path, and a goal with its unit."""
+    path = _renamed(problem.path, "exciter", "physical", WRITTEN)
+    if len(path) > 3 and path[2] in GOALS and problem.found:
+        return replace(problem, path=path, found=describe(_entry(tree, path)))
+    if path == problem.path or path[-2:-1] != ("physical",):
+        return replace(problem, path=path)
+    name = str(path[-1])
+    number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
+    allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
+    return replace(problem, path=path, allowed=allowed, must=must)
+
+
+def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:
+    """Return a path with the names of parameters changed beneath `owner`, which is renamed, `over` and `along`."""
+    first = 2 if path[:1] == ("scenes",) else 0
+    steps = list(path)
+    for index in range(first, len(steps) - 1):
+        step, key = steps[index], steps[index + 1]
+        if step in (owner, *VARIED, MEASURED) and key in names:
+            steps[index] = new_owner if step == owner else step
+            steps[index + 1] = names[str(key)]
+            break
+    return tuple(steps)
+
+
+def _entry(tree: Any, path: KeyPath) -> Any:
+    """Return what stands at a path of a tree; None if nothing does."""
+    for step in path:
+        tree = tree.get(step) if isinstance(tree, dict) else None
+    return tree

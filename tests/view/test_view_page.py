@@ -106,6 +106,16 @@ def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(results):
     assert not len(page.point.panel.sources["ghost"].data["time"])
 
 
+def test_a_message_is_not_overwritten_by_what_was_to_be_written_before(results):
+    waiting = []
+    page = Page(replace(results, first="map"), later=waiting.append)
+    page.point.what_if.spinners["R1"].value = 0.4
+    page.point.what_if.spinners["R1"].value = 1.5
+    for work in waiting:
+        work()
+    assert "R1: must be a number from 0 to 1, got 1.5" in page.point.law.text
+
+
 def test_the_map_anew_is_the_sweep_with_the_changed_parameter(results):
     page = new_page(results, "map")
     page.point.what_if.spinners["h"].value = 0.3

@@ -54,6 +54,8 @@ class PointPanel:
 
     def __init__(self, on_solve: Callable[[], None], later: Later) -> None:
         self._later, self._is_choosing = later, False
+        # the row whose law and numbers are still to be written
+        self._untold: xr.Dataset | None = None
         sheet = InlineStyleSheet(css=NUMBERS_CSS)
         look = {"disable_math": True, "stylesheets": [sheet]}
         self.law = Div(width=568, height=74, name="law", styles={"overflow-y": "auto"}, **look)
@@ -139,6 +141,7 @@ class PointPanel:
 
     def follow_what_if(self) -> None:
         """Show the stored motion; with changed parameters the one it settles on then, the stored one as a ghost."""
+        self._untold = None
         if self.stored is None:
             self.law.text, self.numbers.text = f'<p class="law">{NO_ATTRACTOR}</p>', ""
             self._draw_motion(None)
@@ -161,11 +164,12 @@ class PointPanel:
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
         """Draw a motion with its numbers."""
         self._draw_motion(motion)
+        self._untold = shown
         self._later(partial(self._tell, motion, shown, before))
 
     def _tell(self, motion: Motion | None, shown: xr.Dataset, before: str) -> None:
-        """Write the law and the numbers of a motion, if it is still the one shown."""
-        if self.shown is not motion:
+        """Write the law and the numbers of a motion, unless another row or a message came after it."""
+        if self._untold is not shown:
             return
         parts = [law_text(shown)]
         if motion is not None and not motion.is_orbit:

@@ -135,6 +135,9 @@ SWEPT = "scenes.sweep.over.omega"
         ("omega: 55 rad/s}", "omega: 55 rad/s, R1: 1}",
          "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, slope, gravity, "
          "friction, F2, phi2, m, C (R1 has no units: it stands under exciter)"),
+        ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60 rpm, R2: 1}}",
+         "scenes.races.motions.one.physical.R2: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, "
+         "H2, load, slope, gravity, friction, F2, phi2 (R2 has no units: it stands under exciter)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
     ],

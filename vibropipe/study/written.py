@@ -23,11 +23,14 @@ def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
 def as_written(problem: Problem, tree: dict[str, Any]) -> Problem:
     """Return a fault of the tree without units as one of the tree of the file: its path, and a goal with its unit."""
     path = _renamed(problem.path, "exciter", "physical", WRITTEN)
-    if len(path) > 3 and path[2] in GOALS and problem.found:
-        return replace(problem, path=path, found=describe(_entry(tree, path)))
-    if path == problem.path or path[-2:-1] != ("physical",):
+    name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
+    if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
+        return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
+    goal = _entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
+    if problem.found and isinstance(goal, str):
+        return replace(problem, path=path, found=describe(goal))
+    if path == problem.path or not in_physical:
         return replace(problem, path=path)
-    name = str(path[-1])
     number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
     allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
     return replace(problem, path=path, allowed=allowed, must=must)

@@ -135,8 +135,6 @@ def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
     """Return the fault of an unknown key, with the nearest one that exists."""
     instead = f"be {one_of(choices)}" if choices else "be left out"
     hint = did_you_mean(path[-1], choices)
-    if path[0] == "physical" and path[-1] in ("R1", "R2"):
-        hint = f"{path[-1]} has no units: it stands under exciter"
     return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")
 
 

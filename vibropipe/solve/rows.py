@@ -217,11 +217,10 @@ def solve_rows(
         for block in blocks:
             # Enough pieces of this block and the next that no thread waits, however few a block has.
             limit = 2 * max(len(block), n_threads)
-            while sum(len(calls.results) for calls in waiting) < limit:
-                ends_of_next = next(unstarted, None)
-                if ends_of_next is None:
-                    break
-                waiting.append(threads.submit([partial(solver.piece, e) for e in ends_of_next]))
+            while sum(len(calls.results) for calls in waiting) < limit and (
+                following := next(unstarted, None)
+            ):
+                waiting.append(threads.submit([partial(solver.piece, ends) for ends in following]))
             yield block[-1][-1], _gather(waiting.popleft(), block, progress)
     finally:  # also if the caller stops, and on Ctrl-C
         threads.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import count
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar, cast
@@ -39,7 +40,7 @@ class Calls(Generic[T]):
         if next(self._finished) == len(self.results):
             self._woken.put(True)
 
-    def wait(self, seconds: float | None = None) -> bool:
+    def wait(self, seconds: float) -> bool:
         """Wait for all calls, at most for some time, and return whether they are finished.
 
         Raises
@@ -83,7 +84,7 @@ class Threads:
         """Hand over calls, at least one, to be made after those before."""
         handed: Calls[T] = Calls(len(calls))
         for n, call in enumerate(calls):
-            self._tasks.put((handed, n, call))
+            self._tasks.put(partial(handed.finish, n, call))
         return handed
 
     def stop(self) -> None:
@@ -97,8 +98,6 @@ class Threads:
     def _work(self) -> None:
         while (task := self._tasks.get()) is not None:
             if not self._is_stopped:
-                calls, n, call = task
-                calls.finish(n, call)
-                del calls, call
+                task()
             del task  # and its results, which may be large
         self._ended.put(None)

@@ -44,10 +44,10 @@ def at_once(work: Callable[[], None]) -> None:
 
 def _told(note: str) -> list[Div]:
     """Return a note as part of the page, if there is one."""
+    if not note:
+        return []
     styles = {"overflow-y": "auto", "font-size": "11px"}
-    return [Div(text=html(note), width=300, height=45, styles=styles, disable_math=True)] * bool(
-        note
-    )
+    return [Div(text=html(note), width=300, height=45, styles=styles, disable_math=True)]
 
 
 class Page:
@@ -242,9 +242,10 @@ class Page:
 
     def _show_slices(self) -> None:
         """Show the slices through the row that is shown."""
+        if self.at is None:
+            return
         for each in self.slices:
-            if self.at is not None:
-                each.show(self.series, self.at)
+            each.show(self.series, self.at)
 
     def _show_row(self, at: tuple[int, ...]) -> None:
         """Show the motion and the numbers of the row at indices of the axes."""

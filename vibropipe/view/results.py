@@ -105,12 +105,8 @@ def _outdated(
         (gone, "no longer in the study"),
         (absent, "not solved yet"),
     ]
-    said = [f"{series(names)}: {what}" for names, what in parts if names]
-    return (
-        f"{'; '.join(said)}. Solve it with: vibropipe run {path}"
-        if old or absent
-        else "".join(said)
-    )
+    said = "; ".join(f"{series(names)}: {what}" for names, what in parts if names)
+    return f"{said}. Solve it with: vibropipe run {path}" if old or absent else said
 
 
 def _opened(file: Path) -> xr.Dataset:

@@ -106,7 +106,7 @@ def test_what_computes_nothing_imports_nothing_heavy(call, heavy):
         (["solve", "{study}", "--scene", "forcd", "--output", "{out}"], ["'forcd'", "forced"]),
         (
             ["solve", "{study}", "--scene", "forced", "--shard", "1/2", "--output", "{out}"],
-            ["scenes.forced: must be a sweep to be cut into shards, got a motion"],
+            ["scenes.forced: must be of kind sweep or basins to be cut into shards, got motion"],
         ),
         (
             ["solve", "{study}", "--scene", "response", "--shard", "1/7", "--output", "{out}"],
@@ -122,7 +122,7 @@ def test_what_computes_nothing_imports_nothing_heavy(call, heavy):
         ),
         (
             ["join", "{study}", "--scene", "free", "--output", "{out}", "a.nc"],
-            ["scenes.free: must be a sweep"],
+            ["scenes.free: must be of kind sweep or basins"],
         ),
         (["join", "{study}", "--scene", "response", "--output", "{out}", "a.nc"], ["a.nc"]),
         (["show", "absent.nc"], ["absent.nc"]),

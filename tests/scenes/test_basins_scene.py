@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from drawing import draw, picture_of
 from figures.figure_text import words
 
@@ -13,10 +14,13 @@ from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.basin_map import draw_basins
+from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure
+from vibropipe.scenes.basins.plan import plan
 from vibropipe.scenes.basins.text import describe_basins, findings, sections
+from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import write
+from vibropipe.store import StoreError, load, write
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.regimes import Regime
@@ -80,6 +84,60 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
 def test_bad_keys_are_refused(tmp_path, more, must):
     with pytest.raises(StudyError, match=must):
         load_study(study_in(tmp_path, more))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        pytest.param("", id="one exciter"),
+        # values between 1 and 3.6 with other attractors each, and starts that are left to the join
+        pytest.param("over: {nu: {start: 1, stop: 3.6, points: 3}, GRID}", id="over nu"),
+        pytest.param("UNITS", marks=pytest.mark.slow),
+    ],
+)
+def test_shards_of_starts_join_to_the_whole(tmp_path, keys):
+    text = STUDY.replace("PHASE", "starts: 30\n    phase: 0.3")
+    if "GRID" in keys:
+        grid = "x0: {start: -0.4, stop: 0.5, points: 12}, v0: {start: -2, stop: 2, points: 15}"
+        begin, end = text.index("    over:"), text.index("    starts:")
+        text = f"{text[:begin]}    {keys.replace('GRID', grid)}\n{text[end:]}"
+    if keys == "UNITS":
+        text = """
+title: Starts
+physical: {m: 2 kg, C: 8 N/mm, H: 12 N s/m, l: 8 mm, F: 60 N, omega: 220 rad/s}
+exciter: {R1: 0.8, R2: 0.8}
+scenes:
+  starts:
+    kind: basins
+    over: {x0: {start: -8 mm, stop: 8 mm, points: 12}, v0: {start: -1.5 m/s, stop: 1.5 m/s, points: 15}}
+    starts: 30
+"""
+    path = tmp_path / "starts.yaml"
+    path.write_text(text, encoding="utf-8")
+    scene = load_study(path).scenes["starts"]
+    attrs = {"fingerprint": scene.fingerprint(), "method": "exact"}
+    store(scene, tmp_path / "whole.nc", attrs)
+    parts, told = [tmp_path / f"{n}.nc" for n in (1, 2, 3, 4)], []
+    for n, part in enumerate(parts, 1):
+        store(scene, part, attrs, (n, 4), lambda *done: told.append(done))
+    ends = [row_range(scene, n, 4) for n in (1, 2, 3, 4)]
+    assert [done[1] for done in told if done[0] == done[1]] == [end - begin for begin, end in ends]
+    join(scene, parts[::-1], tmp_path / "joined.nc", attrs)
+    whole, joined = load(tmp_path / "whole.nc"), load(tmp_path / "joined.nc")
+    xr.testing.assert_identical(whole, joined)
+    for name, variable in whole.variables.items():
+        assert variable.values.tobytes() == joined[name].values.tobytes(), name
+    with pytest.raises(StoreError, match="solve the shards that hold them"):
+        join(scene, parts[:3], tmp_path / "joined.nc", attrs)
+    with pytest.raises(StoreError, match="shard of another study"):
+        join(scene, parts, tmp_path / "joined.nc", {**attrs, "fingerprint": "other"})
+
+
+def test_a_scene_has_no_more_shards_than_it_pays_for(tmp_path):
+    scene = load_study(study_in(tmp_path, "starts: 64")).scenes["starts"]
+    assert plan(scene).pieces == 12 * 15 // 64
+    with pytest.raises(PlanError, match=r"scenes\.starts: must be cut into 1 to 2 shards, got 3"):
+        row_range(scene, 1, 3)
 
 
 def test_picture_names_every_attractor(dataset):

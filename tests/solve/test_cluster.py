@@ -85,6 +85,15 @@ def test_dask_arrays_and_followed_chains(client: Client) -> None:
     identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options, client=client))
 
 
+@pytest.mark.parametrize("over", [None, {"nu": [1.2, 3.48]}], ids=["one exciter", "over nu"])
+def test_basins(client: Client, over: dict[str, list[float]] | None) -> None:
+    exciter = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.05, R1=0.8, R2=0.8)
+    x0, v0 = np.linspace(-0.5, 0.5, 19), np.linspace(-2, 2, 23)
+    local = vp.basins(exciter, x0, v0, 0.3, starts=40, over=over)
+    lazy = da.from_array(v0, chunks=4)
+    identical(local, vp.basins(exciter, x0, lazy, 0.3, starts=40, over=over, client=client))
+
+
 def test_a_mistake_is_named_as_without_a_cluster(client: Client) -> None:
     with pytest.raises(vp.ParameterError, match=r"R1: must be .*, got 1\.5"):
         vp.sweep(EXCITER, {"R1": [0.5, 1.5]}, client=client)

@@ -12,6 +12,7 @@ from vibropipe.cli.options import (
     ResultsFolder,
     SceneName,
     StudyFile,
+    Threads,
     parameter_option,
     parse_shard,
     use_threads,
@@ -158,12 +159,9 @@ def solve(
     output: OutputFile,
     shard: Annotated[
         str | None,
-        typer.Option(metavar="I/N", help="Solve the I-th of N shards of a sweep, from 1 to N."),
+        typer.Option(metavar="I/N", help="Solve the I-th of N shards, from 1 to N."),
     ] = None,
-    threads: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="T", help="Number of threads (default: all available)."),
-    ] = None,
+    threads: Threads = None,
 ) -> None:
     """Solve one scene of a study, or one shard of it, into a dataset."""
     from vibropipe.jobs.sharding import check_cut
@@ -189,8 +187,9 @@ def join(
     shards: Annotated[list[Path], typer.Argument(metavar="SHARDS...", help="All shards.")],
     scene: SceneName,
     output: OutputFile,
+    threads: Threads = None,
 ) -> None:
-    """Join all shards of a sweep, in any order, into its dataset."""
+    """Join all shards of a scene, in any order, into its dataset."""
     from vibropipe.jobs.sharding import as_cut
     from vibropipe.study import load_study
 
@@ -199,8 +198,10 @@ def join(
 
     from vibropipe.jobs.progress import show_progress
     from vibropipe.jobs.solving import join_to_file
+    from vibropipe.scenes.registry import kind_of
 
-    with show_progress(f"{scene}, joined", "rows") as progress:
+    use_threads(threads)
+    with show_progress(f"{scene}, joined", kind_of(study.scene(scene)).unit) as progress:
         join_to_file(study, scene, shards, output, progress)
 
 

@@ -13,6 +13,12 @@ from vibropipe.words.vocabulary import quantity
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
 OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
+Threads = Annotated[
+    int | None,
+    typer.Option(
+        "--threads", min=1, metavar="T", help="Number of threads (default: all available)."
+    ),
+]
 ResultsFolder = Annotated[
     Path,
     typer.Option(

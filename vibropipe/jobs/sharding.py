@@ -11,7 +11,7 @@ import os
 from vibropipe.scenes.costs import PlanError, Work
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
-from vibropipe.scenes.registry import kind_of
+from vibropipe.scenes.registry import kind_of, kinds
 
 # Work of one shard in seconds of one core. A job takes about a second to start, so smaller shards cost more than
 # they gain. On a cluster, where a job takes ten seconds to start, set the variable to some minutes.
@@ -51,7 +51,8 @@ def as_cut(scene: BaseScene) -> Kind:
     """Return the kind of a scene that can be cut into shards; raise PlanError for a scene that cannot."""
     kind = kind_of(scene)
     if not kind.can_be_cut:
+        allowed = " or ".join(name for name, each in kinds().items() if each.can_be_cut)
         raise PlanError(
-            f"scenes.{scene.name}: must be a sweep to be cut into shards, got a {scene.kind}"
+            f"scenes.{scene.name}: must be of kind {allowed} to be cut into shards, got {scene.kind}"
         )
     return kind

@@ -14,6 +14,7 @@ from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
+from vibropipe.scenes.rows import with_origin
 from vibropipe.store import (
     count_equal,
     provenance,
@@ -24,7 +25,6 @@ from vibropipe.store import (
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import method_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,12 +82,7 @@ def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr
     """Return the dataset of a scene, solved in memory; raise StudyError if the study has no such scene."""
     scene = study.scene(name)
     dataset = kind_of(scene).solve(scene, progress)
-    if "effects" not in dataset.attrs:
-        dataset = dataset.assign_attrs(effects=", ".join(scene.called_effects()))
-    # attributes of the solution (the method it chose, the accuracy it reached) override those of the study
-    attrs = origin(study, scene) | dataset.attrs
-    method = method_text(attrs["method"], attrs.get("steps_per_period"))
-    return dataset.assign_attrs(attrs | {"method": method})
+    return with_origin(dataset, scene, origin(study, scene))
 
 
 def join_to_file(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +61,8 @@ class AttractorSet:
     Parameters
     ----------
     exciter : Exciter
+    known : iterable of Attractor
+        Those found before.
 
     Attributes
     ----------
@@ -68,15 +70,33 @@ class AttractorSet:
         In the order in which they were found.
     """
 
-    def __init__(self, exciter: Exciter) -> None:
+    def __init__(self, exciter: Exciter, known: Iterable[Attractor] = ()) -> None:
         self.section = SectionMap(exciter)
-        self.known: list[Attractor] = []
+        self.known = list(known)
+
+    def assigned(self, starts: np.ndarray, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """March starts (n, 2) until they are assigned to a known attractor, not far: the first step of `settle`.
+
+        Returns
+        -------
+        owner, periods : (n,) int array
+            As of `settle`; UNDECIDED and 0 if no attractor is known. Those of a start do not depend on others.
+        """
+        if not self.known:
+            return np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
+        return self._assign(starts, phase, FIRST_LIMIT)
+
+    def _assign(
+        self, starts: np.ndarray, phase: float, limit: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return self.section.assign(starts, phase, self._ellipses(), self._cells(), limit)
 
     def settle(
         self,
         starts: np.ndarray,
         phase: float = 0.0,
         progress: Callable[[int], None] | None = None,
+        assigned: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Find the attractor that each start settles on; unknown ones are added.
 
@@ -88,6 +108,8 @@ class AttractorSet:
             Phase of the force at the start, in turns.
         progress : callable, optional
             Called as progress(starts assigned).
+        assigned : (array, array), optional
+            What `assigned` returns for these starts, if that is known.
 
         Returns
         -------
@@ -103,16 +125,15 @@ class AttractorSet:
         sample brings nothing new. So what is found for a start depends neither on threads nor on other starts, but for
         attractors that would not have been found without them.
         """
-        owner, periods = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
-        undecided, limit = np.arange(len(starts)), FIRST_LIMIT
-        while undecided.size:
-            if self.known:
-                owner[undecided], periods[undecided] = self.section.assign(
-                    starts[undecided], phase, self._ellipses(), self._cells(), limit
-                )
-                undecided = undecided[owner[undecided] == UNDECIDED]
+        known = self.assigned(starts, phase) if assigned is None else assigned
+        owner, periods = (np.array(each, np.int64) for each in known)
+        limit = FIRST_LIMIT
+        while True:
+            undecided = np.flatnonzero(owner == UNDECIDED)
             if progress is not None:
                 progress(len(starts) - undecided.size)
+            if not undecided.size:
+                break
             sample = starts[undecided[:: max(1, undecided.size // SAMPLE)]]
             n_known = len(self.known)
             self._discover(sample, phase)
@@ -120,6 +141,7 @@ class AttractorSet:
                 if limit == LAST_LIMIT or not self.known:
                     break
                 limit = min(LAST_LIMIT, LIMIT_GROWTH * limit)
+            owner[undecided], periods[undecided] = self._assign(starts[undecided], phase, limit)
         if undecided.size and self.known:
             # Newton's method closes from afar an orbit that motions approach very slowly.
             owner[undecided] = self._discover(starts[undecided], phase, orbits_only=True)
@@ -167,10 +189,7 @@ class AttractorSet:
 
     def owners(self, states: np.ndarray) -> np.ndarray:
         """Return the index of the known attractor that each state (n, 2) at the section settles on, or negative."""
-        owner, _periods = self.section.assign(
-            states, 0.0, self._ellipses(), self._cells(), LAST_LIMIT
-        )
-        return owner
+        return self._assign(states, 0.0, LAST_LIMIT)[0]
 
     def _orbit(self, point: np.ndarray, m: int) -> int:
         """Return the index of the orbit of m periods through a point, added if it is new; FAILED if not stable."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, number_within
-from vibropipe.physics.start import row_starts
 from vibropipe.solve.attractor_families import follow_attractors
-from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import (
     STARTS,
     STARTS_LIMITS,
     attractor_dataset,
     attractor_ids,
-    scattered_starts,
 )
+from vibropipe.solve.basin_rows import Assigned, BasinRows, joined_rows
 from vibropipe.solve.basin_shares import shares_dataset
 from vibropipe.solve.border_orbits import border_orbits, with_border_orbits
 from vibropipe.solve.checks import check_over, check_whole
+from vibropipe.solve.cluster import computed_values, solve_on_cluster
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import FRACTION, PARAMETERS
 from vibropipe.words.vocabulary import describe
 
@@ -39,6 +39,7 @@ def basins(
     starts: int = STARTS,
     progress: Callable[[int], None] | None = None,
     over: Mapping[str, Any] | None = None,
+    client: Any = None,
 ) -> xr.Dataset:
     """Find the attractor of eqs. (5), (6) that the motion from each start of a grid settles on.
 
@@ -63,6 +64,8 @@ def basins(
         Called as progress(starts assigned).
     over : mapping of str to array_like, optional
         Increasing values of one parameter: the basins at each of them.
+    client : dask.distributed.Client, optional
+        Cluster that marches the starts; its workers need this package. The result is bitwise that of one machine.
 
     Returns
     -------
@@ -104,6 +107,8 @@ def basins(
     ------
     ParameterError
         If a start is not finite or lies beyond a rigid support, or an argument is out of range.
+    RuntimeError
+        If a worker of the cluster has other kernels, or was lost too often with the same starts.
 
     Notes
     -----
@@ -117,60 +122,84 @@ def basins(
     .. [2] J. D. Skufca, J. A. Yorke, B. Eckhardt, Edge of chaos in a parallel shear flow, Physical Review Letters 96
        (2006) 174101.
     """
+    rows = rows_of_basins(exciter, x0, v0, phase, starts, over, client)
+    assigned = None
+    if client is not None:
+        shards = solve_on_cluster(client, rows.shard, rows.grid)
+        assigned = joined_rows([assigned_in(shard) for shard in shards])
+    return solve_basins(rows, harmonics, progress, assigned)
+
+
+def rows_of_basins(
+    exciter: Exciter,
+    x0: Any,
+    v0: Any,
+    phase: float = 0.0,
+    starts: int = STARTS,
+    over: Mapping[str, Any] | None = None,
+    client: Any = None,
+) -> BasinRows:
+    """Return the starts of `basins`, checked, with arguments as for it."""
     check_whole("starts", starts, STARTS_LIMITS)
     turn = number_within("phase", phase, FRACTION) % 1.0
-    xs, vs = check_starts(exciter, x0, v0)
-    if over is not None:
-        name, exciters = _check_over(exciter, over, xs)
-        return _over_values(exciters, name, xs, vs, turn, harmonics, starts, progress)
-    found, owner, periods = _settle(exciter, xs, vs, turn, starts, progress)
-    text = f"{xs.size} x {vs.size} starts (x0, v0) at {turn:g} of a forcing period"
-    dataset, numbers = attractor_dataset(found, owner, harmonics, text)
+    given = {"x0": x0, "v0": v0}
+    if client is not None:
+        given, over = computed_values(client, given), over and computed_values(client, over)
+    xs, vs = check_starts(exciter, given["x0"], given["v0"])
+    values = {} if over is None else _check_over(exciter, over, xs)
+    shared = {name: value for name, value in exciter.stated().items() if name not in values}
+    grid = SweepGrid({**values, "x0": xs, "v0": vs}, None, shared)
+    return BasinRows(exciter, grid, turn, starts)
+
+
+def assigned_in(shard: xr.Dataset) -> Assigned:
+    """Return what a shard holds of its starts."""
+    return shard.attractor_assigned.values, shard.periods_to_attractor.values
+
+
+def solve_basins(
+    rows: BasinRows,
+    harmonics: int,
+    progress: Callable[[int], None] | None = None,
+    assigned: Assigned | None = None,
+) -> xr.Dataset:
+    """Return the dataset of `basins`; `assigned` is what is known of all rows, from shards."""
+    if rows.parameter is not None:
+        return _over_values(rows, rows.parameter, harmonics, progress, assigned)
+    exciter, turn, (xs, vs) = rows.exciter, rows.phase, (rows.x0, rows.v0)
+    found, (owner, periods) = rows.settle(0, assigned, progress)
+    dataset, numbers = attractor_dataset(found, owner, harmonics, _starts_text(rows))
     parameters = {name: ((), value) for name, value in exciter.stated().items()}
-    dataset = _with_starts(dataset.assign_coords(parameters), numbers, periods, turn, xs, vs)
+    dataset = _with_starts(dataset.assign_coords(parameters), rows, numbers, periods)
     shape = xs.size, vs.size
-    states = grid_starts(exciter, xs, vs).reshape(*shape, 2)
+    states = rows.starts(0).reshape(*shape, 2)
     orbits = border_orbits(found, states, owner.reshape(shape), turn)
     return describe(with_border_orbits(dataset, found, orbits, attractor_ids(found)))
 
 
-def _settle(
-    exciter: Exciter,
-    xs: np.ndarray,
-    vs: np.ndarray,
-    turn: float,
-    starts: int,
-    progress: Callable[[int], None] | None,
-) -> tuple[AttractorSet, np.ndarray, np.ndarray]:
-    """Return the attractors of an exciter, and for each start of a grid the index of its own and the periods."""
-    found = AttractorSet(exciter)
-    found.settle(scattered_starts(exciter, starts))
-    return found, *found.settle(grid_starts(exciter, xs, vs), turn, progress)
+def _starts_text(rows: BasinRows) -> str:
+    return f"{rows.x0.size} x {rows.v0.size} starts (x0, v0) at {rows.phase:g} of a forcing period"
 
 
 def _over_values(
-    exciters: Sequence[Exciter],
+    rows: BasinRows,
     name: str,
-    xs: np.ndarray,
-    vs: np.ndarray,
-    turn: float,
     harmonics: int,
-    starts: int,
     progress: Callable[[int], None] | None,
+    assigned: Assigned | None,
 ) -> xr.Dataset:
     """Return the basins of exciters that differ in one parameter."""
     sets, owners, times = [], [], []
-    for k, each in enumerate(exciters):
-        before = k * xs.size * vs.size
-        tell = None if progress is None else partial(_add, progress, before)
-        found, owner, periods = _settle(each, xs, vs, turn, starts, tell)
+    for k in range(len(rows.exciters)):
+        tell = None if progress is None else partial(_add, progress, k * rows.starts_each)
+        found, (owner, periods) = rows.settle(k, assigned, tell)
         sets.append(found)
         owners.append(owner)
         times.append(periods)
     families = follow_attractors(sets, name)
-    text = f"{xs.size} x {vs.size} starts (x0, v0) at {turn:g} of a forcing period, at each value"
+    text = f"{_starts_text(rows)}, at each value"
     dataset, numbers = shares_dataset(sets, families, owners, name, harmonics, text)
-    return _with_starts(dataset, numbers, np.array(times), turn, xs, vs, (name,))
+    return _with_starts(dataset, rows, numbers, np.array(times), (name,))
 
 
 def _add(progress: Callable[[int], None], before: int, done: int) -> None:
@@ -179,29 +208,25 @@ def _add(progress: Callable[[int], None], before: int, done: int) -> None:
 
 def _with_starts(
     dataset: xr.Dataset,
+    rows: BasinRows,
     numbers: np.ndarray,
     periods: np.ndarray,
-    turn: float,
-    xs: np.ndarray,
-    vs: np.ndarray,
     over: tuple[str, ...] = (),
 ) -> xr.Dataset:
     """Return the dataset of attractors with what is known of each start (..., x0 and v0 running fastest)."""
-    shape, dims = (*numbers.shape[:-1], xs.size, vs.size), (*over, "x0", "v0")
+    shape, dims = (*numbers.shape[:-1], rows.x0.size, rows.v0.size), (*over, "x0", "v0")
     attractor = numbers.reshape(shape)
     variables = {
         "attractor": (dims, attractor),
         "periods_to_attractor": (dims, periods.reshape(shape).astype(np.int32)),
         "border": (dims, border_starts(attractor).astype(np.int8)),
     }
-    coords = {"start_phase": ((), turn), "x0": xs, "v0": vs}
+    coords = {"start_phase": ((), rows.phase), "x0": rows.x0, "v0": rows.v0}
     return describe(dataset.assign_coords(coords).assign(variables))
 
 
-def _check_over(
-    exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray
-) -> tuple[str, list[Exciter]]:
-    """Return the swept parameter and the exciter at each of its values, or raise a ParameterError."""
+def _check_over(exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the values of the swept parameter by its name, or raise a ParameterError."""
     arrays = check_over(over)
     if len(arrays) > 1 or not set(arrays) <= set(PARAMETERS):
         must, got = f"must have one key among {', '.join(PARAMETERS)}", ", ".join(arrays)
@@ -209,11 +234,10 @@ def _check_over(
     ((name, values),) = arrays.items()
     if not (np.diff(values) > 0).all():
         raise ParameterError(f"over.{name}", over[name], "increasing numbers")
-    exciters = [replace(exciter, **{name: value}) for value in values.tolist()]
-    for each in exciters:
+    for value in values.tolist():
         for end in (xs[0], xs[-1]):
-            each.check_start(end, 0.0)
-    return name, exciters
+            replace(exciter, **{name: value}).check_start(end, 0.0)
+    return arrays
 
 
 def check_starts(exciter: Exciter, x0: Any, v0: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -231,12 +255,6 @@ def check_starts(exciter: Exciter, x0: Any, v0: Any) -> tuple[np.ndarray, np.nda
     for end in (arrays[0][0], arrays[0][-1]):
         exciter.check_start(end, 0.0)
     return arrays[0], arrays[1]
-
-
-def grid_starts(exciter: Exciter, xs: Any, vs: Any) -> np.ndarray:
-    """Return the starts (n, 2) of a grid, v0 running fastest; those within rounding of a support lie on it."""
-    x0, v0 = (each.ravel() for each in np.meshgrid(xs, vs, indexing="ij"))
-    return row_starts(np.tile(exciter.parameters(), (x0.size, 1)), x0, v0)
 
 
 def border_starts(attractor: np.ndarray) -> np.ndarray:

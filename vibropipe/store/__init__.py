@@ -19,7 +19,7 @@ from vibropipe.store.files import (
     scene_files,
     write,
 )
-from vibropipe.store.joining import join
+from vibropipe.store.joining import join, read_shards
 from vibropipe.store.opening import open_study
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
@@ -42,6 +42,7 @@ __all__ = [
     "open_study",
     "provenance",
     "read_scenes",
+    "read_shards",
     "read_sidecar",
     "remove_leftovers",
     "scene_files",

@@ -28,7 +28,7 @@ from vibropipe.store.encoding import (
     storable,
 )
 from vibropipe.store.ragged import ReorderingWriter, SequentialWriter
-from vibropipe.store.shards import Shard, read_headers, read_rows
+from vibropipe.store.shards import Shard, Values, read_headers, read_rows
 from vibropipe.words.progress import Progress
 
 # Limits of a block in memory: bytes of its variables, and rows.
@@ -69,6 +69,35 @@ def join(
         as before. The message names files and rows.
     """
     path = Path(path)
+    shards = _headers(shard_paths, grid, attrs)
+    with atomic_file(path) as temporary:
+        _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)
+        seal(temporary)
+
+
+def read_shards(
+    shard_paths: Sequence[str | PathLike[str]],
+    grid: SweepGrid,
+    attrs: Mapping[str, Any] | None = None,
+) -> tuple[Values, dict[str, Any]]:
+    """Read the shards of a scene into memory, after the checks of `join`.
+
+    Returns
+    -------
+    values : dict of str to array
+        What varies over `row`, all rows in order.
+    attrs : dict
+        Attributes of the shards (a list where they differ).
+    """
+    shards = _headers(shard_paths, grid, attrs)
+    with closing(read_rows(shards, [grid.rows])) as rows:
+        return next(rows), _common(shards)
+
+
+def _headers(
+    shard_paths: Sequence[str | PathLike[str]], grid: SweepGrid, attrs: Mapping[str, Any] | None
+) -> list[Shard]:
+    """Read the headers of shards, which must be those of the study that `attrs` name."""
     shards = read_headers([Path(shard) for shard in shard_paths], grid)
     fingerprint = (attrs or {}).get("fingerprint")
     if fingerprint is not None and shards[0].attrs.get("fingerprint") != fingerprint:
@@ -76,9 +105,7 @@ def join(
             f"{shards[0].path}: is a shard of another study, or of this one before it was changed: "
             "recompute the shards"
         )
-    with atomic_file(path) as temporary:
-        _write(shards, temporary, grid, _common(shards) | storable(attrs or {}), progress)
-        seal(temporary)
+    return shards
 
 
 def _write(

@@ -1,4 +1,4 @@
-# Joins the shards of a sweep into its dataset, so that each file has one writer.
+# Joins the shards of a scene into its dataset, so that each file has one writer.
 rule join:
     input:
         shards=RUN.shards,
@@ -21,5 +21,6 @@ rule join:
     message:
         "{wildcards.study}: joining the shards of {wildcards.scene}"
     shell:
-        "vibropipe join {params.file:q} --scene {wildcards.scene} --output {output.data:q} {input.shards:q}"
+        "vibropipe join {params.file:q} --scene {wildcards.scene} --threads {threads}"
+        " --output {output.data:q} {input.shards:q}"
         " > {log} 2>&1"

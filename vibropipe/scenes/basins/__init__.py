@@ -4,5 +4,11 @@ from vibropipe.scenes.basins.keys import CHECKS, BasinsScene, check_branches
 from vibropipe.scenes.kind import Kind
 
 KIND = Kind(
-    __name__, BasinsScene, CHECKS, unit="starts", check_among=check_branches, packages=("scipy",)
+    __name__,
+    BasinsScene,
+    CHECKS,
+    unit="starts",
+    check_among=check_branches,
+    can_be_cut=True,
+    packages=("scipy",),
 )

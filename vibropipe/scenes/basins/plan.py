@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 # A start costs the transient, here some thirty forcing periods, and is stored in nine bytes.
 SECONDS_PER_START, BYTES_PER_START = 3e-5, 9
 OUTPUTS = ("harmonics", "impacts", "stability", "energy")
-# Seconds and bytes of the search for attractors: of usual ones, with their states at the section.
-SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 0.3, 3, 2 * 8 * 1024
+# Seconds and bytes of attractors, beside the starts that look for them: of usual ones, with states at the section.
+SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 0.05, 3, 2 * 8 * 1024
 # Values of each axis of a sample.
 SAMPLE = 2, 64
 
@@ -22,15 +22,22 @@ def plan(scene: BasinsScene) -> Work:
     """Return the work of a basins scene, from its number of starts."""
     attractor = steady_bytes(OUTPUTS, scene.harmonics) + SECTION_BYTES
     n_values = next((grid.size for name, grid in scene.grids().items() if name == scene.swept), 1)
+    starts = scene.row_count + n_values * scene.starts
     return Work(
         size=grid_size(scene),
         rows=scene.row_count,
         method="exact",
         outputs=OUTPUTS,
-        seconds=n_values * SEARCH_SECONDS + scene.row_count * SECONDS_PER_START,
+        seconds=n_values * SEARCH_SECONDS + starts * SECONDS_PER_START,
         bytes=scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
+        pieces=most_shards(scene),
         is_parallel=True,
     )
+
+
+def most_shards(scene: BasinsScene) -> int:
+    """Return the largest number of shards: each looks for attractors itself, and has as many starts of its own."""
+    return max(1, scene.row_count // scene.starts)
 
 
 def estimate(scene: BasinsScene, sampler: Sampler) -> Estimate:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.basins import basins
+from vibropipe.solve.basin_rows import Assigned, BasinRows
+from vibropipe.solve.basins import rows_of_basins, solve_basins
 from vibropipe.solve.physical import stored
+from vibropipe.words.parameters import STARTS
 
 if TYPE_CHECKING:
     from vibropipe.scenes.basins.keys import BasinsScene
@@ -18,21 +20,28 @@ if TYPE_CHECKING:
 
 def solve(scene: BasinsScene, progress: Progress | None = None) -> xr.Dataset:
     """Find the attractors of a scene and the one that each start settles on."""
+    return solve_rows(scene, progress, None)
+
+
+def solve_rows(
+    scene: BasinsScene, progress: Progress | None, assigned: Assigned | None
+) -> xr.Dataset:
+    """Solve a scene; `assigned` is what shards know of its starts."""
     on_starts: Callable[[int], None] | None = None
     if progress is not None:
 
         def on_starts(done: int) -> None:
             progress(done, scene.row_count)
 
-    grids = scene.over_arrays()
-    dataset = basins(
-        Exciter(**scene.resolved_exciter()),
-        x0=grids.pop("x0"),
-        v0=grids.pop("v0"),
-        phase=scene.phase,
-        harmonics=scene.harmonics,
-        starts=scene.starts,
-        progress=on_starts,
-        over=grids or None,
-    )
+    dataset = solve_basins(rows_of(scene), scene.harmonics, on_starts, assigned)
     return stored(dataset, scene.mass_and_stiffness)
+
+
+def rows_of(scene: BasinsScene) -> BasinRows:
+    """Return the starts of a scene."""
+    grids = scene.over_arrays()
+    start = {name: grids.pop(name) for name in STARTS}
+    exciter = Exciter(**scene.resolved_exciter())
+    return rows_of_basins(
+        exciter, **start, phase=scene.phase, starts=scene.starts, over=grids or None
+    )

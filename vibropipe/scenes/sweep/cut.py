@@ -7,12 +7,11 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibropipe.scenes.costs import PlanError
-from vibropipe.scenes.sweep.plan import block_rows, stored_grid, sweep_grid
+from vibropipe.scenes.rows import row_grid, rows_of_shard, stored_grid
+from vibropipe.scenes.sweep.plan import block_rows
 from vibropipe.scenes.sweep.solve import solve_in_blocks
 from vibropipe.store import join as join_rows
 from vibropipe.store import write_grid, write_rows
-from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -27,15 +26,8 @@ def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     PlanError
         If the shard does not exist, or there are more shards than chains of rows.
     """
-    grid = sweep_grid(scene)
-    if not 1 <= shards <= grid.chains:
-        raise PlanError(
-            f"scenes.{scene.name}: must be cut into 1 to {count(grid.chains, 'shard')}, got {shards}"
-        )
-    if not 1 <= shard <= shards:
-        raise PlanError(f"shard: must be a number from 1 to {shards}, got {shard}")
-    start, stop = grid.cuts(shards)[shard - 1 : shard + 1]
-    return start, stop
+    grid = row_grid(scene, scene.follow_pair())
+    return rows_of_shard(scene, grid, shard, shards, most=grid.chains)
 
 
 def store(
@@ -66,7 +58,7 @@ def store(
         if shard is not None:
             write_rows(blocks, path, stop - start)
         else:
-            write_grid(blocks, path, stored_grid(scene))
+            write_grid(blocks, path, stored_grid(scene, scene.follow_pair()))
 
 
 def join(
@@ -83,4 +75,4 @@ def join(
     StoreError
         If the shards are not those of this scene.
     """
-    join_rows(shards, path, stored_grid(scene), dict(attrs), progress)
+    join_rows(shards, path, stored_grid(scene, scene.follow_pair()), dict(attrs), progress)

@@ -17,8 +17,7 @@ from vibropipe.scenes.costs import (
     thinned,
 )
 from vibropipe.scenes.keys.grids import ValueGrid
-from vibropipe.solve.physical import physical_grid
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.scenes.rows import row_grid
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -40,7 +39,7 @@ SEGMENT = 32
 
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
-    followed, grid = scene.follow_pair(), sweep_grid(scene)
+    followed, grid = scene.follow_pair(), row_grid(scene, scene.follow_pair())
     return Work(
         size=" x ".join(f"{size} {name}" for name, size in zip(grid.dims, grid.shape, strict=True)),
         rows=scene.row_count,
@@ -51,20 +50,6 @@ def plan(scene: SweepScene) -> Work:
         pieces=grid.chains,
         is_parallel=True,
     )
-
-
-def sweep_grid(scene: SweepScene) -> SweepGrid:
-    """Return the grid of a sweep, with the parameters that are not swept."""
-    values = scene.over_arrays()
-    exciter = scene.resolved_exciter().items()
-    shared = {name: value for name, value in exciter if name not in values}
-    return SweepGrid(values, scene.follow_pair(), shared)
-
-
-def stored_grid(scene: SweepScene) -> SweepGrid:
-    """Return the grid of a sweep as it is stored: in SI if the study has units."""
-    grid, units = sweep_grid(scene), scene.mass_and_stiffness
-    return grid if units is None else physical_grid(grid, *units)
 
 
 def block_rows(scene: SweepScene) -> int:

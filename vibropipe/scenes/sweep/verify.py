@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from vibropipe.scenes.recompute import Recomputed, part_text, sample_indices
+from vibropipe.scenes.rows import row_grid, stored_grid
 from vibropipe.scenes.sweep.keys import SweepScene
-from vibropipe.scenes.sweep.plan import stored_grid, sweep_grid
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.store import Difference, compare_rows
 
@@ -18,10 +18,10 @@ def recompute(
     path: Path, scene: SweepScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
     """Recompute at least `rows` rows, or all if there are fewer."""
-    grid = sweep_grid(scene)
+    grid = row_grid(scene, scene.follow_pair())
     length = grid.chain_length
     chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
-    as_stored = stored_grid(scene)
+    as_stored = stored_grid(scene, scene.follow_pair())
     differences: list[Difference] = []
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)

@@ -200,18 +200,26 @@ def fill_transfer(p, flights, j, work) -> None:
 
 
 @jit_inline
-def follow_derivatives(flights) -> None:
-    """Follow the derivatives of the last impact along the orbit, to the last impact again."""
-    n = flights.speed.size
+def follow_derivatives(flights, again=False) -> None:
+    """Follow the derivatives of the last impact along the orbit, to the last impact again.
+
+    What follows a release does not depend on the last impact: `again`, after a first time, ends there.
+    """
+    # A loop of a length that the compiler does not know is vectorised, not unrolled.
+    n, parameters = flights.d_end.shape
     for j in range(n):
-        i, transfer = j - 1 if j > 0 else n - 1, flights.transfer[j]
-        for k in range(N_PARAMETERS):
+        if again and flights.released[j] == 1:
+            return
+        i = j - 1 if j > 0 else n - 1
+        t = flights.transfer[j]
+        t11, t12, t21, t22 = t[0], t[1], t[2], t[3]
+        if flights.released[j] == 0:
+            for k in range(N_PARAMETERS):
+                flights.d_start[j, k] = flights.d_end[i, k]
+        for k in range(parameters):
             turn, speed = flights.d_end[i, k], flights.d_speed[i, k]
-            if flights.released[j] == 0:
-                flights.d_start[j, k] = turn
-            d_end = transfer[0] * turn + transfer[1] * speed + flights.source[j, 0, k]
-            d_speed = transfer[2] * turn + transfer[3] * speed + flights.source[j, 1, k]
-            flights.d_end[j, k], flights.d_speed[j, k] = d_end, d_speed
+            flights.d_end[j, k] = t11 * turn + t12 * speed + flights.source[j, 0, k]
+            flights.d_speed[j, k] = t21 * turn + t22 * speed + flights.source[j, 1, k]
 
 
 @jit_inline
@@ -264,7 +272,7 @@ def vary_orbit(p, contacts, m, flights, work) -> bool:
         turn, speed = flights.d_end[last, k], flights.d_speed[last, k]
         flights.d_end[last, k] = ((1.0 - m22) * turn + m12 * speed) / determinant
         flights.d_speed[last, k] = (m21 * turn + (1.0 - m11) * speed) / determinant
-    follow_derivatives(flights)
+    follow_derivatives(flights, again=True)
     total = 0.0
     for k in range(N_PARAMETERS):
         total += abs(flights.d_end[last, k]) + abs(flights.d_speed[last, k])

@@ -103,17 +103,22 @@ def add_impulse(p, impulse, turn, m, changes, total, d_total) -> None:
         Derivatives of impulse and phase.
     total : (harmonics + 1,) complex
         Increased as by `orbits.harmonics.add_support_forces`.
-    d_total : (harmonics + 1, N_PARAMETERS) complex
-        Increased by the derivatives.
+    d_total : (harmonics + 1, 2, N_PARAMETERS) float
+        Increased by the derivatives, real and imaginary parts apart.
     """
     rotation, power = phase_factor(turn / m), complex(1.0, 0.0)
     share = p.nu / TWO_PI
+    # A loop of a length that the compiler does not know is vectorised, not unrolled.
+    parameters = d_total.shape[2]
     for q in range(total.size):
         total[q] += impulse * share * power
-        for k in range(N_PARAMETERS):
-            change = changes[0, k] * share
-            d_total[q, k] += complex(change, -impulse * p.nu * q / m * changes[1, k]) * power
-        d_total[q, NU] += impulse / TWO_PI * power
+        turned = -impulse * p.nu * q / m
+        for k in range(parameters):
+            change, lag = changes[0, k] * share, turned * changes[1, k]
+            d_total[q, 0, k] += change * power.real - lag * power.imag
+            d_total[q, 1, k] += change * power.imag + lag * power.real
+        d_total[q, 0, NU] += impulse / TWO_PI * power.real
+        d_total[q, 1, NU] += impulse / TWO_PI * power.imag
         power *= rotation
 
 
@@ -148,8 +153,11 @@ def add_rest(p, length, flights, j, m, changes, total, d_total) -> None:
         reaction = reaction_integral(p, q, m, start, release)
         total[q] += support_position(p, support) * held + reaction
         for k in range(N_PARAMETERS):
-            d_total[q, k] += support_derivative(support, k) * held - changes[2, k] * at_start
-        d_total[q, F] += reaction * (1.0 / p.f)
+            change = support_derivative(support, k) * held - changes[2, k] * at_start
+            if k == F:
+                change += reaction * (1.0 / p.f)
+            d_total[q, 0, k] += change.real
+            d_total[q, 1, k] += change.imag
 
 
 @jit_inline
@@ -177,10 +185,11 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total) -> N
 
 
 @jit
-def divide_derivatives(p, m, length, total, d_total) -> None:
-    """Convert sums of support forces and their derivatives to amplitudes X(k nu/m) and theirs, in place.
+def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
+    """Convert sums of support forces to amplitudes X(k nu/m), in place, and their derivatives to those of amplitudes.
 
     Those near resonance are converted nonetheless; `replace_resonant_derivatives` computes them anew.
+    d_amplitudes : (harmonics + 1, N_PARAMETERS) complex.
     """
     share = 1.0 / length
     for q in range(total.size):
@@ -193,14 +202,14 @@ def divide_derivatives(p, m, length, total, d_total) -> None:
         total[q] = x
         compliance = divide(complex(1.0, 0.0), stiffness)
         for k in range(N_PARAMETERS):
-            change = d_total[q, k] * share
+            change = complex(d_total[q, 0, k], d_total[q, 1, k]) * share
             if k == NU:
                 change -= x * complex(-2.0 * w * q / m, p.h * q / m)
             elif k == H:
                 change -= x * complex(0.0, w)
             elif k == F and forced:
                 change += complex(0.0, -0.5)
-            d_total[q, k] = change * compliance
+            d_amplitudes[q, k] = change * compliance
 
 
 @jit_inline
@@ -240,18 +249,20 @@ def _integrate_flight(p, flights, j, cycles, work, sums):
 
 
 @jit_inline
-def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_total) -> None:
+def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_amplitudes) -> None:
     """Replace amplitudes near resonance, and their derivatives, by quadrature of the motion and its variation.
 
     Parameters
     ----------
-    p, m, flights, total, d_total
-        As for `add_support_derivatives`, converted.
+    p, m, flights
+        As for `add_support_derivatives`.
     length : int
         Period multiple of the orbit.
     work : Workspace
     sums : (2, VARIATIONS) complex
         Work space.
+    total, d_amplitudes
+        As `divide_derivatives` leaves them.
     """
     period, share = forcing_period(p), 1.0 / length
     for q in range(total.size):
@@ -259,7 +270,7 @@ def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_tot
             continue
         total[q] = 0.0
         for k in range(N_PARAMETERS):
-            d_total[q, k] = 0.0
+            d_amplitudes[q, k] = 0.0
         for j in range(flights.speed.size):
             home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
             released = flights.released[j] == 1
@@ -279,4 +290,4 @@ def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_tot
                     dw0 += restitution_derivative(home, k) * flights.speed[i]
                     change += sums[0, BY_W] * dw0 - by_time * flights.d_start[j, k]
                 moved = support_derivative(home, k) * held
-                d_total[q, k] += (moved + sigma * change) * share
+                d_amplitudes[q, k] += (moved + sigma * change) * share

@@ -54,6 +54,7 @@ class Differentiation(NamedTuple):
     sums : (2, VARIATIONS) complex
     totals : (n,) complex
         n the largest number of amplitudes.
+    d_totals : (n, 2, N_PARAMETERS) float
     """
 
     work: Workspace
@@ -63,6 +64,7 @@ class Differentiation(NamedTuple):
     pair: np.ndarray
     sums: np.ndarray
     totals: np.ndarray
+    d_totals: np.ndarray
 
 
 @jit_allocating
@@ -73,6 +75,7 @@ def new_differentiation(out, impacts):
         new_workspace(), new_flights(impacts), np.empty((3, N_PARAMETERS)),
         np.empty(2, np.complex128), np.empty((2, N_PARAMETERS), np.complex128),
         np.empty((2, VARIATIONS), np.complex128), np.empty(totals, np.complex128),
+        np.empty((totals, 2, N_PARAMETERS)),
     )  # fmt: skip
 
 
@@ -106,27 +109,28 @@ def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes):
 
     `room.totals` receives the amplitudes.
     """
-    total = room.totals[: d_amplitudes.shape[0]]
-    for q in range(total.size):
-        total[q] = 0.0
-        for k in range(N_PARAMETERS):
-            d_amplitudes[q, k] = 0.0
-    add_support_derivatives(p, m, flights, denominator, room.changes, total, d_amplitudes)
-    divide_derivatives(p, denominator, m, total, d_amplitudes)
+    n = d_amplitudes.shape[0]
+    total, d_total = room.totals[:n], room.d_totals[:n]
+    total[:] = 0.0
+    d_total[:] = 0.0
+    add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total)
+    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes)
     replace_resonant_derivatives(
         p, denominator, m, flights, room.work, room.sums, total, d_amplitudes
     )
 
 
 @jit_inline
-def write_energy_derivatives(p, m, flights, room, energy) -> None:
-    """Write the derivatives of work of the force and losses by damping and supports into (4, N_PARAMETERS)."""
-    write_amplitude_derivatives(p, m, flights, room, 1, room.pair)
+def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy) -> None:
+    """Write the derivatives of work of the force and losses by damping and supports into (4, N_PARAMETERS).
+
+    `amplitude` is X(nu), d_amplitudes (2 or more, N_PARAMETERS) as of `write_amplitude_derivatives`.
+    """
     for k in range(N_PARAMETERS):
         # The work over a forcing period is -2 pi f Re X(nu).
-        energy[0, k] = -2.0 * math.pi * m * p.f * room.pair[1, k].real
+        energy[0, k] = -2.0 * math.pi * m * p.f * d_amplitudes[1, k].real
         energy[2, k] = energy[3, k] = 0.0
-    energy[0, F] -= 2.0 * math.pi * m * room.totals[1].real
+    energy[0, F] -= 2.0 * math.pi * m * amplitude.real
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
         r, i, home = restitution_at(p, support), j - 1, flights.home[j]
@@ -207,9 +211,11 @@ def write_sensitivity(p, contacts, m, room, out, row, first) -> None:
         write_impact_derivatives(flights, out, row, first)
     if out.d_multipliers.size + out.d_exponent.size > 0:
         write_stability_derivatives(p, m, flights, room, out, row)
-    if out.d_amplitudes.size > 0:
-        write_amplitude_derivatives(p, m, flights, room, 1, out.d_amplitudes[row])
+    d_amplitudes = out.d_amplitudes[row] if out.d_amplitudes.size > 0 else room.pair
+    if out.d_amplitudes.size + out.d_energy.size > 0:
+        write_amplitude_derivatives(p, m, flights, room, 1, d_amplitudes)
+    if out.d_energy.size > 0:
+        amplitude = room.totals[1]
+        write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, out.d_energy[row])
     if out.d_subharmonics.size > 0 and m > 1:
         write_amplitude_derivatives(p, m, flights, room, m, out.d_subharmonics[row])
-    if out.d_energy.size > 0:
-        write_energy_derivatives(p, m, flights, room, out.d_energy[row])

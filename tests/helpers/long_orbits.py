@@ -13,6 +13,7 @@ import numpy as np
 
 DIGITS = 50
 STEP = mp.mpf("1e-18")
+DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
 Values = dict[str, np.ndarray]
 
 
@@ -20,12 +21,13 @@ def _fly(p: Mapping[str, mp.mpf], start, end, x, v):
     """Return (x, x') at the phase `end` of a flight from (x, v) at the phase `start`, in turns."""
     nu, h = p["nu"], p["h"]
     amplitude = p["f"] / (1 - nu**2 + 1j * h * nu)
+    second = p.get("f2", 0) * mp.expj(p.get("phi2", 0)) / (1 - 4 * nu**2 + 2j * h * nu)
     root = mp.sqrt(mp.mpc(h * h / 4 - 1))
     roots = (-h / 2 + root, -h / 2 - root)
 
     def steady(turn):
-        at = amplitude * mp.expjpi(2 * turn)
-        return at.imag + p["load"], (1j * nu * at).imag
+        at, twice = amplitude * mp.expjpi(2 * turn), second * mp.expjpi(4 * turn)
+        return (at + twice).imag + p["load"], (1j * nu * (at + 2 * twice)).imag
 
     x0, v0 = steady(start)
     y, w = x - x0, v - v0
@@ -95,7 +97,8 @@ def quantities(p, m, supports, u, harmonics):
     ]
     amplitudes = []
     for k in range(harmonics + 1):
-        force = (p["load"], mp.mpc(0, -p["f"] / 2), 0, 0)[min(k, 3)]
+        second = mp.mpc(0, -p.get("f2", 0) / 2) * mp.expj(p.get("phi2", 0))
+        force = (p["load"], mp.mpc(0, -p["f"] / 2), second, 0)[min(k, 3)]
         for t, v, r in zip(times, velocities, restitutions, strict=True):
             force -= (1 + r) * v * mp.expjpi(-2 * k * t) / (m * period)
         amplitudes.append(force / (1 - (k * nu) ** 2 + 1j * k * nu * p["h"]))
@@ -103,7 +106,11 @@ def quantities(p, m, supports, u, harmonics):
     found["displacement_amplitude"] = [2 * abs(x) for x in amplitudes[1:]]
     found["displacement_phase"] = [mp.arg(x) for x in amplitudes[1:]]
     found["velocity_amplitude"] = [2 * k * nu * abs(x) for k, x in enumerate(amplitudes[1:], 1)]
-    found["energy_input"] = [-2 * mp.pi * m * p["f"] * mp.re(amplitudes[1])]
+    # The mean of f sin(nu tau) and of f2 sin(2 nu tau + phi2), each times its part of x'.
+    work = mp.re(amplitudes[1]) * p["f"]
+    if harmonics > 1:
+        work += 2 * mp.re(amplitudes[2] * mp.expj(-p.get("phi2", 0))) * p.get("f2", 0)
+    found["energy_input"] = [-2 * mp.pi * m * work]
     found["energy_impact"] = [
         sum(
             (1 - r**2) * v**2 / 2
@@ -154,22 +161,37 @@ def _multipliers(p, m, supports, u):
     return [half + root, determinant / (half + root)]
 
 
+def _orbit_of(dataset):
+    """Return parameters, m, supports and unknowns of the orbit of a steady state, and the inverse Jacobian."""
+    known = (*DIFFERENTIATED, "f2", "phi2")
+    exact = {n: mp.mpf(float(dataset[n]) if n in dataset.coords else 0.0) for n in known}
+    m, supports = int(dataset.period_multiple), dataset.impact_support.values.tolist()
+    times = dataset.impact_phase.values + dataset.impact_period.values
+    start = [*times.tolist(), *dataset.impact_velocity.values.tolist()]
+    return exact, m, supports, *solve_orbit(exact, m, supports, start)
+
+
+def true_values(dataset, harmonics) -> Values:
+    """Return the quantities of a steady state with impacts and without rests."""
+    with mp.workdps(DIGITS):
+        exact, m, supports, u, _inverse = _orbit_of(dataset)
+        return _plain(quantities(exact, m, supports, u, harmonics))
+
+
+def _plain(values) -> Values:
+    return {key: np.array([complex(v) for v in numbers]) for key, numbers in values.items()}
+
+
 def sensitivities(dataset, harmonics) -> tuple[Values, Values]:
     """Return the quantities of a steady state with impacts and without rests, and their derivatives by each parameter.
 
     Central differences in long arithmetic; the derivatives have the parameters of `dataset` along the last axis.
     """
     with mp.workdps(DIGITS):
-        names = [str(name) for name in dataset.parameter.values]
-        held = {name: float(dataset[name]) if name in dataset.coords else 0.0 for name in names}
-        exact = {name: mp.mpf(value) for name, value in held.items()}
-        m, supports = int(dataset.period_multiple), dataset.impact_support.values.tolist()
-        times = dataset.impact_phase.values + dataset.impact_period.values
-        start = [*times.tolist(), *dataset.impact_velocity.values.tolist()]
-        u, inverse = solve_orbit(exact, m, supports, start)
+        exact, m, supports, u, inverse = _orbit_of(dataset)
         values = quantities(exact, m, supports, u, harmonics)
         slopes: dict[str, list] = {name: [] for name in values}
-        for name in names:
+        for name in (str(name) for name in dataset.parameter.values):
             ends = []
             for sign in (1, -1):
                 moved = {**exact, name: exact[name] + sign * STEP}
@@ -178,5 +200,4 @@ def sensitivities(dataset, harmonics) -> tuple[Values, Values]:
             for key in values:
                 pairs = zip(ends[0][key], ends[1][key], strict=True)
                 slopes[key].append([complex((a - b) / (2 * STEP)) for a, b in pairs])
-        plain = {key: np.array([complex(v) for v in numbers]) for key, numbers in values.items()}
-        return plain, {key: np.array(columns).T for key, columns in slopes.items()}
+        return _plain(values), {key: np.array(columns).T for key, columns in slopes.items()}

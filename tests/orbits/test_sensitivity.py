@@ -33,6 +33,11 @@ def steady(exciter, **options):
         # Near resonance without damping, where harmonics come from quadrature, and near critical damping.
         vp.Exciter(l=1.0, nu=1.0 + 2.0**-20, f=0.6, delta=0.1, R1=0.7, R2=0.6),
         vp.Exciter(l=1.0, nu=0.8, f=3.0, h=2.0 - 2.0**-30, delta=0.1, R1=0.7, R2=0.6),
+        # A second harmonic: flights of one step and of several, resonance of each harmonic, no first harmonic.
+        vp.Exciter(l=1.0, nu=0.8, f=0.9, f2=0.4, phi2=0.7, h=0.2, delta=0.1, R1=0.7, R2=0.6),
+        vp.Exciter(l=1.0, nu=2.6, f=2.0, f2=1.1, phi2=-2.0, h=0.05, delta=0.6, R1=0.8, R2=0.8),
+        vp.Exciter(l=1.0, nu=0.5, f=1.2, f2=0.3, h=1e-4, delta=0.1, R1=0.7, R2=0.6),
+        vp.Exciter(l=1.0, nu=1.0, f=1.2, f2=-0.3, h=1e-4, delta=0.1, R1=0.7, R2=0.6),
         # An orbit of three periods.
         vp.Exciter(l=1.0, nu=0.85, f=0.3, h=0.2, delta=0.1, R1=0.7, R2=0.6),
     ],
@@ -67,11 +72,13 @@ def differences(exciter, dataset, name, parameter, step):
 
 
 @pytest.mark.parametrize("parameter", ["nu", "f", "h", "l", "delta", "R1", "R2", "load"])
-def test_derivatives_through_chatter_and_rest_agree_with_differences(parameter):
-    dataset = steady(WITH_REST)
-    assert dataset.rests_per_orbit.values.tolist() == [1.0, 1.0]
+@pytest.mark.parametrize("exciter", [WITH_REST, replace(WITH_REST, f2=0.2, phi2=0.4)])
+def test_derivatives_through_chatter_and_rest_agree_with_differences(exciter, parameter):
+    dataset = steady(exciter)
+    rests = [0.0, 1.0] if exciter.f2 else [1.0, 1.0]
+    assert dataset.rests_per_orbit.values.tolist() == rests
     for name in ("displacement_mean", "displacement_amplitude", "impact_phase", "energy_damping"):
-        expected = differences(WITH_REST, dataset, name, parameter, 1e-4)
+        expected = differences(exciter, dataset, name, parameter, 1e-4)
         got = dataset[name + SUFFIX].sel(parameter=parameter).values
         got = got[:HOPS] if name == "impact_phase" else got
         # Rounding of the differences, and their fourth order.
@@ -95,6 +102,46 @@ def test_a_linear_motion_has_the_derivatives_of_its_closed_form():
     assert (
         dataset[f"displacement_amplitude{SUFFIX}"].sel(parameter=["l", "delta", "R1"]) == 0
     ).all()
+
+
+def test_a_linear_motion_under_two_harmonics_has_the_derivatives_of_its_closed_form():
+    exciter = replace(LINEAR, f2=0.1, phi2=0.6)
+    dataset = steady(exciter)
+    assert int(dataset.impacts_per_orbit.sum()) == 0
+
+    def part(k, nu, f, h):
+        force = f if k == 1 else mp.mpf(exciter.f2) * mp.expj(exciter.phi2)
+        return force / (1 - (k * nu) ** 2 + 1j * k * h * nu)
+
+    closed = {
+        "displacement_strobe": lambda *p: mp.im(part(1, *p) + part(2, *p)),
+        "velocity_strobe": lambda *p: p[0] * mp.re(part(1, *p) + 2 * part(2, *p)),
+        "displacement_amplitude": lambda *p: abs(part(2, *p)),
+        # Damping takes h times the mean square of the velocity.
+        "energy_damping": lambda *p: (
+            p[2] * mp.pi * p[0] * (abs(part(1, *p)) ** 2 + 4 * abs(part(2, *p)) ** 2)
+        ),
+    }
+    own = (exciter.nu, exciter.f, exciter.h)
+    for name, value in closed.items():
+        quantity, got = dataset[name], dataset[name + SUFFIX]
+        if "harmonic" in quantity.dims:
+            quantity, got = quantity.sel(harmonic=2), got.sel(harmonic=2)
+        assert float(quantity) == pytest.approx(float(value(*own)), rel=1e-13), name
+        for order, parameter in (((1, 0, 0), "nu"), ((0, 1, 0), "f"), ((0, 0, 1), "h")):
+            expected = float(mp.diff(value, own, order))
+            assert float(got.sel(parameter=parameter)) == pytest.approx(expected, rel=1e-11), name
+
+
+def test_derivatives_do_not_depend_on_the_number_of_harmonics():
+    """The work of the second harmonic needs its amplitude, also where it is not stored."""
+    exciter = replace(TWO_SIDED, f2=0.4, phi2=0.7)
+    one = vp.steady_state(exciter, harmonics=1, outputs=OUTPUTS)
+    more = vp.steady_state(exciter, harmonics=4, outputs=OUTPUTS)
+    bare = vp.steady_state(exciter, outputs=("energy", "sensitivity"))
+    for name in (f"energy_input{SUFFIX}", f"energy_damping{SUFFIX}"):
+        np.testing.assert_array_equal(one[name], more[name])
+        np.testing.assert_array_equal(bare[name], more[name])
 
 
 def test_a_mirrored_exciter_has_mirrored_derivatives():

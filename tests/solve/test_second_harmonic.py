@@ -11,6 +11,7 @@ import pytest
 from comparisons import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from long_orbits import true_values
 from strategies import Case, cases
 
 import vibropipe as vp
@@ -231,3 +232,55 @@ def test_what_has_no_closed_form_says_so() -> None:
             call()
     with pytest.raises(vp.ParameterError, match="boundaries under a second harmonic"):
         vp.boundary(TWO, "fold", ("nu", "f"), ((0.9, 1.1), (0.5, 1.0)))
+
+
+def test_errors_of_rows_hold():
+    """Against orbits in long arithmetic, and linear motions in closed form."""
+    rng, ratios, count = np.random.default_rng(8), [], 0
+    while count < 25:
+        nu, f2, phi2 = rng.uniform(0.4, 3.0), rng.uniform(-1, 1), rng.uniform(-3, 3)
+        delta, R1, R2 = rng.uniform(-0.8, 0.8), rng.uniform(0.2, 0.9), rng.uniform(0.2, 0.9)
+        f, h = rng.uniform(0.2, 2), rng.uniform(0.02, 0.5)
+        exciter = vp.Exciter(l=1, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2, f2=f2, phi2=phi2)
+        row = vp.steady_state(exciter, harmonics=3)
+        impacts, m = row.sizes["impact"], int(row.period_multiple)
+        if m == 0 or impacts > 8 or row.rests_per_orbit.any():
+            continue
+        count += 1
+        if impacts:
+            true = true_values(row, 3)
+            true["impact_phase"] = true["impact_phase"].real % 1.0
+        else:
+            parts = [f / (1 - nu**2 + 1j * h * nu)]
+            parts.append(f2 * np.exp(1j * phi2) / (1 - 4 * nu**2 + 2j * h * nu))
+            true = {"displacement_strobe": np.array([sum(parts).imag])}
+            true["displacement_amplitude"] = np.array([*np.abs(parts), 0.0])
+        for name, values in true.items():
+            if f"{name}_error" in row and name not in ("lyapunov_exponent", "impact_velocity_max"):
+                miss = np.abs(row[name].values.ravel() - values)
+                stated = row[f"{name}_error"].values.ravel()
+                assert np.isfinite(stated).all(), name
+                ratios += (miss[miss > 0] / stated[miss > 0]).tolist()
+    assert len(ratios) > 200
+    assert max(ratios) < 30.0
+    assert np.mean(np.array(ratios) > 3.0) <= 0.01
+    # An error that is always far too large would pass as well.
+    assert np.median(ratios) > 0.005
+
+
+def test_an_accuracy_may_be_asked_of_a_sweep():
+    exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, f2=0.3, f=0.8)
+    rows = vp.sweep(exciter, {"nu": np.linspace(0.8, 1.4, 12)}, accuracy=1e-10)
+    has_orbit = rows.period_multiple > 0
+    assert has_orbit.sum() > 6
+    assert (rows.error.where(has_orbit, drop=True) < 1e-10).all()
+
+
+def test_points_of_a_branch_have_errors_and_sensitivities():
+    outputs = ("harmonics", "impacts", "sensitivity")
+    point = vp.branch(TWO, "nu", 1.1, x0=0.1, outputs=outputs).isel(point=-1)
+    start = float(point.displacement_strobe), float(point.velocity_strobe)
+    row = vp.steady_state(dataclasses.replace(TWO, nu=float(point.nu)), *start, outputs=outputs)
+    for name in ("displacement_mean_sensitivity", "impact_velocity_max_sensitivity"):
+        np.testing.assert_allclose(point[name], row[name], rtol=1e-8, atol=1e-9)
+    assert 0.0 < float(point.displacement_mean_error) < 1e-12

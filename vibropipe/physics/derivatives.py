@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import constant_load, force_at
+from vibropipe.physics.load import constant_load, force_at, force_value
 from vibropipe.physics.turns import sincos_turns
 
 DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
@@ -20,7 +20,7 @@ N_PARAMETERS = len(DIFFERENTIATED)
 @jit
 def is_differentiated(p) -> bool:
     """Return whether the motion has no effect but those that these derivatives know."""
-    return p.k1 == 0.0 and p.k2 == 0.0 and p.friction == 0.0 and p.f2 == 0.0
+    return p.k1 == 0.0 and p.k2 == 0.0 and p.friction == 0.0
 
 
 @jit
@@ -58,11 +58,11 @@ def force_derivative(turn, k):
 
 
 @jit
-def gap_acceleration(p, support, turn, y, w):
+def gap_acceleration(p, support, turn, y, w, second=None):
     """Return y'' at the distance y from a support, with the rate w, at a phase in turns."""
     sigma = -1.0 if support == 1 else 1.0
     load = constant_load(sigma, support_position(p, support))
-    return force_at(p, sigma, turn).sine + load - p.h * w - y
+    return force_value(force_at(p, sigma, turn, second), second) + load - p.h * w - y
 
 
 @jit

@@ -103,11 +103,17 @@ def force_value(force: Force, second=None):
 
 
 @jit_inline
+def force_slope(force: Force, second=None):
+    """Return the derivative of the force by nu tau."""
+    if second is None:
+        return force.cosine
+    return force.cosine + 2.0 * force.cosine_2
+
+
+@jit_inline
 def force_rate(p, force: Force, second=None):
     """Return the derivative of the force by tau."""
-    if second is None:
-        return p.nu * force.cosine
-    return p.nu * (force.cosine + 2.0 * force.cosine_2)
+    return p.nu * force_slope(force, second)
 
 
 @jit_inline

@@ -32,6 +32,14 @@ def with_force(p, k, m, amplitude):
 
 
 @jit_inline
+def reaction_difference(k, m, start, end):
+    """Return the factor of i f/2 in `reaction_integral`; arguments as for it."""
+    up = phase_integral(k / m - 1.0 if k != m else 0.0, start, end)
+    # sin = (exp(i nu tau) - exp(-i nu tau)) / 2i
+    return up - phase_integral(k / m + 1.0, start, end)
+
+
+@jit_inline
 def reaction_integral(p, k, m, start, end):
     """Return a harmonic of the part of the support force that balances the external force during a rest.
 
@@ -49,10 +57,7 @@ def reaction_integral(p, k, m, start, end):
         Integral of minus the force times exp(-i k nu tau / m) over the rest, in forcing periods.
     """
     cycles = k / m
-    up = phase_integral(cycles - 1.0 if k != m else 0.0, start, end)
-    down = phase_integral(cycles + 1.0, start, end)
-    # sin = (exp(i nu tau) - exp(-i nu tau)) / 2i
-    first = complex(0.0, 0.5 * p.f) * (up - down)
+    first = complex(0.0, 0.5 * p.f) * reaction_difference(k, m, start, end)
     if p.f2 == 0.0:
         return first
     amplitude = second_amplitude(p)

@@ -4,7 +4,8 @@ In the frame y = sigma (x - x_ref) of a support, eq. (5) reads y'' + h y' + y = 
 phases, in turns. The derivative of y by a parameter at a fixed phase obeys the same equation with another right-hand
 side, its source: 1 for the constant load, sigma sin(nu tau) for f, -y' for h and, since tau = phase 2 pi/nu,
 -(2 y'' + h y')/nu for nu. Each is a Taylor polynomial by the recurrence of `physics.flow`, so resonance and critical
-damping are no special cases. A further parameter of the force adds a column with its source.
+damping are no special cases. A further parameter of the force adds a column with its source. The second harmonic is in
+the motion alone: nothing is differentiated by f2 or phi2.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from vibropipe.physics.free_flow_by_h import free_flow_by_h
 from vibropipe.physics.load import (
     Force,
     constant_load,
+    fastest_forcing,
     first_terms,
+    first_terms_of_second,
     force_at,
     forcing_period,
     next_term,
@@ -121,25 +124,27 @@ def begin_variations(p, w, ends) -> None:
 
 
 @jit
-def steps_of_flight(p, start, end):
+def steps_of_flight(p, start, end, second):
     """Return the steps of a flight from `start` to `end`, in turns, for which a polynomial is exact to rounding."""
-    return max(1, math.ceil((end - start) * forcing_period(p) * fastest_rate(p.nu, p.h) / REACH))
+    fastest = fastest_rate(fastest_forcing(p, second), p.h)
+    return max(1, math.ceil((end - start) * forcing_period(p) * fastest / REACH))
 
 
 @jit
-def vary_by_steps(p, support, start, end, w, work) -> None:
+def vary_by_steps(p, support, start, end, w, work, second) -> None:
     """Fill work.ends with the variations at the end of a flight step by step; arguments as for `vary_flight`."""
     ends = work.ends
     begin_variations(p, w, ends)
     sigma = -1.0 if support == 1 else 1.0
     load, y = constant_load(sigma, support_position(p, support)), 0.0
-    steps = steps_of_flight(p, start, end)
+    steps = steps_of_flight(p, start, end, second)
     dt = (end - start) * forcing_period(p) / steps
     if dt > 0.0:
         for step in range(steps):
             turn = start + (end - start) * step / steps
             sine, cosine = sincos_turns(turn)
-            taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
+            force = force_at(p, sigma, turn, second)
+            taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
             unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
             vary_step(p, work.c, unit, dt, ends, work.z)
             y, w = motion(work.c, 1.0, dt)
@@ -147,7 +152,7 @@ def vary_by_steps(p, support, start, end, w, work) -> None:
 
 
 @jit
-def vary_in_one_step(p, support, start, end, w, reach, ends) -> None:
+def vary_in_one_step(p, support, start, end, w, reach, ends, second) -> None:
     """Fill the variations at the end of a flight of at most one step; arguments as for `vary_flight`.
 
     The recurrences of `taylor` and `vary_step` in registers, since a chatter has many short flights; `reach` is the
@@ -161,6 +166,11 @@ def vary_in_one_step(p, support, start, end, w, reach, ends) -> None:
             degree = enough
     sine, cosine = sincos_turns(start)
     term, term_next = first_terms(Force(sigma * sine, sigma * cosine, 0.0, 0.0), p.nu * dt)
+    other, other_next = 0.0, 0.0
+    if second is not None:
+        other, other_next = first_terms_of_second(
+            force_at(p, sigma, start, second), 2.0 * p.nu * dt
+        )
     square, damped, push = dt * dt, p.h * dt, 0.5 * dt * dt
     load = constant_load(sigma, support_position(p, support))
     # Coefficients n and n + 1 of the motion and of the responses to load, nu, h and f; then their sums at the end.
@@ -171,6 +181,9 @@ def vary_in_one_step(p, support, start, end, w, reach, ends) -> None:
     for n in range(degree - 1):
         to_next, share, order = square * FACTORS[n], damped * SHARES[n], float(n + 2)
         c2 = to_next * (p.f * term - c0) - share * c1 + load * push
+        if second is not None:
+            c2 += to_next * other
+            other, other_next = other_next, next_term(other, 2.0 * p.nu * dt, FACTORS[n])
         g2 = push - to_next * g0 - share * g1
         n2 = -to_next * n0 - share * n1 - (2.0 * c2 + share * c1) * by_nu
         h2 = -to_next * h0 - share * h1 - dt * SHARES[n] * c1
@@ -230,7 +243,7 @@ def vary_in_closed_form(p, support, start, end, w, ends) -> None:
 
 
 @jit
-def vary_flight(p, support, start, end, w, work) -> None:
+def vary_flight(p, support, start, end, w, work, second=None) -> None:
     """Fill the variations at the end of a flight.
 
     Parameters
@@ -245,15 +258,17 @@ def vary_flight(p, support, start, end, w, work) -> None:
     work : Workspace
         `ends` is filled with the derivatives of distance and rate at the end: by those at the start, by a constant
         load, and by nu, h and f at fixed phases.
+    second : int or None
+        The effect `second_harmonic`; with it there is no closed form.
     """
-    reach = (end - start) * forcing_period(p) * fastest_rate(p.nu, p.h)
+    reach = (end - start) * forcing_period(p) * fastest_rate(fastest_forcing(p, second), p.h)
     stiffness = abs((1.0 - p.nu) * (1.0 + p.nu)) + p.h * p.nu
     if reach <= REACH:
-        vary_in_one_step(p, support, start, end, w, reach, work.ends)
-    elif reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
+        vary_in_one_step(p, support, start, end, w, reach, work.ends, second)
+    elif second is None and reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
         vary_in_closed_form(p, support, start, end, w, work.ends)
     else:
-        vary_by_steps(p, support, start, end, w, work)
+        vary_by_steps(p, support, start, end, w, work, second)
 
 
 @jit

@@ -16,7 +16,7 @@ from vibropipe.physics.effects import PIECES, all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
-from vibropipe.solve.checks import check_outputs, check_sensitivity, check_whole
+from vibropipe.solve.checks import check_outputs, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
@@ -133,7 +133,6 @@ def branch(
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
     ends = [problem.low, problem.high]
-    check_sensitivity(requested, {**vars(exciter), along: ends})
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)

@@ -217,15 +217,16 @@ def solve_points(
     has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)
     out = new_rows(rows, harmonics, outputs, listed if has_impacts else None)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
+    e = all_effects(columns_of(parameters))
     write_points(
-        all_effects(columns_of(parameters)), parameters, sequence.m, sequence.supports, unknowns, log, c,
+        e, parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
     if "impacts" in outputs:
         out = compact_impacts(out)
-        out = with_errors(out, parameters, max(n, 1))
+        out = with_errors(out, parameters, max(n, 1), e.second_harmonic)
     if "sensitivity" in outputs:
         out = with_impact_derivatives(out)
-        differentiate_rows(parameters, out, max(n, 1))
+        differentiate_rows(parameters, out, max(n, 1), e.second_harmonic)
     add_load(out, parameters[:, LOAD])
     return out if "impacts" in outputs else without_impacts(out)

@@ -134,13 +134,6 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
     return np.arange(count) / max(per_period, 1)
 
 
-def check_sensitivity(outputs: Sequence[str], values: Mapping[str, Any]) -> None:
-    """Raise a ParameterError for sensitivities of exciters with a second harmonic, which are not computed."""
-    if "sensitivity" in outputs and np.any(values.get("f2", 0.0)):
-        must = "must not have sensitivity where f2 is not 0: it is not computed by this version"
-        raise ParameterError("outputs", outputs, must=must, got=", ".join(outputs))
-
-
 def check_soft(
     argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
 ) -> None:

@@ -129,10 +129,11 @@ class _Solver:
         solve_piece(self.effects, values, starts, chain, *limits, out, *pieces)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
-        rows = with_errors(mask_unsolved(compact_impacts(out)), values, ORBIT_LOG_CAPACITY)
+        compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
+        rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
         if "sensitivity" in self.outputs:
             rows = with_impact_derivatives(rows)
-            differentiate_rows(values, rows, ORBIT_LOG_CAPACITY)
+            differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
         add_load(rows, load)
         return rows if "impacts" in self.outputs else without_impacts(rows)
 

@@ -206,12 +206,11 @@ def solve_blocks(
     farthest = largest_start(values, x0), largest_velocity(values, v0)
     e = resolve_effects(effects, values, *farthest, followed=follow is not None)
     # Sensitivities, from which errors are made, know neither.
-    is_beyond = e.has_pieces or e.second_harmonic is not None
-    if is_beyond and "sensitivity" in requested_outputs:
-        must = "must not include sensitivity where there are soft supports, friction or a second harmonic"
+    if e.has_pieces and "sensitivity" in requested_outputs:
+        must = "must not include sensitivity where there are soft supports or friction"
         raise ParameterError("outputs", outputs, must=must, got="")
-    if is_beyond and max_error is not None:
-        must = "must be left out where there are soft supports, friction or a second harmonic: errors are not known"
+    if e.has_pieces and max_error is not None:
+        must = "must be left out where there are soft supports or friction: errors are not known"
         raise ParameterError("accuracy", accuracy, must=must)
     attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
 

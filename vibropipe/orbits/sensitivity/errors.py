@@ -20,8 +20,14 @@ from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import is_differentiated
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.linear import linear_amplitude
-from vibropipe.physics.load import constant_load, force_at, forcing_period
+from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
+from vibropipe.physics.load import (
+    constant_load,
+    force_at,
+    force_value,
+    forcing_period,
+    largest_force,
+)
 from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI
 
@@ -45,7 +51,7 @@ def random_sign(n):
 
 
 @jit_inline
-def fill_record(p, position, velocity, support, j, m, record) -> None:
+def fill_record(p, position, velocity, support, j, m, record, second) -> None:
     """Fill the transfer of the flight that impact j of an orbit ends, and what it rounds."""
     n = position.size
     i = j - 1 if j > 0 else n - 1
@@ -55,9 +61,9 @@ def fill_record(p, position, velocity, support, j, m, record) -> None:
     sigma, lands_home = -1.0 if home == 1 else 1.0, support[j] == home
     sign = -1.0 if lands_home else 1.0
     w1, load = sign * u1, constant_load(sigma, support_position(p, home))
-    a0 = force_at(p, sigma, start).sine + load - p.h * w0
+    a0 = force_value(force_at(p, sigma, start, second), second) + load - p.h * w0
     far = 0.0 if lands_home else 2.0 * p.l
-    a1 = force_at(p, sigma, end).sine + load - p.h * w1 - far
+    a1 = force_value(force_at(p, sigma, end, second), second) + load - p.h * w1 - far
     e11, e12, e21, e22 = free_flow(p.h, t)
     b11 = (e11 * w0 + e12 * a0) / w1
     b12 = -r * e12 / (w1 * period)
@@ -65,7 +71,7 @@ def fill_record(p, position, velocity, support, j, m, record) -> None:
     record[2] = sign * (a1 * b11 - e21 * w0 - e22 * a0) * period
     record[3] = sign * (r * e22 + a1 * period * b12)
     short = min(1.0, t)
-    push = abs(load) + abs(p.f) + far
+    push = abs(load) + largest_force(p) + far
     height = far + t * (w0 + u1) + short * short * push
     record[4] = ULP * (1.0 + abs(start) + abs(end)) + ULP * height / (u1 * period)
     record[5] = ULP * (w0 + u1 + short * push) + ULP * height * abs(a1) / u1
@@ -86,7 +92,9 @@ def follow_samples(records, n, seed, phases, speeds) -> None:
 
 
 @jit
-def close_samples(p, position, velocity, support, m, closing, has_rest, records, phases, speeds):
+def close_samples(
+    p, position, velocity, support, m, closing, has_rest, records, phases, speeds, second
+):
     """Fill samples of the errors of all impacts of an orbit, (n, SAMPLES) each.
 
     Parameters
@@ -103,6 +111,8 @@ def close_samples(p, position, velocity, support, m, closing, has_rest, records,
     records : (n, RECORD) float
         Work space.
     phases, speeds : (n, SAMPLES) float
+    second : int or None
+        The effect `second_harmonic`.
 
     Returns
     -------
@@ -113,7 +123,7 @@ def close_samples(p, position, velocity, support, m, closing, has_rest, records,
     m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
     size = 0.0
     for j in range(n):
-        fill_record(p, position, velocity, support, j, m, records[j])
+        fill_record(p, position, velocity, support, j, m, records[j], second)
         t = records[j]
         m11, m12, m21, m22 = product(t[0], t[1], t[2], t[3], m11, m12, m21, m22)
         size = max(size, abs(m11) + abs(m22) + math.sqrt(abs(m12 * m21)))
@@ -153,7 +163,7 @@ def rms(samples) -> float:
 
 @jit_inline
 def write_orbit_errors(
-    p, position, velocity, support, m, closing, size, samples, out, row, first
+    p, position, velocity, support, m, closing, size, samples, out, row, first, second
 ) -> None:
     """Write the errors of an orbit from the samples of its impacts.
 
@@ -177,14 +187,15 @@ def write_orbit_errors(
     r, u = restitution_at(p, support[last]), abs(velocity[last])
     t, w0 = (m - position[last]) * period, r * u
     sigma, b = -1.0 if support[last] == 1 else 1.0, support_position(p, support[last])
-    a0 = force_at(p, sigma, position[last]).sine - sigma * b - p.h * w0
+    force = force_value(force_at(p, sigma, position[last], second), second)
+    a0 = force - sigma * b - p.h * w0
     e11, e12, e21, e22 = free_flow(p.h, t)
     x2, v2 = 0.0, 0.0
     for c in range(SAMPLES):
         dt, dw = phases[last, c] * period, r * speeds[last, c]
         x2 += (e12 * dw - (e11 * w0 + e12 * a0) * dt) ** 2
         v2 += (e22 * dw - (e21 * w0 + e22 * a0) * dt) ** 2
-    floor = ULP * (abs(b) + abs(p.f) + (1.0 + t) * w0) + closing
+    floor = ULP * (abs(b) + largest_force(p) + (1.0 + t) * w0) + closing
     out.e_row[row, X] = math.sqrt(x2 / SAMPLES) + floor
     out.e_row[row, V] = math.sqrt(v2 / SAMPLES) + floor
     impulses, turned, relative = 0.0, 0.0, ULP
@@ -196,7 +207,7 @@ def write_orbit_errors(
         turned += (share * abs(velocity[j]) * TWO_PI * (phase + ULP)) ** 2
         relative += speed / abs(velocity[j]) + phase * period + ULP
         note_impact(out, row, support[j], phase, speed)
-    out.e_row[row, IMPULSES] = math.sqrt(impulses) + ULP * abs(p.f)
+    out.e_row[row, IMPULSES] = math.sqrt(impulses) + ULP * largest_force(p)
     out.e_row[row, PHASES] = math.sqrt(turned)
     out.e_row[row, TRACE] = relative * size
 
@@ -218,6 +229,10 @@ def write_closed_errors(p, x, v, out, row, first, last) -> None:
         stiffness = abs(complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu))
         near = (1.0 + p.nu * p.nu + p.h * p.nu) / stiffness
         scale = ULP * (x + v + 2.0 * amplitude * (1.0 + near)) if amplitude > 0.0 else ULP * (x + v)
+        if p.f2 != 0.0:
+            stiffness = abs(complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), 2.0 * p.h * p.nu))
+            near = (1.0 + 4.0 * p.nu * p.nu + 2.0 * p.h * p.nu) / stiffness
+            scale += ULP * 2.0 * abs(second_linear_amplitude(p)) * (1.0 + near)
     out.e_row[row, X] = scale
     out.e_row[row, V] = scale * max(1.0, p.nu)
     out.e_row[row, IMPULSES], out.e_row[row, PHASES] = scale, 0.0
@@ -228,7 +243,9 @@ def write_closed_errors(p, x, v, out, row, first, last) -> None:
         note_impact(out, row, out.impact_support[i], out.e_impacts[i, 0], out.e_impacts[i, 1])
 
 
-def with_errors(rows: RowResults, parameters: np.ndarray, impacts: int) -> RowResults:
+def with_errors(
+    rows: RowResults, parameters: np.ndarray, impacts: int, second: int | None
+) -> RowResults:
     """Return compacted results, whose impacts are listed, with the errors of all orbits.
 
     Parameters
@@ -237,17 +254,19 @@ def with_errors(rows: RowResults, parameters: np.ndarray, impacts: int) -> RowRe
     parameters : (rows, parameters) array
     impacts : int
         Capacity for the impacts of an orbit.
+    second : int or None
+        The effect `second_harmonic`.
     """
     n = rows.impact_position.size
     room = rows._replace(
         e_row=np.full((len(parameters), COLUMNS), np.nan), e_impacts=np.full((n, 2), np.nan)
     )
-    estimate_rows(parameters, room, impacts)
+    estimate_rows(parameters, room, impacts, second)
     return room
 
 
 @jit_inline
-def estimate_row(p, out, row, first, last, records, phases, speeds) -> None:
+def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> None:
     """Write the errors of a row whose impacts are first to last; arguments as for `close_samples`."""
     m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
     if m == 0 or not is_differentiated(p):
@@ -262,16 +281,18 @@ def estimate_row(p, out, row, first, last, records, phases, speeds) -> None:
     support = out.impact_support[first:last]
     closing = out.residual[row] * (abs(x) + abs(v) + largest_speed(velocity))
     size = close_samples(
-        p, position, velocity, support, m, closing, has_rest, records, phases, speeds
+        p, position, velocity, support, m, closing, has_rest, records, phases, speeds, second
     )
     samples = phases, speeds
-    write_orbit_errors(p, position, velocity, support, m, closing, size, samples, out, row, first)
+    write_orbit_errors(
+        p, position, velocity, support, m, closing, size, samples, out, row, first, second
+    )
     if has_rest:
         out.e_row[row, TRACE] = 0.0
 
 
 @jit_nogil
-def estimate_rows(parameters, out, impacts) -> None:
+def estimate_rows(parameters, out, impacts, second) -> None:
     """Write the errors of solved rows: `e_row` and `e_impacts`, NaN on entry.
 
     Parameters
@@ -281,6 +302,8 @@ def estimate_rows(parameters, out, impacts) -> None:
         Compacted results with their impacts.
     impacts : int
         Capacity for the impacts of an orbit.
+    second : int or None
+        The effect `second_harmonic`.
     """
     records = np.empty((impacts, RECORD))
     phases, speeds = np.empty((impacts, SAMPLES)), np.empty((impacts, SAMPLES))
@@ -288,5 +311,5 @@ def estimate_rows(parameters, out, impacts) -> None:
     for row in range(parameters.shape[0]):
         last = first + out.impact_count[row]
         p = row_parameters(parameters, row)
-        estimate_row(p, out, row, first, last, records, phases, speeds)
+        estimate_row(p, out, row, first, last, records, phases, speeds, second)
         first = last

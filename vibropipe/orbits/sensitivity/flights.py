@@ -22,7 +22,13 @@ from vibropipe.physics.derivatives import (
     gap_acceleration_derivative,
     restitution_derivative,
 )
-from vibropipe.physics.load import constant_load, force_at, forcing_period
+from vibropipe.physics.load import (
+    constant_load,
+    force_at,
+    force_slope,
+    force_value,
+    forcing_period,
+)
 from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI
 from vibropipe.physics.variation import BY_W, BY_Y, VARIATIONS, by_parameter, vary_flight
@@ -158,11 +164,11 @@ def fill_flights(p, contacts, m, flights) -> bool:
 
 
 @jit_inline
-def fill_transfer(p, flights, j, work) -> None:
+def fill_transfer(p, flights, j, work, second) -> None:
     """Fill transfer and source of flight j."""
     home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
     end, released = flights.end[j], flights.released[j] == 1
-    vary_flight(p, home, start, end, w0, work)
+    vary_flight(p, home, start, end, w0, work, second)
     ends = flights.ends[j]
     for part in range(2):
         for v in range(VARIATIONS):
@@ -172,12 +178,12 @@ def fill_transfer(p, flights, j, work) -> None:
     w1 = sign * flights.speed[j]
     sigma = -1.0 if home == 1 else 1.0
     load = constant_load(sigma, support_position(p, home))
-    force = force_at(p, sigma, start)
-    a0 = 0.0 if released else force.sine + load - p.h * w0
-    flights.at_start[j, 0], flights.at_start[j, 1] = a0, TWO_PI * force.cosine
-    force = force_at(p, sigma, end)
-    a1 = force.sine + load - p.h * w1 - (0.0 if lands_home else 2.0 * p.l)
-    flights.at_end[j, 0], flights.at_end[j, 1] = a1, TWO_PI * force.cosine
+    force = force_at(p, sigma, start, second)
+    a0 = 0.0 if released else force_value(force, second) + load - p.h * w0
+    flights.at_start[j, 0], flights.at_start[j, 1] = a0, TWO_PI * force_slope(force, second)
+    force = force_at(p, sigma, end, second)
+    a1 = force_value(force, second) + load - p.h * w1 - (0.0 if lands_home else 2.0 * p.l)
+    flights.at_end[j, 0], flights.at_end[j, 1] = a1, TWO_PI * force_slope(force, second)
     restitution, before = 0.0, 0.0
     if not released:
         restitution = restitution_at(p, home)
@@ -223,7 +229,7 @@ def follow_derivatives(flights, again=False) -> None:
 
 
 @jit_inline
-def vary_orbit(p, contacts, m, flights, work) -> bool:
+def vary_orbit(p, contacts, m, flights, work, second) -> bool:
     """Fill the derivatives of the impacts of an orbit.
 
     Parameters
@@ -236,6 +242,8 @@ def vary_orbit(p, contacts, m, flights, work) -> bool:
     flights : Flights
         Filled.
     work : Workspace
+    second : int or None
+        The effect `second_harmonic`.
 
     Returns
     -------
@@ -251,7 +259,7 @@ def vary_orbit(p, contacts, m, flights, work) -> bool:
         return False
     m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
     for j in range(n):
-        fill_transfer(p, flights, j, work)
+        fill_transfer(p, flights, j, work, second)
         if flights.released[j] == 1:
             # The gap acceleration stays zero at the release.
             jerk = flights.at_start[j, 1]

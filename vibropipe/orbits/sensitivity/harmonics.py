@@ -20,8 +20,19 @@ from vibropipe.physics.derivatives import (
     support_derivative,
 )
 from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
-from vibropipe.physics.load import Force, constant_load, force_at, forcing_period
-from vibropipe.physics.load_harmonics import force_amplitude, reaction_integral
+from vibropipe.physics.load import (
+    Force,
+    constant_load,
+    force_at,
+    force_slope,
+    forcing_period,
+)
+from vibropipe.physics.load_harmonics import (
+    force_amplitude,
+    reaction_difference,
+    reaction_integral,
+    second_amplitude,
+)
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos_turns
 from vibropipe.physics.variation import (
@@ -59,14 +70,14 @@ class Chatter(NamedTuple):
 
 
 @jit_inline
-def chatter_after(p, support, turn, speed):
+def chatter_after(p, support, turn, speed, second):
     """Return the `Chatter` after an impact at a phase, in turns, with a speed."""
     sigma, r = -1.0 if support == 1 else 1.0, restitution_at(p, support)
     w, lost = r * speed, 1.0 - r
     if w == 0.0 or r >= 1.0:
         return Chatter(r, w, 0.0, 0.0, 0.0, w)
-    g = -gap_acceleration(p, support, turn, 0.0, w)
-    slope = TWO_PI * force_at(p, sigma, turn).cosine
+    g = -gap_acceleration(p, support, turn, 0.0, w, second)
+    slope = TWO_PI * force_slope(force_at(p, sigma, turn, second), second)
     duration = 2.0 * w / (g * lost * forcing_period(p))
     return Chatter(r, w, g, slope, duration, w * (1.0 + r) / lost)
 
@@ -130,15 +141,15 @@ def start_of_rest(flights, j, m):
 
 
 @jit_inline
-def add_rest(p, length, flights, j, m, changes, total, d_total) -> None:
+def add_rest(p, length, flights, j, m, changes, total, d_total, second) -> None:
     """Add chatter and rest before a released flight, and their derivatives, to the sums at k nu/m."""
     support, release = flights.home[j], flights.start[j]
     i, turn = start_of_rest(flights, j, length)
     sigma, speed = -1.0 if support == 1 else 1.0, flights.speed[i]
-    chatter = chatter_after(p, support, turn, speed)
+    chatter = chatter_after(p, support, turn, speed, second)
     start = turn + chatter.duration
     # The support force at the release is zero, so its phase does not count.
-    force = -sigma * gap_acceleration(p, support, start, 0.0, 0.0)
+    force = -sigma * gap_acceleration(p, support, start, 0.0, 0.0, second)
     for k in range(N_PARAMETERS):
         d_turn, d_speed = flights.d_end[i, k], flights.d_speed[i, k]
         d_duration, d_impulse = chatter_derivatives(
@@ -155,13 +166,13 @@ def add_rest(p, length, flights, j, m, changes, total, d_total) -> None:
         for k in range(N_PARAMETERS):
             change = support_derivative(support, k) * held - changes[2, k] * at_start
             if k == F:
-                change += reaction * (1.0 / p.f)
+                change += complex(0.0, 0.5) * reaction_difference(q, m, start, release)
             d_total[q, 0, k] += change.real
             d_total[q, 1, k] += change.imag
 
 
 @jit_inline
-def add_support_derivatives(p, length, flights, m, changes, total, d_total) -> None:
+def add_support_derivatives(p, length, flights, m, changes, total, d_total, second) -> None:
     """Add the support forces of an orbit, and their derivatives, to the sums at the frequencies k nu/m.
 
     Parameters
@@ -172,6 +183,8 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total) -> N
         Period multiple of the orbit.
     flights : Flights
         Filled by `vary_orbit`.
+    second : int or None
+        The effect `second_harmonic`.
     """
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
@@ -181,11 +194,11 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total) -> N
             changes[0, k], changes[1, k] = sigma * change, flights.d_end[j, k]
         add_impulse(p, sigma * (1.0 + r) * speed, flights.end[j], m, changes, total, d_total)
         if flights.released[j] == 1:
-            add_rest(p, length, flights, j, m, changes, total, d_total)
+            add_rest(p, length, flights, j, m, changes, total, d_total, second)
 
 
 @jit
-def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
+def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> None:
     """Convert sums of support forces to amplitudes X(k nu/m), in place, and their derivatives to those of amplitudes.
 
     Those near resonance are converted nonetheless; `replace_resonant_derivatives` computes them anew.
@@ -198,6 +211,8 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
         x = total[q] * share
         if forced:
             x += force_amplitude(p)
+        if second is not None and q == 2 * m:
+            x += second_amplitude(p)
         x = divide(x, stiffness)
         total[q] = x
         compliance = divide(complex(1.0, 0.0), stiffness)
@@ -213,7 +228,7 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
 
 
 @jit_inline
-def _integrate_flight(p, flights, j, cycles, work, sums):
+def _integrate_flight(p, flights, j, cycles, work, sums, second):
     """Integrate distance and variations of a flight times exp(-2 pi i cycles t), t in turns.
 
     Returns
@@ -227,12 +242,13 @@ def _integrate_flight(p, flights, j, cycles, work, sums):
     load, y, total = constant_load(sigma, support_position(p, home)), 0.0, complex(0.0, 0.0)
     for v in range(VARIATIONS):
         sums[v] = 0.0
-    steps = steps_of_flight(p, start, end)
+    steps = steps_of_flight(p, start, end, second)
     dt = (end - start) * forcing_period(p) / steps
     for step in range(steps):
         turn = start + (end - start) * step / steps
         sine, cosine = sincos_turns(turn)
-        taylor(work.c, y, w, force_at(p, sigma, turn), load, p.h, p.nu, dt)
+        force = force_at(p, sigma, turn, second)
+        taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
         unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
         vary_step(p, work.c, unit, dt, work.ends, work.z)
         for g in range(NODES.size):
@@ -249,7 +265,9 @@ def _integrate_flight(p, flights, j, cycles, work, sums):
 
 
 @jit_inline
-def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_amplitudes) -> None:
+def replace_resonant_derivatives(
+    p, m, length, flights, work, sums, total, d_amplitudes, second
+) -> None:
     """Replace amplitudes near resonance, and their derivatives, by quadrature of the motion and its variation.
 
     Parameters
@@ -276,7 +294,7 @@ def replace_resonant_derivatives(p, m, length, flights, work, sums, total, d_amp
             released = flights.released[j] == 1
             i = j - 1 if j > 0 else flights.speed.size - 1
             sigma = -1.0 if home == 1 else 1.0
-            value = _integrate_flight(p, flights, j, q / m, work, sums[0])
+            value = _integrate_flight(p, flights, j, q / m, work, sums[0], second)
             held = phase_integral(q / m, start, flights.end[j])
             if released:
                 held += phase_integral(q / m, start_of_rest(flights, j, length)[1], start)

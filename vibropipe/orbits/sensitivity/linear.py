@@ -6,8 +6,13 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.derivatives import N_PARAMETERS, NU, F, H, support_derivative
-from vibropipe.physics.linear import linear_amplitude, linear_multipliers
+from vibropipe.physics.linear import (
+    linear_amplitude,
+    linear_multipliers,
+    second_linear_amplitude,
+)
 from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load_harmonics import work_of_second
 from vibropipe.physics.quotient import divide
 
 
@@ -23,6 +28,20 @@ def linear_amplitude_derivative(p, k):
     elif k == H:
         change = complex(0.0, p.nu)
     return divide(-linear_amplitude(p) * change, stiffness)
+
+
+@jit
+def second_amplitude_derivative(p, k):
+    """Return the derivative of `second_linear_amplitude` by parameter k."""
+    change = complex(0.0, 0.0)
+    if k == NU:
+        change = complex(-8.0 * p.nu, 2.0 * p.h)
+    elif k == H:
+        change = complex(0.0, 2.0 * p.nu)
+    else:
+        return change
+    stiffness = complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), 2.0 * p.h * p.nu)
+    return divide(-second_linear_amplitude(p) * change, stiffness)
 
 
 @jit
@@ -46,15 +65,21 @@ def write_linear(p, out, row) -> None:
     period = forcing_period(p)
     first, second, first_h, second_h = linear_roots(p)
     multipliers = linear_multipliers(p)
-    amplitude = linear_amplitude(p)
+    amplitude, amplitude_2 = linear_amplitude(p), second_linear_amplitude(p)
     for k in range(N_PARAMETERS):
-        x = linear_amplitude_derivative(p, k)
+        x, x2 = linear_amplitude_derivative(p, k), second_amplitude_derivative(p, k)
         out.d_section[row, 0, k] = 2.0 * x.real
         out.d_section[row, 1, k] = -2.0 * (p.nu * x.imag + (amplitude.imag if k == NU else 0.0))
+        if p.f2 != 0.0:
+            out.d_section[row, 0, k] += 2.0 * x2.real
+            out.d_section[row, 1, k] -= 4.0 * p.nu * x2.imag
+            out.d_section[row, 1, k] -= 4.0 * amplitude_2.imag if k == NU else 0.0
         if out.d_amplitudes.size > 0:
             out.d_amplitudes[row, :, k] = 0.0
             if out.d_amplitudes.shape[1] > 1:
                 out.d_amplitudes[row, 1, k] = x
+            if out.d_amplitudes.shape[1] > 2:
+                out.d_amplitudes[row, 2, k] = x2
         if out.d_multipliers.size > 0:
             by_first, by_second = complex(0.0, 0.0), complex(0.0, 0.0)
             if k == NU:
@@ -69,6 +94,8 @@ def write_linear(p, out, row) -> None:
             work = -2.0 * math.pi * p.f * x.real
             if k == F:
                 work -= 2.0 * math.pi * amplitude.real
+            if p.f2 != 0.0:
+                work += work_of_second(p, x2)
             out.d_energy[row, 0, k] = out.d_energy[row, 1, k] = work
             out.d_energy[row, 2, k] = out.d_energy[row, 3, k] = 0.0
 

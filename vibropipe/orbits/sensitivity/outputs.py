@@ -29,6 +29,7 @@ from vibropipe.physics.derivatives import (
     support_derivative,
 )
 from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load_harmonics import work_of_second
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.variation import (
     BY_W,
@@ -50,7 +51,7 @@ class Differentiation(NamedTuple):
     flights : Flights
     changes : (3, N_PARAMETERS) float
     values : (2,) complex
-    pair : (2, N_PARAMETERS) complex
+    derivatives : (3, N_PARAMETERS) complex
     sums : (2, VARIATIONS) complex
     totals : (n,) complex
         n the largest number of amplitudes.
@@ -61,7 +62,7 @@ class Differentiation(NamedTuple):
     flights: Flights
     changes: np.ndarray
     values: np.ndarray
-    pair: np.ndarray
+    derivatives: np.ndarray
     sums: np.ndarray
     totals: np.ndarray
     d_totals: np.ndarray
@@ -70,24 +71,24 @@ class Differentiation(NamedTuple):
 @jit_allocating
 def new_differentiation(out, impacts):
     """Return work arrays for the derivatives in `out`, of orbits of so many impacts."""
-    totals = max(2, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
+    totals = max(3, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
     return Differentiation(
         new_workspace(), new_flights(impacts), np.empty((3, N_PARAMETERS)),
-        np.empty(2, np.complex128), np.empty((2, N_PARAMETERS), np.complex128),
+        np.empty(2, np.complex128), np.empty((3, N_PARAMETERS), np.complex128),
         np.empty((2, VARIATIONS), np.complex128), np.empty(totals, np.complex128),
         np.empty((totals, 2, N_PARAMETERS)),
     )  # fmt: skip
 
 
 @jit_inline
-def write_section(p, flights, work, section) -> None:
+def write_section(p, flights, work, section, second) -> None:
     """Write the derivatives of the state at the start of the orbit into (2, N_PARAMETERS)."""
     home, start, w0 = flights.home[0], flights.start[0], flights.departure[0]
     released = flights.released[0] == 1
     sigma, i = -1.0 if home == 1 else 1.0, flights.speed.size - 1
     is_held = released and start > 0.0
     if not is_held:
-        vary_flight(p, home, start, 0.0, w0, work)
+        vary_flight(p, home, start, 0.0, w0, work, second)
     ends, a0, period = work.ends, flights.at_start[0, 0], forcing_period(p)
     for k in range(N_PARAMETERS):
         section[0, k], section[1, k] = support_derivative(home, k), 0.0
@@ -104,7 +105,7 @@ def write_section(p, flights, work, section) -> None:
 
 
 @jit_inline
-def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes):
+def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes, second):
     """Write the derivatives of the amplitudes X(k nu/denominator) into (harmonics + 1, N_PARAMETERS) complex.
 
     `room.totals` receives the amplitudes.
@@ -113,22 +114,26 @@ def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes):
     total, d_total = room.totals[:n], room.d_totals[:n]
     total[:] = 0.0
     d_total[:] = 0.0
-    add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total)
-    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes)
+    add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total, second)
+    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes, second)
     replace_resonant_derivatives(
-        p, denominator, m, flights, room.work, room.sums, total, d_amplitudes
+        p, denominator, m, flights, room.work, room.sums, total, d_amplitudes, second
     )
 
 
 @jit_inline
-def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy) -> None:
+def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy, second) -> None:
     """Write the derivatives of work of the force and losses by damping and supports into (4, N_PARAMETERS).
 
-    `amplitude` is X(nu), d_amplitudes (2 or more, N_PARAMETERS) as of `write_amplitude_derivatives`.
+    `amplitude` is X(nu), d_amplitudes (3 or more, N_PARAMETERS) as of `write_amplitude_derivatives`; without a second
+    harmonic 2 suffice.
     """
     for k in range(N_PARAMETERS):
         # The work over a forcing period is -2 pi f Re X(nu).
         energy[0, k] = -2.0 * math.pi * m * p.f * d_amplitudes[1, k].real
+        if second is not None:
+            # It is linear in X(2 nu), and nu cancels.
+            energy[0, k] += m * work_of_second(p, d_amplitudes[2, k])
         energy[2, k] = energy[3, k] = 0.0
     energy[0, F] -= 2.0 * math.pi * m * amplitude.real
     for j in range(flights.speed.size):
@@ -152,14 +157,14 @@ def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy) -> 
 @jit_inline
 def write_stability_derivatives(p, m, flights, room, out, row) -> None:
     """Write the derivatives of multipliers and Lyapunov exponent of an orbit."""
-    fill_multipliers(p, m, flights, room.changes[0], room.values, room.pair)
+    fill_multipliers(p, m, flights, room.changes[0], room.values, room.derivatives)
     length = m * forcing_period(p)
     for k in range(N_PARAMETERS):
         if out.d_multipliers.size > 0:
-            out.d_multipliers[row, 0, k] = room.pair[0, k]
-            out.d_multipliers[row, 1, k] = room.pair[1, k]
+            out.d_multipliers[row, 0, k] = room.derivatives[0, k]
+            out.d_multipliers[row, 1, k] = room.derivatives[1, k]
         if out.d_exponent.size > 0:
-            out.d_exponent[row, k] = divide(room.pair[0, k], room.values[0]).real / length
+            out.d_exponent[row, k] = divide(room.derivatives[0, k], room.values[0]).real / length
             if k == NU:
                 out.d_exponent[row, k] += math.log(abs(room.values[0])) / (length * p.nu)
 
@@ -185,7 +190,7 @@ def write_impact_derivatives(flights, out, row, first) -> None:
 
 
 @jit_inline
-def write_sensitivity(p, contacts, m, room, out, row, first) -> None:
+def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
     """Write the derivatives of an orbit with impacts by the parameters; what is undefined stays NaN.
 
     Parameters
@@ -202,20 +207,27 @@ def write_sensitivity(p, contacts, m, room, out, row, first) -> None:
         Index into `out`.
     first : int
         Index of the first impact of the row.
+    second : int or None
+        The effect `second_harmonic`.
     """
     flights = first_flights(room.flights, contacts.position.size)
-    if not vary_orbit(p, contacts, m, flights, room.work):
+    if not vary_orbit(p, contacts, m, flights, room.work, second):
         return
-    write_section(p, flights, room.work, out.d_section[row])
+    write_section(p, flights, room.work, out.d_section[row], second)
     if out.d_impacts.size > 0:
         write_impact_derivatives(flights, out, row, first)
     if out.d_multipliers.size + out.d_exponent.size > 0:
         write_stability_derivatives(p, m, flights, room, out, row)
-    d_amplitudes = out.d_amplitudes[row] if out.d_amplitudes.size > 0 else room.pair
-    if out.d_amplitudes.size + out.d_energy.size > 0:
-        write_amplitude_derivatives(p, m, flights, room, 1, d_amplitudes)
+    if out.d_amplitudes.size > 0:
+        write_amplitude_derivatives(p, m, flights, room, 1, out.d_amplitudes[row], second)
     if out.d_energy.size > 0:
-        amplitude = room.totals[1]
-        write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, out.d_energy[row])
+        # The force works on its own harmonics, which may be more than are requested.
+        n = 2 if second is None else 3
+        is_known = out.d_amplitudes.size > 0 and out.d_amplitudes.shape[1] >= n
+        d_amplitudes = out.d_amplitudes[row] if is_known else room.derivatives[:n]
+        if not is_known:
+            write_amplitude_derivatives(p, m, flights, room, 1, d_amplitudes, second)
+        amplitude, energy = room.totals[1], out.d_energy[row]
+        write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy, second)
     if out.d_subharmonics.size > 0 and m > 1:
-        write_amplitude_derivatives(p, m, flights, room, m, out.d_subharmonics[row])
+        write_amplitude_derivatives(p, m, flights, room, m, out.d_subharmonics[row], second)

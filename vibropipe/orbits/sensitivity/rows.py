@@ -59,7 +59,7 @@ def with_impact_derivatives(rows: RowResults) -> RowResults:
 
 
 @jit_inline
-def differentiate_row(p, out, row, first, room) -> None:
+def differentiate_row(p, out, row, first, room, second) -> None:
     """Write the derivatives of a row, whose impacts begin at `first`; arguments as for `differentiate_rows`."""
     m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
     n, last = int(out.impacts[row, 0] + out.impacts[row, 1]), first + out.impact_count[row]
@@ -76,11 +76,11 @@ def differentiate_row(p, out, row, first, room) -> None:
             out.impact_support[first:last],
             out.releases[row],
         )
-        write_sensitivity(p, contacts, m, room, out, row, first)
+        write_sensitivity(p, contacts, m, room, out, row, first, second)
 
 
 @jit_nogil
-def differentiate_rows(parameters, out, impacts) -> None:
+def differentiate_rows(parameters, out, impacts, second) -> None:
     """Write the derivatives of solved rows.
 
     Parameters
@@ -90,10 +90,12 @@ def differentiate_rows(parameters, out, impacts) -> None:
         Compacted results of the rows, with their impacts.
     impacts : int
         Capacity for the impacts of an orbit.
+    second : int or None
+        The effect `second_harmonic`.
     """
     room, first = new_differentiation(out, impacts), 0
     for row in range(parameters.shape[0]):
-        differentiate_row(row_parameters(parameters, row), out, row, first, room)
+        differentiate_row(row_parameters(parameters, row), out, row, first, room, second)
         # Kernels count displacements from the equilibrium, which the load moves.
         out.d_section[row, 0, LOAD] += 1.0
         if out.d_amplitudes.size > 0:

@@ -85,6 +85,12 @@ def force_at(p, sigma: float, u: float, second=None) -> Force:
         The effect `second_harmonic`.
     """
     s, c = sincos_turns(u)
+    return force_of_angle(p, sigma, s, c, second)
+
+
+@jit_inline
+def force_of_angle(p, sigma, s, c, second=None) -> Force:
+    """Return the `Force` at the phase of a sine and a cosine; arguments as for `force_at`."""
     sine_2, cosine_2 = 0.0, 0.0
     if second is not None:
         s2, c2 = double_angle(s, c)

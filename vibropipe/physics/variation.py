@@ -27,6 +27,7 @@ from vibropipe.physics.load import (
     first_terms,
     first_terms_of_second,
     force_at,
+    force_of_angle,
     forcing_period,
     next_term,
 )
@@ -152,25 +153,23 @@ def vary_by_steps(p, support, start, end, w, work, second) -> None:
 
 
 @jit
-def vary_in_one_step(p, support, start, end, w, reach, ends, second) -> None:
-    """Fill the variations at the end of a flight of at most one step; arguments as for `vary_flight`.
+def vary_in_one_step(p, support, sine, cosine, dt, w, reach, ends, second) -> None:
+    """Fill the variations at the end of a flight of at most one step, of the length dt; arguments as for `vary_flight`.
 
     The recurrences of `taylor` and `vary_step` in registers, since a chatter has many short flights; `reach` is the
     product of the fastest rate and the length. The response g to a unit load gives the free flow: e11 = 1 - g,
     e12 = g', e22 = 1 - h g' - g.
     """
-    sigma, dt, by_nu = -1.0 if support == 1 else 1.0, (end - start) * forcing_period(p), 1.0 / p.nu
+    sigma, by_nu = -1.0 if support == 1 else 1.0, 1.0 / p.nu
     degree = DEGREE
     for limit, enough in SHORT_DEGREES:
         if reach < limit:
             degree = enough
-    sine, cosine = sincos_turns(start)
     term, term_next = first_terms(Force(sigma * sine, sigma * cosine, 0.0, 0.0), p.nu * dt)
     other, other_next = 0.0, 0.0
     if second is not None:
-        other, other_next = first_terms_of_second(
-            force_at(p, sigma, start, second), 2.0 * p.nu * dt
-        )
+        force = force_of_angle(p, sigma, sine, cosine, second)
+        other, other_next = first_terms_of_second(force, 2.0 * p.nu * dt)
     square, damped, push = dt * dt, p.h * dt, 0.5 * dt * dt
     load = constant_load(sigma, support_position(p, support))
     # Coefficients n and n + 1 of the motion and of the responses to load, nu, h and f; then their sums at the end.
@@ -207,13 +206,12 @@ def vary_in_one_step(p, support, start, end, w, reach, ends, second) -> None:
 
 
 @jit
-def vary_in_closed_form(p, support, start, end, w, ends) -> None:
-    """Fill the variations at the end of a flight from the derivatives of the flow; arguments as for `vary_flight`.
+def vary_in_closed_form(p, support, at_sine, at_cosine, turns, w, ends) -> None:
+    """Fill the variations at the end of a flight of some turns from the derivatives of the flow, as `vary_flight`.
 
     A unit force exp(i nu t) moves the mass from rest to X (exp(i nu t) - e11 - i nu e12), X = 1/(1 - nu^2 + i h nu),
     which cancels in a short flight or near resonance.
     """
-    turns = end - start
     t = turns * forcing_period(p)
     sigma = -1.0 if support == 1 else 1.0
     load = constant_load(sigma, support_position(p, support))
@@ -224,8 +222,7 @@ def vary_in_closed_form(p, support, start, end, w, ends) -> None:
     sine, cosine = sincos_turns(turns)
     forced, rate = complex(cosine, sine), complex(0.0, p.nu)
     shape, speed = forced - e11 - rate * e12, rate * forced - e21 - rate * e22
-    sine, cosine = sincos_turns(start)
-    at_start = sigma * complex(cosine, sine)
+    at_start = sigma * complex(at_cosine, at_sine)
     ends[0, BY_Y], ends[0, BY_W], ends[1, BY_Y], ends[1, BY_W] = e11, e12, e21, e22
     ends[0, BY_LOAD], ends[1, BY_LOAD] = 1.0 - e11, e12
     ends[0, BY_F], ends[1, BY_F] = (at_start * x * shape).imag, (at_start * x * speed).imag
@@ -243,7 +240,7 @@ def vary_in_closed_form(p, support, start, end, w, ends) -> None:
 
 
 @jit
-def vary_flight(p, support, start, end, w, work, second=None) -> None:
+def vary_flight(p, support, start, sine, cosine, end, w, work, second=None) -> None:
     """Fill the variations at the end of a flight.
 
     Parameters
@@ -253,6 +250,8 @@ def vary_flight(p, support, start, end, w, work, second=None) -> None:
         The support that the flight leaves, 1 or 2.
     start, end : float
         Phases, in turns.
+    sine, cosine : float
+        Of the phase of the start.
     w : float
         Rate of the distance from the support at the start.
     work : Workspace
@@ -261,12 +260,13 @@ def vary_flight(p, support, start, end, w, work, second=None) -> None:
     second : int or None
         The effect `second_harmonic`; with it there is no closed form.
     """
-    reach = (end - start) * forcing_period(p) * fastest_rate(fastest_forcing(p, second), p.h)
+    dt = (end - start) * forcing_period(p)
+    reach = dt * fastest_rate(fastest_forcing(p, second), p.h)
     stiffness = abs((1.0 - p.nu) * (1.0 + p.nu)) + p.h * p.nu
     if reach <= REACH:
-        vary_in_one_step(p, support, start, end, w, reach, work.ends, second)
+        vary_in_one_step(p, support, sine, cosine, dt, w, reach, work.ends, second)
     elif second is None and reach > SHORT_REACH and stiffness > NEAR_RESONANCE:
-        vary_in_closed_form(p, support, start, end, w, work.ends)
+        vary_in_closed_form(p, support, sine, cosine, end - start, w, work.ends)
     else:
         vary_by_steps(p, support, start, end, w, work, second)
 

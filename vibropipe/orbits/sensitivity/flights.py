@@ -24,13 +24,13 @@ from vibropipe.physics.derivatives import (
 )
 from vibropipe.physics.load import (
     constant_load,
-    force_at,
+    force_of_angle,
     force_slope,
     force_value,
     forcing_period,
 )
 from vibropipe.physics.saltation import product
-from vibropipe.physics.turns import TWO_PI
+from vibropipe.physics.turns import TWO_PI, sincos_turns
 from vibropipe.physics.variation import BY_W, BY_Y, VARIATIONS, by_parameter, vary_flight
 
 # Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the
@@ -164,11 +164,11 @@ def fill_flights(p, contacts, m, flights) -> bool:
 
 
 @jit_inline
-def fill_transfer(p, flights, j, work, second) -> None:
-    """Fill transfer and source of flight j."""
+def fill_transfer(p, flights, j, sine, cosine, work, second):
+    """Fill transfer and source of flight j; take sine and cosine of the phase of its start, return those of its end."""
     home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
     end, released = flights.end[j], flights.released[j] == 1
-    vary_flight(p, home, start, end, w0, work, second)
+    vary_flight(p, home, start, sine, cosine, end, w0, work, second)
     ends = flights.ends[j]
     for part in range(2):
         for v in range(VARIATIONS):
@@ -178,10 +178,11 @@ def fill_transfer(p, flights, j, work, second) -> None:
     w1 = sign * flights.speed[j]
     sigma = -1.0 if home == 1 else 1.0
     load = constant_load(sigma, support_position(p, home))
-    force = force_at(p, sigma, start, second)
+    force = force_of_angle(p, sigma, sine, cosine, second)
     a0 = 0.0 if released else force_value(force, second) + load - p.h * w0
     flights.at_start[j, 0], flights.at_start[j, 1] = a0, TWO_PI * force_slope(force, second)
-    force = force_at(p, sigma, end, second)
+    sine, cosine = sincos_turns(end)
+    force = force_of_angle(p, sigma, sine, cosine, second)
     a1 = force_value(force, second) + load - p.h * w1 - (0.0 if lands_home else 2.0 * p.l)
     flights.at_end[j, 0], flights.at_end[j, 1] = a1, TWO_PI * force_slope(force, second)
     restitution, before = 0.0, 0.0
@@ -203,6 +204,7 @@ def fill_transfer(p, flights, j, work, second) -> None:
         w = by_parameter(home, ends, 1, k) + ends[1, BY_W] * d_departure
         flights.source[j, 0, k] = d_end
         flights.source[j, 1, k] = sign * (w + a1 * period * d_end)
+    return sine, cosine
 
 
 @jit_inline
@@ -258,8 +260,11 @@ def vary_orbit(p, contacts, m, flights, work, second) -> bool:
     if not fill_flights(p, contacts, m, flights):
         return False
     m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
+    sine, cosine = sincos_turns(flights.start[0])
     for j in range(n):
-        fill_transfer(p, flights, j, work, second)
+        if flights.released[j] == 1:
+            sine, cosine = sincos_turns(flights.start[j])
+        sine, cosine = fill_transfer(p, flights, j, sine, cosine, work, second)
         if flights.released[j] == 1:
             # The gap acceleration stays zero at the release.
             jerk = flights.at_start[j, 1]

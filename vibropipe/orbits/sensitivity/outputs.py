@@ -31,6 +31,7 @@ from vibropipe.physics.derivatives import (
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import work_of_second
 from vibropipe.physics.quotient import divide
+from vibropipe.physics.turns import sincos_turns
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,
@@ -88,7 +89,8 @@ def write_section(p, flights, work, section, second) -> None:
     sigma, i = -1.0 if home == 1 else 1.0, flights.speed.size - 1
     is_held = released and start > 0.0
     if not is_held:
-        vary_flight(p, home, start, 0.0, w0, work, second)
+        sine, cosine = sincos_turns(start)
+        vary_flight(p, home, start, sine, cosine, 0.0, w0, work, second)
     ends, a0, period = work.ends, flights.at_start[0, 0], forcing_period(p)
     for k in range(N_PARAMETERS):
         section[0, k], section[1, k] = support_derivative(home, k), 0.0

@@ -268,6 +268,18 @@ def test_errors_of_rows_hold():
     assert np.median(ratios) > 0.005
 
 
+def test_a_first_harmonic_parts_impacts_that_were_equal():
+    """Under the second harmonic alone: what the larger of two impacts becomes has no derivative by f."""
+    outputs = ("harmonics", "impacts", "sensitivity")
+    row = vp.steady_state(ALONE, 0.1, outputs=outputs)
+    assert row.impacts_per_orbit.values.tolist() == [2.0, 2.0]
+    slopes = row.impact_velocity_max_sensitivity
+    assert np.isnan(slopes.sel(parameter="f")).all()
+    assert np.isfinite(slopes.drop_sel(parameter="f")).all()
+    # Each impact by itself has one.
+    assert np.isfinite(row.impact_velocity_sensitivity).all()
+
+
 def test_an_accuracy_may_be_asked_of_a_sweep():
     exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, f2=0.3, f=0.8)
     rows = vp.sweep(exciter, {"nu": np.linspace(0.8, 1.4, 12)}, accuracy=1e-10)

@@ -42,6 +42,9 @@ from vibropipe.physics.variation import (
     vary_flight,
 )
 
+# Relative difference of two velocities below which they are one, and of their derivatives above which they part.
+TIE, PARTED = 1e-11, 1e-6
+
 
 class Differentiation(NamedTuple):
     """Work arrays of the derivatives of orbits.
@@ -172,7 +175,24 @@ def write_stability_derivatives(p, m, flights, room, out, row) -> None:
 
 
 @jit_inline
-def write_impact_derivatives(flights, out, row, first) -> None:
+def clear_ties(flights, fastest, derivatives) -> None:
+    """Clear the derivatives (N_PARAMETERS,) of a largest velocity that two impacts have and do not keep in common.
+
+    Under a second harmonic alone each forcing period is twice the same, until a first harmonic parts its halves.
+    """
+    largest = flights.speed[fastest]
+    for j in range(flights.speed.size):
+        is_tie = flights.speed[j] >= (1.0 - TIE) * largest
+        if j == fastest or flights.support[j] != flights.support[fastest] or not is_tie:
+            continue
+        for k in range(N_PARAMETERS):
+            one, other = flights.d_speed[fastest, k], flights.d_speed[j, k]
+            if abs(one - other) > PARTED * (abs(one) + abs(other)):
+                derivatives[k] = math.nan
+
+
+@jit_inline
+def write_impact_derivatives(flights, out, row, first, second) -> None:
     """Write the derivatives of phases and velocities of the impacts, and of the largest velocity on each support."""
     for j in range(flights.speed.size):
         sign = 1.0 if flights.support[j] == 1 else -1.0
@@ -189,6 +209,8 @@ def write_impact_derivatives(flights, out, row, first) -> None:
         if fastest >= 0:
             for k in range(N_PARAMETERS):
                 out.d_velocity_max[row, side, k] = flights.d_speed[fastest, k]
+            if second is not None:
+                clear_ties(flights, fastest, out.d_velocity_max[row, side])
 
 
 @jit_inline
@@ -217,7 +239,7 @@ def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
         return
     write_section(p, flights, room.work, out.d_section[row], second)
     if out.d_impacts.size > 0:
-        write_impact_derivatives(flights, out, row, first)
+        write_impact_derivatives(flights, out, row, first, second)
     if out.d_multipliers.size + out.d_exponent.size > 0:
         write_stability_derivatives(p, m, flights, room, out, row)
     if out.d_amplitudes.size > 0:

@@ -110,7 +110,8 @@ def agrees_with_40_digits(motion: Start) -> None:
     """
     e = motion.exciter
     assume(all(number == 0.0 or abs(number) > 1e-6 for number in (e.f, e.h, motion.v0)))
-    assume(abs(abs(motion.x0) - e.friction) > 1e-6)
+    held = (abs(motion.x0), abs(e.f), abs(motion.x0) + abs(e.f), abs(abs(motion.x0) - abs(e.f)))
+    assume(all(abs(force - e.friction) > 1e-6 for force in held))
     sensitivity = amplification(motion)
     assume(sensitivity < 1e4)
     task = (motion.exciter, TAU_END, motion.x0, motion.v0)
@@ -138,12 +139,14 @@ def tends_to_rigid(motion: Start) -> None:
     sensitivity = amplification(rigid)
     assume(sensitivity < 100.0)
     end = end_of(rigid)
-    far, near = (
-        np.abs(end_of(motion._replace(exciter=as_soft(rigid.exciter, k))) - end).max()
-        for k in (1e6, 1e8)
-    )
+    soft = [motion._replace(exciter=as_soft(rigid.exciter, k)) for k in (1e4, 1e6, 1e8)]
+    farther, far, near = (np.abs(end_of(each) - end).max() for each in soft)
+    # A support that is soft enough for other impacts is far from a rigid one.
+    struck = vp.simulate(soft[1].exciter, TAU_END, motion.x0, motion.v0, samples_per_period=0)
+    assume(struck.sizes["impact"] == speeds.size)
     assert near < 0.02 * sensitivity
-    assert near < 0.3 * far + 1e-6 * sensitivity
+    # Terms of several orders may cancel at one stiffness, not at two.
+    assert near < 0.3 * max(far, 0.1 * farther) + 1e-6 * sensitivity
 
 
 def friction_vanishes(motion: Start) -> None:

@@ -39,7 +39,8 @@ def damped(k: float, z: float = 0.2) -> dict[str, float]:
 def agrees_with_reference(solver: Solver, tasks: Sequence[Task]) -> Iterator[float]:
     """Largest error of times and velocities of events, and of the end states, against motions of 40 digits.
 
-    Impacts slower than SLOWEST belong to a chatter, of which the exact method completes the last ones in one piece.
+    Impacts slower than SLOWEST belong to a chatter, of which the exact method completes the last ones in one piece; a
+    soft support that is touched with no velocity is entered and left by rounding alone.
     """
     for exciter, tau_end, x0, v0 in tasks:
         motion = solver.motion(exciter, tau_end, x0, v0)
@@ -48,9 +49,11 @@ def agrees_with_reference(solver: Solver, tasks: Sequence[Task]) -> Iterator[flo
         found = events_of(motion)
         for name in ("impact", "out", "stick", "slip"):
             kinds = ("in", "impact") if name == "impact" else (name,)
-            expected = [(float(t), float(v)) for t, kind, _s, v in exact.events if kind in kinds]
+            # A start on a soft support leaves it, but no contact ends there.
+            listed = [event for event in exact.events if event[1] != "out" or event[0] > 0]
+            expected = [(float(t), float(v)) for t, kind, _s, v in listed if kind in kinds]
             one, other = expected, found[name]
-            if name == "impact":
+            if name in ("impact", "out"):
                 one, other = fast(one), fast(other)
             expect(len(one) == len(other))
             if one:

@@ -8,30 +8,28 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.physical import physical_grid
-from vibropipe.solve.sweep_grid import Follow, SweepGrid
+from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.wording import count, method_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def row_grid(scene: BaseScene, follow: Follow = None) -> SweepGrid:
+def row_grid(scene: BaseScene) -> SweepGrid:
     """Return the grid that a scene runs over, with the parameters that are not swept."""
     values = scene.over_arrays()
     exciter = scene.resolved_exciter().items()
     shared = {name: value for name, value in exciter if name not in values}
-    return SweepGrid(values, follow, shared)
+    return SweepGrid(values, scene.follow_pair(), shared)
 
 
-def stored_grid(scene: BaseScene, follow: Follow = None) -> SweepGrid:
+def stored_grid(scene: BaseScene) -> SweepGrid:
     """Return the grid of a scene as it is stored: in SI if the study has units."""
-    grid, units = row_grid(scene, follow), scene.mass_and_stiffness
+    grid, units = row_grid(scene), scene.mass_and_stiffness
     return grid if units is None else physical_grid(grid, *units)
 
 
-def rows_of_shard(
-    scene: BaseScene, grid: SweepGrid, shard: int, shards: int, most: int
-) -> tuple[int, int]:
+def rows_of_shard(scene: BaseScene, shard: int, shards: int, most: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
 
     Raises
@@ -45,7 +43,7 @@ def rows_of_shard(
         )
     if not 1 <= shard <= shards:
         raise PlanError(f"shard: must be a number from 1 to {shards}, got {shard}")
-    start, stop = grid.cuts(shards)[shard - 1 : shard + 1]
+    start, stop = row_grid(scene).cuts(shards)[shard - 1 : shard + 1]
     return start, stop
 
 

@@ -121,15 +121,12 @@ class BasinRows:
             if progress is not None:
                 progress(done)
         owner, periods = joined_rows(parts)
-        names = list(self.grid.values)
-        swept = self.grid.parameters(names, np.arange(start, stop))
-        coords: dict[str, Any] = {name: ((), value) for name, value in self.grid.shared.items()}
-        coords |= {name: ("row", swept[:, column]) for column, name in enumerate(names)}
         variables = {
             "attractor_assigned": ("row", owner.astype(np.int32)),
             "periods_to_attractor": ("row", periods.astype(np.int32)),
         }
-        return describe(xr.Dataset(variables, coords, {"row_start": start, "row_stop": stop}))
+        attrs = {"row_start": start, "row_stop": stop}
+        return describe(xr.Dataset(variables, self.grid.row_coords(start, stop), attrs))
 
 
 def joined_rows(parts: Sequence[Assigned]) -> Assigned:

@@ -248,10 +248,7 @@ def _label(
     if max_error is not None:
         variables = with_error(variables, row_errors(parameters[0], variables), max_error)
     variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
-    names = list(grid.values)
-    swept = grid.parameters(names, np.arange(start, stop))
-    coords: dict[str, Any] = {name: ((), np.array(value)) for name, value in grid.shared.items()}
-    coords |= {name: ("row", swept[:, column]) for column, name in enumerate(names)}
+    coords = grid.row_coords(start, stop)
     attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
     block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
     return describe(block.set_coords(coords))

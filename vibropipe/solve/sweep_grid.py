@@ -154,6 +154,13 @@ class SweepGrid:
             columns[:, column] = self.values[name][indices[name]] if swept else self.same(name)
         return columns
 
+    def row_coords(self, start: int, stop: int) -> dict[str, tuple[Any, np.ndarray]]:
+        """Return the parameters of the rows [start, stop) as coordinates: shared ones as scalars, swept over `row`."""
+        names = list(self.values)
+        swept = self.parameters(names, np.arange(start, stop))
+        shared = {name: ((), np.array(value)) for name, value in self.shared.items()}
+        return shared | {name: ("row", swept[:, column]) for column, name in enumerate(names)}
+
     def same(self, name: str) -> float:
         """Return the value of a parameter that is the same in every row."""
         return self.shared[name] if name in self.shared else DEFAULTS[name]

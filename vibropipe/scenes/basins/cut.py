@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibropipe.scenes.basins.plan import most_shards
 from vibropipe.scenes.basins.solve import rows_of, solve, solve_rows
-from vibropipe.scenes.rows import row_grid, rows_of_shard, stored_grid, with_origin
+from vibropipe.scenes.rows import rows_of_shard, stored_grid, with_origin
 from vibropipe.solve.physical import stored
 from vibropipe.store import read_shards, write, write_rows
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def row_range(scene: BasinsScene, shard: int, shards: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1; PlanError if there is none."""
-    return rows_of_shard(scene, row_grid(scene), shard, shards, most_shards(scene))
+    return rows_of_shard(scene, shard, shards, most_shards(scene))
 
 
 def store(

@@ -90,6 +90,10 @@ class BaseScene(StudyModel):
         """Return the same grids as arrays, each of shape (size of its dimension,)."""
         return {name: grid.array() for name, grid in self.grids().items()}
 
+    def follow_pair(self) -> tuple[str, str] | None:
+        """Return the parameter along which rows seed each other and its direction, or None."""
+        return None
+
     def given_exciter(self) -> dict[str, float]:
         """Return the parameters that the scene or the study states; the scene's take precedence."""
         return {**self._shared, **self.exciter.explicit()}

@@ -26,8 +26,7 @@ def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     PlanError
         If the shard does not exist, or there are more shards than chains of rows.
     """
-    grid = row_grid(scene, scene.follow_pair())
-    return rows_of_shard(scene, grid, shard, shards, most=grid.chains)
+    return rows_of_shard(scene, shard, shards, row_grid(scene).chains)
 
 
 def store(
@@ -58,7 +57,7 @@ def store(
         if shard is not None:
             write_rows(blocks, path, stop - start)
         else:
-            write_grid(blocks, path, stored_grid(scene, scene.follow_pair()))
+            write_grid(blocks, path, stored_grid(scene))
 
 
 def join(
@@ -75,4 +74,4 @@ def join(
     StoreError
         If the shards are not those of this scene.
     """
-    join_rows(shards, path, stored_grid(scene, scene.follow_pair()), dict(attrs), progress)
+    join_rows(shards, path, stored_grid(scene), dict(attrs), progress)

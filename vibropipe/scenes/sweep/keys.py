@@ -90,8 +90,7 @@ class SweepScene(ForcedScene):
         directions = len(DIRECTIONS[self.follow.direction]) if self.follow else 1
         return directions * super().row_count
 
-    def follow_pair(self) -> tuple[str, str] | None:
-        """Return `follow` as an argument of `vibropipe.sweep`: ("nu", "up"), or None."""
+    def follow_pair(self) -> tuple[str, str] | None:  # noqa: D102 - as BaseScene
         return (self.follow.along, self.follow.direction) if self.follow else None
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:  # noqa: D102 - as ForcedScene

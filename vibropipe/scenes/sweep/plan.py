@@ -39,7 +39,7 @@ SEGMENT = 32
 
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
-    followed, grid = scene.follow_pair(), row_grid(scene, scene.follow_pair())
+    followed, grid = scene.follow_pair(), row_grid(scene)
     return Work(
         size=" x ".join(f"{size} {name}" for name, size in zip(grid.dims, grid.shape, strict=True)),
         rows=scene.row_count,

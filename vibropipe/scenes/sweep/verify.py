@@ -18,10 +18,10 @@ def recompute(
     path: Path, scene: SweepScene, rows: int, generator: np.random.Generator
 ) -> Recomputed:
     """Recompute at least `rows` rows, or all if there are fewer."""
-    grid = row_grid(scene, scene.follow_pair())
+    grid = row_grid(scene)
     length = grid.chain_length
     chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
-    as_stored = stored_grid(scene, scene.follow_pair())
+    as_stored = stored_grid(scene)
     differences: list[Difference] = []
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)

@@ -26,7 +26,6 @@ from vibropipe.physics.load import (
     fastest_forcing,
     first_terms,
     first_terms_of_second,
-    force_at,
     force_of_angle,
     forcing_period,
     next_term,
@@ -144,7 +143,7 @@ def vary_by_steps(p, support, start, end, w, work, second) -> None:
         for step in range(steps):
             turn = start + (end - start) * step / steps
             sine, cosine = sincos_turns(turn)
-            force = force_at(p, sigma, turn, second)
+            force = force_of_angle(p, sigma, sine, cosine, second)
             taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
             unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
             vary_step(p, work.c, unit, dt, ends, work.z)

@@ -221,17 +221,21 @@ def note_impact(out, row, support, phase, speed) -> None:
 
 
 @jit_inline
+def cancellation(p, w):
+    """Return how many times larger than the dynamic stiffness at the frequency w its terms are."""
+    return (1.0 + w * w + p.h * w) / abs(complex((1.0 - w) * (1.0 + w), p.h * w))
+
+
+@jit_inline
 def write_closed_errors(p, x, v, out, row, first, last) -> None:
     """Write the errors of a row in closed form, or without impacts, from its section (|x|, |v|): rounding alone."""
     amplitude = abs(linear_amplitude(p))
     scale = ULP * (x + v + abs(p.l) + abs(p.delta))
     if first == last:
-        stiffness = abs(complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu))
-        near = (1.0 + p.nu * p.nu + p.h * p.nu) / stiffness
+        near = cancellation(p, p.nu)
         scale = ULP * (x + v + 2.0 * amplitude * (1.0 + near)) if amplitude > 0.0 else ULP * (x + v)
         if p.f2 != 0.0:
-            stiffness = abs(complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), 2.0 * p.h * p.nu))
-            near = (1.0 + 4.0 * p.nu * p.nu + 2.0 * p.h * p.nu) / stiffness
+            near = cancellation(p, 2.0 * p.nu)
             scale += ULP * 2.0 * abs(second_linear_amplitude(p)) * (1.0 + near)
     out.e_row[row, X] = scale
     out.e_row[row, V] = scale * max(1.0, p.nu)

@@ -24,14 +24,14 @@ from vibropipe.physics.load import (
     Force,
     constant_load,
     force_at,
+    force_of_angle,
     force_slope,
     forcing_period,
 )
 from vibropipe.physics.load_harmonics import (
-    force_amplitude,
     reaction_difference,
     reaction_integral,
-    second_amplitude,
+    with_force,
 )
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos_turns
@@ -198,7 +198,7 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total, seco
 
 
 @jit
-def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> None:
+def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
     """Convert sums of support forces to amplitudes X(k nu/m), in place, and their derivatives to those of amplitudes.
 
     Those near resonance are converted nonetheless; `replace_resonant_derivatives` computes them anew.
@@ -208,12 +208,7 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> No
     for q in range(total.size):
         forced, w = q == m, q * p.nu / m
         stiffness = dynamic_stiffness(p, q, m)
-        x = total[q] * share
-        if forced:
-            x += force_amplitude(p)
-        if second is not None and q == 2 * m:
-            x += second_amplitude(p)
-        x = divide(x, stiffness)
+        x = divide(with_force(p, q, m, total[q] * share), stiffness)
         total[q] = x
         compliance = divide(complex(1.0, 0.0), stiffness)
         for k in range(N_PARAMETERS):
@@ -247,7 +242,7 @@ def _integrate_flight(p, flights, j, cycles, work, sums, second):
     for step in range(steps):
         turn = start + (end - start) * step / steps
         sine, cosine = sincos_turns(turn)
-        force = force_at(p, sigma, turn, second)
+        force = force_of_angle(p, sigma, sine, cosine, second)
         taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
         unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
         vary_step(p, work.c, unit, dt, work.ends, work.z)

@@ -17,31 +17,23 @@ from vibropipe.physics.quotient import divide
 
 
 @jit
-def linear_amplitude_derivative(p, k):
-    """Return the derivative of `linear_amplitude` by parameter k."""
-    stiffness = complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
-    if k == F:
-        return divide(complex(0.0, -0.5), stiffness)
+def amplitude_derivative(p, amplitude, n, k):
+    """Return the derivative by parameter k of the amplitude X(n nu) under a force that does not depend on it."""
+    stiffness = complex((1.0 - n * p.nu) * (1.0 + n * p.nu), p.h * (n * p.nu))
     change = complex(0.0, 0.0)
     if k == NU:
-        change = complex(-2.0 * p.nu, p.h)
+        change = complex(-2.0 * n * n * p.nu, n * p.h)
     elif k == H:
-        change = complex(0.0, p.nu)
-    return divide(-linear_amplitude(p) * change, stiffness)
+        change = complex(0.0, n * p.nu)
+    return divide(-amplitude * change, stiffness)
 
 
 @jit
-def second_amplitude_derivative(p, k):
-    """Return the derivative of `second_linear_amplitude` by parameter k."""
-    change = complex(0.0, 0.0)
-    if k == NU:
-        change = complex(-8.0 * p.nu, 2.0 * p.h)
-    elif k == H:
-        change = complex(0.0, 2.0 * p.nu)
-    else:
-        return change
-    stiffness = complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), 2.0 * p.h * p.nu)
-    return divide(-second_linear_amplitude(p) * change, stiffness)
+def linear_amplitude_derivative(p, k):
+    """Return the derivative of `linear_amplitude` by parameter k."""
+    if k == F:
+        return divide(complex(0.0, -0.5), complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu))
+    return amplitude_derivative(p, linear_amplitude(p), 1.0, k)
 
 
 @jit
@@ -67,7 +59,7 @@ def write_linear(p, out, row) -> None:
     multipliers = linear_multipliers(p)
     amplitude, amplitude_2 = linear_amplitude(p), second_linear_amplitude(p)
     for k in range(N_PARAMETERS):
-        x, x2 = linear_amplitude_derivative(p, k), second_amplitude_derivative(p, k)
+        x, x2 = linear_amplitude_derivative(p, k), amplitude_derivative(p, amplitude_2, 2.0, k)
         out.d_section[row, 0, k] = 2.0 * x.real
         out.d_section[row, 1, k] = -2.0 * (p.nu * x.imag + (amplitude.imag if k == NU else 0.0))
         if p.f2 != 0.0:

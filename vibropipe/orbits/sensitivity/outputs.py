@@ -120,7 +120,7 @@ def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes, 
     total[:] = 0.0
     d_total[:] = 0.0
     add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total, second)
-    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes, second)
+    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes)
     replace_resonant_derivatives(
         p, denominator, m, flights, room.work, room.sums, total, d_amplitudes, second
     )

@@ -148,12 +148,6 @@ def test_newmark_has_no_energy_balance_by_pieces() -> None:
         motion_of("friction", method="newmark", steps_per_period=100, energy=True)
 
 
-def test_what_does_not_know_pieces_refuses_them() -> None:
-    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, friction=0.1)
-    with pytest.raises(vp.ParameterError, match="outputs: must not include sensitivity"):
-        vp.steady_state(exciter, outputs=("sensitivity",))
-
-
 def test_a_start_beyond_a_soft_support_is_in_contact() -> None:
     exciter = vp.Exciter(l=0.5, k1=100.0)
     motion = vp.simulate(exciter, 10.0, 0.6, samples_per_period=0, energy=True)

@@ -166,6 +166,13 @@ def add_harmonics_of_pieces(e, p, pieces, m, out, direct) -> None:
 
 
 @jit
+def steps_of_span(p, stiffness, damping, span, second):
+    """Return the steps of a piece of the length `span` for which a polynomial is exact to rounding."""
+    rate = max(fastest_forcing(p, second), piece_rate(stiffness, damping))
+    return max(1, math.ceil(span * rate / REACH))
+
+
+@jit
 def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
     """Add the integrals over piece i by Gauss quadrature.
 
@@ -196,8 +203,7 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
     if e.friction is not None:
         energy[4] += friction * abs(pieces.values[i, Y_END] - y)
     second = e.second_harmonic
-    rate = max(fastest_forcing(p, second), piece_rate(stiffness, damping))
-    parts = max(1, math.ceil(span * rate / REACH))
+    parts = steps_of_span(p, stiffness, damping, span, second)
     dt, c = span / parts, pieces.polynomial
     for part in range(parts):
         begin = start + part * dt / period

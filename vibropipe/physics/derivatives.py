@@ -15,12 +15,10 @@ DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
 """The parameters by which motions are differentiated, in the order of derivatives."""
 NU, F, H, L, DELTA, R1, R2, LOAD = range(8)
 N_PARAMETERS = len(DIFFERENTIATED)
-
-
-@jit
-def is_differentiated(p) -> bool:
-    """Return whether the motion has no effect but those that these derivatives know."""
-    return p.k1 == 0.0 and p.k2 == 0.0 and p.friction == 0.0
+DIFFERENTIATED_PIECES = (*DIFFERENTIATED, "k1", "k2", "h1", "h2", "friction")
+"""The same of motions with soft supports or friction."""
+K1, K2, H1, H2, FRICTION = range(8, 13)
+N_OF_PIECES = len(DIFFERENTIATED_PIECES)
 
 
 @jit

@@ -170,8 +170,13 @@ def grid_size(scene: BaseScene) -> str:
     )
 
 
-def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS) -> float:
-    """Return the bytes of one steady state with some outputs and a number of impacts."""
+def steady_bytes(
+    outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS, pieces: bool = False
+) -> float:
+    """Return the bytes of one steady state with some outputs and a number of impacts.
+
+    pieces : whether with soft supports or friction, which has derivatives by more parameters
+    """
     costs = {
         "harmonics": 2 * 8 + 4 * 8 * harmonics + ERROR_BYTES * (1 + 2 * harmonics),
         "impacts": 4 + 2 * (8 + ERROR_BYTES) + impacts * (IMPACT_BYTES + 2 * ERROR_BYTES),
@@ -190,7 +195,7 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
     )
     if "sensitivity" in requested:
         # here, since it imports numba, which a command that only reads studies does not need
-        from vibropipe.physics.derivatives import DIFFERENTIATED
+        from vibropipe.physics.derivatives import DIFFERENTIATED, DIFFERENTIATED_PIECES
 
         # A derivative by each parameter beside every number that has one.
         numbers = {
@@ -202,7 +207,7 @@ def steady_bytes(outputs: Iterable[str], harmonics: int, impacts: float = USUAL_
             "lyapunov": 1,
         }
         own = 2 + sum(numbers.get(output, 0) for output in requested)
-        size += 8 * len(DIFFERENTIATED) * own
+        size += 8 * len(DIFFERENTIATED_PIECES if pieces else DIFFERENTIATED) * own
     return size
 
 

@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.named import Named
 from vibropipe.solve.points import Points, clipped
+from vibropipe.solve.sensitivity import differentiated
 
 # Steps of central differences over the size of a parameter: orbits are known to some 1e-13, and the error of a
 # difference is least near the cube root.
@@ -83,13 +83,14 @@ def values_and_jacobian(
 def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int]) -> np.ndarray:
     """Return the derivatives (n, names, columns) of quantities by parameters; NaN where there is none."""
     found = np.full((len(points.parameters), len(names), len(columns)), np.nan)
+    known = differentiated(points.variables)
     for row, name in enumerate(names):
         for k, column in enumerate(columns):
             parameter = Parameters._fields[column]
             if name.is_parameter:
                 found[:, row, k] = float(name.variable == parameter)
-            elif parameter in DIFFERENTIATED and not name.is_of_law:
-                found[:, row, k] = name.slopes(points.variables, DIFFERENTIATED.index(parameter))
+            elif parameter in known and not name.is_of_law:
+                found[:, row, k] = name.slopes(points.variables, known.index(parameter))
             elif name.is_of_law:
                 found[:, row, k] = 0.0
     return found

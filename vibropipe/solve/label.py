@@ -9,10 +9,9 @@ import numpy as np
 
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
-from vibropipe.physics.derivatives import DIFFERENTIATED
 from vibropipe.solve.accuracy.orbit_errors import label_errors
 from vibropipe.solve.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
-from vibropipe.solve.sensitivity import label_derivatives
+from vibropipe.solve.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.unsolved import is_solved
 from vibropipe.words.vocabulary import PARAMETER
 
@@ -138,13 +137,14 @@ def _energy(energy: np.ndarray) -> Variables:
 
 def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
     """Return the coordinates of the dimensions of `variables` other than `row`."""
-    return _coordinates(
-        frozenset(dim for dims, _values in variables.values() for dim in dims), harmonics
-    )
+    dims = frozenset(dim for dims, _values in variables.values() for dim in dims)
+    return _coordinates(dims, harmonics, differentiated(variables))
 
 
 @functools.cache
-def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
+def _coordinates(
+    dims: frozenset[str], harmonics: int, parameters: tuple[str, ...]
+) -> xr.Coordinates:
     """Return the coordinates of some dimensions; cached, since their indexes take long to build."""
     import xarray as xr
 
@@ -155,7 +155,7 @@ def _coordinates(dims: frozenset[str], harmonics: int) -> xr.Coordinates:
         "phase": np.arange(PHASES) / PHASES,
         "subharmonic": np.arange(1, SUBHARMONICS_PER_HARMONIC * harmonics + 1),
         "visit": np.arange(LISTED_PERIODS),
-        PARAMETER: np.array(DIFFERENTIATED),
+        PARAMETER: np.array(parameters),
     }
     return xr.Coordinates({name: (name, values[name]) for name in values if name in dims})
 

@@ -97,7 +97,9 @@ def new_rows(
         exponent=zeros(2, when="lyapunov"),
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
-        **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs),
+        **new_derivatives(
+            n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, energy_terms
+        ),
     )
 
 

@@ -26,6 +26,7 @@ from vibropipe.orbits.row import (
     solve_row_chains,
 )
 from vibropipe.orbits.sensitivity.errors import with_errors
+from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
 from vibropipe.orbits.sensitivity.rows import (
     differentiate_rows,
     with_impact_derivatives,
@@ -130,8 +131,11 @@ class _Solver:
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
-        rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
-        if "sensitivity" in self.outputs:
+        if pieces[0] is not None:
+            rows = with_errors_of_pieces(compact, values, self.effects, pieces[0])
+        else:
+            rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
+        if pieces[0] is None and "sensitivity" in self.outputs:
             rows = with_impact_derivatives(rows)
             differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
         add_load(rows, load)

@@ -6,10 +6,18 @@ import numpy as np
 
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.polar import polar_derivatives
-from vibropipe.physics.derivatives import NU
+from vibropipe.physics.derivatives import DIFFERENTIATED_PIECES, NU
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+
+def differentiated(variables: Variables) -> tuple[str, ...]:
+    """Return the parameters by which labelled rows are differentiated; none without the output `sensitivity`."""
+    for dims, values in variables.values():
+        if dims[-1] == PARAMETER:
+            return DIFFERENTIATED_PIECES[: values.shape[-1]]
+    return ()
 
 
 def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
@@ -42,7 +50,9 @@ def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
     if rows.d_energy.size > 0:
         labelled["energy_input"] = (("row",), rows.d_energy[:, 0])
         labelled["energy_damping"] = (("row",), rows.d_energy[:, 1])
-        labelled["energy_impact"] = (("row", "support"), rows.d_energy[:, 2:])
+        labelled["energy_impact"] = (("row", "support"), rows.d_energy[:, 2:4])
+        if rows.d_energy.shape[1] > 4:
+            labelled["energy_friction"] = (("row",), rows.d_energy[:, 4])
     if rows.d_subharmonics.size > 0:
         amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
         labelled["subharmonic_displacement_amplitude"] = (("row", "subharmonic"), amplitude)

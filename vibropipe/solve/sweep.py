@@ -205,13 +205,6 @@ def solve_blocks(
     values = {**grid.shared, **grid.values}
     farthest = largest_start(values, x0), largest_velocity(values, v0)
     e = resolve_effects(effects, values, *farthest, followed=follow is not None)
-    # Sensitivities, from which errors are made, know neither.
-    if e.has_pieces and "sensitivity" in requested_outputs:
-        must = "must not include sensitivity where there are soft supports or friction"
-        raise ParameterError("outputs", outputs, must=must, got="")
-    if e.has_pieces and max_error is not None:
-        must = "must be left out where there are soft supports or friction: errors are not known"
-        raise ParameterError("accuracy", accuracy, must=must)
     attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:

@@ -18,7 +18,6 @@ from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import is_differentiated
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import (
@@ -273,7 +272,7 @@ def with_errors(
 def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> None:
     """Write the errors of a row whose impacts are first to last; arguments as for `close_samples`."""
     m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
-    if m == 0 or not is_differentiated(p):
+    if m == 0:
         return
     for column in range(SPEED_1, COLUMNS):
         out.e_row[row, column] = 0.0

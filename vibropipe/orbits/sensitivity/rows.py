@@ -12,11 +12,15 @@ from vibropipe.orbits.sensitivity.linear import write_held, write_linear
 from vibropipe.orbits.sensitivity.outputs import new_differentiation, write_sensitivity
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import LOAD, N_PARAMETERS, is_differentiated
+from vibropipe.physics.derivatives import (
+    LOAD,
+    N_OF_PIECES,
+    N_PARAMETERS,
+)
 
 
 def new_derivatives(
-    n: int, harmonics: int, subharmonics: int, outputs: tuple[str, ...]
+    n: int, harmonics: int, subharmonics: int, outputs: tuple[str, ...], energy_terms: int
 ) -> dict[str, np.ndarray]:
     """Return the arrays of `RowResults` for derivatives: NaN, or without entries unless `sensitivity` is requested.
 
@@ -30,11 +34,14 @@ def new_derivatives(
         Numbers of harmonics and subharmonics.
     outputs : tuple of str
         Requested outputs.
+    energy_terms : int
+        5 for motions with soft supports or friction, which have derivatives by more parameters; else 4.
     """
+    parameters = N_PARAMETERS if energy_terms == 4 else N_OF_PIECES
 
     def unknown(when: str, *shape: int, dtype: type = float) -> np.ndarray:
         wanted = "sensitivity" in outputs and (when == "" or when in outputs)
-        return np.full((n if wanted else 0, *shape, N_PARAMETERS), np.nan, dtype)
+        return np.full((n if wanted else 0, *shape, parameters), np.nan, dtype)
 
     return {
         "releases": np.full((n if "sensitivity" in outputs else 0, 2), np.nan),
@@ -44,9 +51,9 @@ def new_derivatives(
         "d_subharmonics": unknown("subharmonics", subharmonics + 1, dtype=complex),
         "d_multipliers": unknown("stability", 2, dtype=complex),
         "d_exponent": unknown("lyapunov"),
-        "d_energy": unknown("energy", 4),
+        "d_energy": unknown("energy", energy_terms),
         "d_velocity_max": unknown("impacts", 2),
-        "d_impacts": np.empty((0, 2, N_PARAMETERS)),
+        "d_impacts": np.empty((0, 2, parameters)),
     }
 
 
@@ -63,7 +70,7 @@ def differentiate_row(p, out, row, first, room, second) -> None:
     """Write the derivatives of a row, whose impacts begin at `first`; arguments as for `differentiate_rows`."""
     m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
     n, last = int(out.impacts[row, 0] + out.impacts[row, 1]), first + out.impact_count[row]
-    if m == 0 or not is_differentiated(p):
+    if m == 0:
         return
     if n == 0 and out.rests[row, 0] + out.rests[row, 1] > 0.0:
         write_held(1 if x == support_position(p, 1) else 2, out, row)

@@ -105,6 +105,11 @@ class BaseScene(StudyModel):
         """
         return without_absent({**DEFAULTS, **self.given_exciter()})
 
+    def has_pieces(self) -> bool:
+        """Return whether a motion has a soft support or friction."""
+        values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
+        return any(np.any(values.get(name, 0.0)) for name in ("k1", "k2", "friction"))
+
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""
         return "l" in self.given_exciter() or "l" in self.grids()

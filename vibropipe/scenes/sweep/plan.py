@@ -46,7 +46,8 @@ def plan(scene: SweepScene) -> Work:
         method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
         outputs=tuple(scene.outputs),
         seconds=scene.row_count * SECONDS_PER_ROW,
-        bytes=scene.row_count * steady_bytes(scene.outputs, scene.harmonics),
+        bytes=scene.row_count
+        * steady_bytes(scene.outputs, scene.harmonics, pieces=scene.has_pieces()),
         pieces=grid.chains,
         is_parallel=True,
     )
@@ -60,7 +61,8 @@ def block_rows(scene: SweepScene) -> int:
 def row_memory(scene: SweepScene) -> float:
     """Return the bytes of the largest row in memory; a requested accuracy needs it twice."""
     passes = 1 if scene.solver.arguments().get("accuracy") is None else 2
-    return passes * steady_bytes(scene.outputs, scene.harmonics, max_impacts(scene))
+    impacts, pieces = max_impacts(scene), scene.has_pieces()
+    return passes * steady_bytes(scene.outputs, scene.harmonics, impacts, pieces)
 
 
 def max_impacts(scene: SweepScene) -> float:

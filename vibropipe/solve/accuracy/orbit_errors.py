@@ -21,11 +21,14 @@ from vibropipe.orbits.sensitivity.errors import (
     X,
 )
 from vibropipe.physics.derivatives import H
+from vibropipe.physics.exciter import Parameters
 from vibropipe.words.vocabulary import ERROR_SUFFIX
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 # Factor of the root mean square of four samples, which may happen to be small.
 SAFETY = 1.5
+# Columns of the parameters with which a motion is marched by linear pieces.
+PIECES = [Parameters._fields.index(name) for name in ("k1", "k2", "friction")]
 # Rounding of the determinant of a return map's derivative, in ulps of the square of the larger multiplier.
 DETERMINANT = 4.0
 
@@ -46,13 +49,13 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
     Variables
         `<name>_error` over the dimensions of `<name>`, float32.
     """
-    e = SAFETY * rows.e_row
+    e, has_pieces = SAFETY * rows.e_row, np.any(parameters[:, PIECES] != 0.0, axis=1)
     labelled: Variables = {
         "displacement_strobe": (("row",), e[:, X]),
         "velocity_strobe": (("row",), e[:, V]),
     }
     if rows.amplitudes.size > 0:
-        errors = _harmonics(rows, e, nu, parameters[:, H])
+        errors = _harmonics(rows, e, nu, parameters[:, H], has_pieces)
         size = np.abs(rows.amplitudes[:, 1:])
         labelled["displacement_mean"] = (("row",), errors[:, 0])
         labelled["displacement_amplitude"] = (("row", "harmonic"), 2.0 * errors[:, 1:])
@@ -61,7 +64,10 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
         # A phase of nothing is any.
         labelled["displacement_phase"] = (("row", "harmonic"), np.minimum(turned, np.pi))
     if rows.multipliers.size > 0:
-        labelled["floquet_multiplier"] = (("row", "multiplier"), _multipliers(rows, e[:, TRACE]))
+        errors = _multipliers(rows, e[:, TRACE])
+        # The determinant along pieces is a difference of products that a stick makes equal.
+        errors += np.where(has_pieces, e[:, TRACE], 0.0)[:, None]
+        labelled["floquet_multiplier"] = (("row", "multiplier"), errors)
     if rows.impact_count.size > 0:
         labelled["impact_phase"] = (("impact",), SAFETY * rows.e_impacts[:, 0])
         labelled["impact_velocity"] = (("impact",), SAFETY * rows.e_impacts[:, 1])
@@ -76,8 +82,10 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
         }
 
 
-def _harmonics(rows: RowResults, e: np.ndarray, nu: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """Return the errors of the complex amplitudes (rows, harmonics + 1)."""
+def _harmonics(
+    rows: RowResults, e: np.ndarray, nu: np.ndarray, h: np.ndarray, has_pieces: np.ndarray
+) -> np.ndarray:
+    """Return the errors of the complex amplitudes (rows, harmonics + 1); has_pieces (rows,) bool."""
     k = np.arange(rows.amplitudes.shape[1])
     w = k * nu[:, None]
     stiffness = np.hypot((1.0 - w) * (1.0 + w), h[:, None] * w)
@@ -87,6 +95,10 @@ def _harmonics(rows: RowResults, e: np.ndarray, nu: np.ndarray, h: np.ndarray) -
     # Near resonance amplitudes are integrals of the motion.
     along = e[:, X, None] + e[:, V, None] / np.minimum(1.0, nu)[:, None]
     errors = np.where(stiffness < RESONANT, along + 8.0 * ULP * size, errors)
+    # Those of linear pieces are integrals of the motion, too, of which each is divided by its stiffness.
+    rounded = ULP * size.sum(axis=1, keepdims=True) * (1.0 + w * w)
+    pieces = e[:, IMPULSES, None] + 4.0 * rounded / np.maximum(stiffness, RESONANT)
+    errors = np.where(has_pieces[:, None], pieces, errors)
     is_struck = (rows.impacts.sum(axis=1) > 0)[:, None]
     still = np.where(size > 0.0, e[:, IMPULSES, None], 0.0)
     exact = np.where(np.isnan(e[:, IMPULSES, None]), np.nan, still)

@@ -1,0 +1,125 @@
+"""Errors and derivatives of solved rows with soft supports or friction: each orbit along its linear pieces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_nogil
+from vibropipe.march.grid import new_grid_room
+from vibropipe.march.log import new_log
+from vibropipe.march.piece_log import PieceLog
+from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.row import row_parameters
+from vibropipe.orbits.sensitivity.errors import COLUMNS as ERRORS
+from vibropipe.orbits.sensitivity.pieces.columns import (
+    COLUMNS,
+    WITHOUT_PARAMETERS,
+    add_complex_starts,
+    add_starts,
+    close_variations,
+    new_variations,
+)
+from vibropipe.orbits.sensitivity.pieces.derivatives import write_derivatives
+from vibropipe.orbits.sensitivity.pieces.errors import write_errors
+from vibropipe.orbits.sensitivity.pieces.multipliers import write_multiplier_derivatives
+from vibropipe.orbits.sensitivity.pieces.orbit import march_orbit, vary_pieces
+from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
+from vibropipe.physics.derivatives import LOAD
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.flow import DEGREE
+
+
+@jit
+def write_row(e, values, columns, march_room, starts, room, out, row, first) -> None:
+    """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row."""
+    p, m = row_parameters(values, 0), out.period_multiple[row]
+    x, v = out.section[row, 0], out.section[row, 1]
+    if not march_orbit(e, p, x, v, m, march_room):
+        return
+    pieces, speed = march_room[0].pieces, 0.0
+    if not vary_pieces(e, p, pieces, m, columns, room):
+        return
+    for j in range(first, first + out.impact_count[row]):
+        speed = max(speed, abs(out.impact_velocity[j]))
+    closing = out.residual[row] * (abs(x) + abs(v) + speed)
+    if not close_variations(columns, closing, room.ends, starts):
+        return
+    for j in range(room.counts[0]):
+        add_starts(columns, room.contacts[j], starts)
+    write_errors(e, p, pieces, m, closing, starts, room, out, row, first)
+    if columns == COLUMNS:
+        add_starts(columns, room.energy, starts)
+        add_complex_starts(room.amplitudes, starts)
+        add_complex_starts(room.subharmonics, starts)
+        write_derivatives(p, starts, room, out, row, first)
+        if out.d_multipliers.size + out.d_exponent.size > 0:
+            write_multiplier_derivatives(e, values, m, march_room, out, row)
+
+
+@jit_nogil
+def write_rows(
+    e: Effects,
+    parameters: np.ndarray,
+    out: RowResults,
+    columns: int,
+    contacts: int,
+    rests: int,
+    pieces: PieceLog,
+) -> None:
+    """Write the errors of solved rows, and their derivatives.
+
+    Parameters
+    ----------
+    e : Effects
+    parameters : (rows, parameters) float
+    out : RowResults
+        Compacted results of the rows, with their impacts; errors and derivatives are NaN on entry.
+    columns : int
+        WITHOUT_PARAMETERS for errors alone, COLUMNS for derivatives as well.
+    contacts, rests : int
+        Capacities of the log of an orbit.
+    pieces : PieceLog
+    """
+    log, c = new_log(contacts, rests, pieces, None), np.empty(DEGREE + 1)
+    march_room = log, c, new_grid_room(e)
+    starts, values, first = np.zeros((2, COLUMNS)), np.empty((1, parameters.shape[1])), 0
+    amplitudes = out.d_amplitudes.shape[1] if out.d_amplitudes.size > 0 else 0
+    subharmonics = out.d_subharmonics.shape[1] if out.d_subharmonics.size > 0 else 0
+    energies = out.d_energy.shape[1] if out.d_energy.size > 0 else 0
+    room = new_variations(pieces.values.shape[0], contacts, amplitudes, subharmonics, energies)
+    for row in range(parameters.shape[0]):
+        values[0] = parameters[row]
+        if out.period_multiple[row] > 0:
+            write_row(e, values, columns, march_room, starts, room, out, row, first)
+        if columns == COLUMNS:
+            # Kernels count displacements from the equilibrium, which the load moves.
+            out.d_section[row, 0, LOAD] += 1.0
+            if amplitudes > 0:
+                out.d_amplitudes[row, 0, LOAD] += 1.0
+        first += out.impact_count[row]
+
+
+def with_errors_of_pieces(
+    rows: RowResults, parameters: np.ndarray, effects: Effects, pieces: PieceLog
+) -> RowResults:
+    """Return compacted results, whose impacts are listed, with errors and, if requested, derivatives of all orbits.
+
+    Parameters
+    ----------
+    rows : RowResults
+    parameters : (rows, parameters) array
+    effects : Effects
+        With soft supports or friction.
+    pieces : PieceLog
+        Its capacity is that for the contacts of an orbit, too.
+    """
+    n = rows.impact_position.size
+    room = rows._replace(
+        e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
+    )
+    columns = WITHOUT_PARAMETERS
+    if rows.d_section.size > 0:
+        room, columns = with_impact_derivatives(room), COLUMNS
+    capacity = len(pieces.values)
+    write_rows(effects, parameters, room, columns, capacity, capacity, pieces)
+    return room

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.sensitivity.errors import SAMPLES, random_sign
 from vibropipe.orbits.sensitivity.flights import SINGULAR
 from vibropipe.physics.derivatives import N_OF_PIECES
@@ -20,7 +20,7 @@ from vibropipe.physics.flow import DEGREE
 # Columns: by displacement and velocity at the start, samples of rounding, by the parameters.
 BY_X, BY_V, SAMPLE = 0, 1, 2
 PARAMETER = SAMPLE + SAMPLES
-WITHOUT_PARAMETERS, COLUMNS = PARAMETER, PARAMETER + N_OF_PIECES
+COLUMNS = PARAMETER + N_OF_PIECES
 
 
 class PieceVariations(NamedTuple):
@@ -66,6 +66,15 @@ def new_variations(pieces, contacts, amplitudes, subharmonics, energies):
         np.empty((energies, COLUMNS)),
         np.zeros(1, np.int64),
     )
+
+
+@jit_inline
+def columns_of(by):
+    """Return the number of columns: all, or those before PARAMETER.
+
+    by : 1, or None where no derivatives are wanted; what they need is then not compiled.
+    """
+    return PARAMETER if by is None else COLUMNS
 
 
 @jit

@@ -36,7 +36,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.march.piece_state import coefficients
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.pieces import load_of_piece
-from vibropipe.orbits.sensitivity.pieces.columns import BY_V, BY_X, PARAMETER
+from vibropipe.orbits.sensitivity.pieces.columns import BY_V, BY_X, PARAMETER, columns_of
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.derivatives import restitution_derivative, support_derivative
 from vibropipe.physics.load import force_at, force_times, force_value, forcing_period
@@ -116,7 +116,26 @@ def note_contact(change, speed, v, out) -> None:
 
 
 @jit
-def pass_event(e, p, pieces, i, columns, out) -> bool:
+def add_jump(e, p, pieces, i, v, tau, lost, energy) -> None:
+    """Add to the energies (5 or 0, COLUMNS) what an event that is later by tau, and loses more by `lost`, changes."""
+    if energy.shape[0] == 0:
+        return
+    turn, before, home = pieces.values[i, AT], pieces.codes[i - 1, HOME], pieces.codes[i, HOME]
+    work1, damped1, contact1, friction1 = loss_rates(
+        e, p, pieces, i - 1, turn, pieces.values[i - 1, W_END]
+    )
+    work0, damped0, contact0, friction0 = loss_rates(e, p, pieces, i, turn, pieces.values[i, W])
+    energy[0, v] += (work1 - work0) * tau
+    energy[1, v] += (damped1 - damped0) * tau
+    energy[4, v] += (friction1 - friction0) * tau
+    if before > 0:
+        energy[1 + before, v] += contact1 * tau
+    if home > 0:
+        energy[1 + home, v] += lost - contact0 * tau
+
+
+@jit
+def pass_event(e, p, pieces, i, by, out) -> bool:
     """Carry the variations over the event between piece i - 1 and piece i.
 
     Returns
@@ -126,6 +145,7 @@ def pass_event(e, p, pieces, i, columns, out) -> bool:
     """
     cause, home, turn = pieces.codes[i, CAUSE], pieces.codes[i, HOME], pieces.values[i, AT]
     before, ends, period = pieces.codes[i - 1, HOME], out.ends, forcing_period(p)
+    columns = columns_of(by)
     change_frame(before, home, columns, ends)
     turned = sign_of(before) * sign_of(home)
     y1, w1 = pieces.values[i - 1, Y_END], pieces.values[i - 1, W_END]
@@ -135,8 +155,6 @@ def pass_event(e, p, pieces, i, columns, out) -> bool:
     is_struck = cause in (ENTER, IMPACT) or (cause == REST_BEGINS and arrives != 0.0)
     if is_struck and (out.counts[0] == out.contacts.shape[0] or not arrives < 0.0):
         return False
-    work1, damped1, contact1, friction1 = loss_rates(e, p, pieces, i - 1, turn, w1)
-    work0, damped0, contact0, friction0 = loss_rates(e, p, pieces, i, turn, departs)
     r = restitution_of(e, p, home)
     for v in range(columns):
         y, w, tau, lost = ends[0, v], ends[1, v], 0.0, 0.0
@@ -165,14 +183,8 @@ def pass_event(e, p, pieces, i, columns, out) -> bool:
             return False
         if is_struck:
             note_contact(tau / period, sign_of(home) * (w + a1 * tau), v, out)
-        if out.energy.shape[0] > 0:
-            out.energy[0, v] += (work1 - work0) * tau
-            out.energy[1, v] += (damped1 - damped0) * tau
-            out.energy[4, v] += (friction1 - friction0) * tau
-            if before > 0:
-                out.energy[1 + before, v] += contact1 * tau
-            if home > 0:
-                out.energy[1 + home, v] += lost - contact0 * tau
+        if by is not None:
+            add_jump(e, p, pieces, i, v, tau, lost, out.energy)
     if is_struck:
         out.counts[0] += 1
     return True

@@ -28,7 +28,7 @@ from vibropipe.march.piece_state import coefficients, start_state
 from vibropipe.orbits.pieces import load_of_piece
 from vibropipe.orbits.return_map import clear_log
 from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP, random_sign
-from vibropipe.orbits.sensitivity.pieces.columns import PARAMETER, SAMPLE
+from vibropipe.orbits.sensitivity.pieces.columns import PARAMETER, SAMPLE, columns_of
 from vibropipe.orbits.sensitivity.pieces.events import (
     begin_variations,
     change_frame,
@@ -88,16 +88,16 @@ def note_state(home, ends, state) -> None:
 
 
 @jit
-def vary_pieces(e, p, pieces, m, columns, out) -> bool:
+def vary_pieces(e, p, pieces, m, by, out) -> bool:
     """Carry the variations along the logged pieces of an orbit of m periods, the start held.
 
     On return `out.ends` has those of (x, x') at the end. Returns False where the orbit is not smooth in its start.
     """
-    n, ends = pieces.counts[PIECES], out.ends
+    n, ends, columns = pieces.counts[PIECES], out.ends, columns_of(by)
     out.counts[0] = 0
-    out.amplitudes[:, :columns] = 0.0
-    out.subharmonics[:, :columns] = 0.0
-    out.energy[:, :columns] = 0.0
+    out.amplitudes[:] = 0.0
+    out.subharmonics[:] = 0.0
+    out.energy[:] = 0.0
     if pieces.codes[0, CAUSE] != BEGIN:
         return False
     begin_variations(pieces.codes[0, HOME], columns, ends)
@@ -108,9 +108,9 @@ def vary_pieces(e, p, pieces, m, columns, out) -> bool:
             if form == RESTING:
                 ends[0, v] = 0.0
     for i in range(n):
-        if i > 0 and not pass_event(e, p, pieces, i, columns, out):
+        if i > 0 and not pass_event(e, p, pieces, i, by, out):
             return False
-        vary_piece(e, p, pieces, i, m, columns, out)
+        vary_piece(e, p, pieces, i, m, by, out)
         add_rounding(e, p, pieces, i, ends)
         note_state(pieces.codes[i, HOME], ends, out.states[i])
     change_frame(pieces.codes[n - 1, HOME], np.int8(0), columns, ends)

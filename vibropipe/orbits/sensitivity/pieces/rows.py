@@ -13,10 +13,10 @@ from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.errors import COLUMNS as ERRORS
 from vibropipe.orbits.sensitivity.pieces.columns import (
     COLUMNS,
-    WITHOUT_PARAMETERS,
     add_complex_starts,
     add_starts,
     close_variations,
+    columns_of,
     new_variations,
 )
 from vibropipe.orbits.sensitivity.pieces.derivatives import write_derivatives
@@ -30,14 +30,14 @@ from vibropipe.physics.flow import DEGREE
 
 
 @jit
-def write_row(e, values, columns, march_room, starts, room, out, row, first) -> None:
+def write_row(e, values, by, march_room, starts, room, out, row, first) -> None:
     """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row."""
     p, m = row_parameters(values, 0), out.period_multiple[row]
     x, v = out.section[row, 0], out.section[row, 1]
     if not march_orbit(e, p, x, v, m, march_room):
         return
-    pieces, speed = march_room[0].pieces, 0.0
-    if not vary_pieces(e, p, pieces, m, columns, room):
+    pieces, speed, columns = march_room[0].pieces, 0.0, columns_of(by)
+    if not vary_pieces(e, p, pieces, m, by, room):
         return
     for j in range(first, first + out.impact_count[row]):
         speed = max(speed, abs(out.impact_velocity[j]))
@@ -47,7 +47,7 @@ def write_row(e, values, columns, march_room, starts, room, out, row, first) -> 
     for j in range(room.counts[0]):
         add_starts(columns, room.contacts[j], starts)
     write_errors(e, p, pieces, m, closing, starts, room, out, row, first)
-    if columns == COLUMNS:
+    if by is not None:
         add_starts(columns, room.energy, starts)
         add_complex_starts(room.amplitudes, starts)
         add_complex_starts(room.subharmonics, starts)
@@ -61,7 +61,7 @@ def write_rows(
     e: Effects,
     parameters: np.ndarray,
     out: RowResults,
-    columns: int,
+    by: int | None,
     contacts: int,
     rests: int,
     pieces: PieceLog,
@@ -74,8 +74,8 @@ def write_rows(
     parameters : (rows, parameters) float
     out : RowResults
         Compacted results of the rows, with their impacts; errors and derivatives are NaN on entry.
-    columns : int
-        WITHOUT_PARAMETERS for errors alone, COLUMNS for derivatives as well.
+    by : int or None
+        1 for derivatives, None for errors alone.
     contacts, rests : int
         Capacities of the log of an orbit.
     pieces : PieceLog
@@ -90,8 +90,8 @@ def write_rows(
     for row in range(parameters.shape[0]):
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
-            write_row(e, values, columns, march_room, starts, room, out, row, first)
-        if columns == COLUMNS:
+            write_row(e, values, by, march_room, starts, room, out, row, first)
+        if by is not None:
             # Kernels count displacements from the equilibrium, which the load moves.
             out.d_section[row, 0, LOAD] += 1.0
             if amplitudes > 0:
@@ -117,9 +117,9 @@ def with_errors_of_pieces(
     room = rows._replace(
         e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
     )
-    columns = WITHOUT_PARAMETERS
+    by = None
     if rows.d_section.size > 0:
-        room, columns = with_impact_derivatives(room), COLUMNS
+        room, by = with_impact_derivatives(room), 1
     capacity = len(pieces.values)
-    write_rows(effects, parameters, room, columns, capacity, capacity, pieces)
+    write_rows(effects, parameters, room, by, capacity, capacity, pieces)
     return room

@@ -38,13 +38,13 @@ from vibropipe.physics.load import (
     next_term,
     no_force,
 )
-from vibropipe.physics.stiffness import damping_of, piece_taylor
+from vibropipe.physics.stiffness import damping_of, piece_flow, piece_taylor
 from vibropipe.physics.turns import phase_factor, phase_integral, sincos_turns
 from vibropipe.physics.variation import FACTORS, SHARES
 
 
 @jit
-def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction, dt, columns, out):
+def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction, dt, out):
     """Fill the polynomials of the variations over a step of a piece, and move the variations to its end.
 
     Parameters
@@ -64,41 +64,38 @@ def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction,
         Direction of sliding, in the frame.
     dt : float
         The step.
-    columns : int
-        WITHOUT_PARAMETERS or COLUMNS.
     out : PieceVariations
     """
-    ends, z, square, by = out.ends, out.z, dt * dt, PARAMETER
+    ends, z, square, first = out.ends, out.z, dt * dt, PARAMETER
     term, term_next = first_terms(unit, p.nu * dt)
-    for v in range(columns):
+    for v in range(COLUMNS):
         z[0, v], z[1, v] = ends[0, v], ends[1, v] * dt
         ends[0, v], ends[1, v] = z[0, v] + z[1, v], z[1, v]
     for n in range(DEGREE - 1):
         to_next, share = square * FACTORS[n], dt * SHARES[n]
-        for v in range(columns):
+        for v in range(COLUMNS):
             z[n + 2, v] = -stiffness * to_next * z[n, v] - damping * share * z[n + 1, v]
-        if columns == COLUMNS:
-            z[n + 2, by + NU] -= (2.0 * c[n + 2] + damping * share * c[n + 1]) / p.nu
-            z[n + 2, by + H] -= share * c[n + 1]
-            z[n + 2, by + F] += to_next * term
-            term, term_next = term_next, next_term(term, p.nu * dt, FACTORS[n])
-            if contact:
-                z[n + 2, by + K1 + home - 1] -= to_next * c[n]
-                z[n + 2, by + H1 + home - 1] -= share * c[n + 1]
-            if n == 0:
-                z[2, by + FRICTION] -= 0.5 * square * direction
-                for k in range(N_OF_PIECES):
-                    if home > 0:
-                        z[2, by + k] += 0.5 * square * load_derivative(home, k)
-        for v in range(columns):
+        z[n + 2, first + NU] -= (2.0 * c[n + 2] + damping * share * c[n + 1]) / p.nu
+        z[n + 2, first + H] -= share * c[n + 1]
+        z[n + 2, first + F] += to_next * term
+        term, term_next = term_next, next_term(term, p.nu * dt, FACTORS[n])
+        if contact:
+            z[n + 2, first + K1 + home - 1] -= to_next * c[n]
+            z[n + 2, first + H1 + home - 1] -= share * c[n + 1]
+        if n == 0:
+            z[2, first + FRICTION] -= 0.5 * square * direction
+            for k in range(N_OF_PIECES):
+                if home > 0:
+                    z[2, first + k] += 0.5 * square * load_derivative(home, k)
+        for v in range(COLUMNS):
             ends[0, v] += z[n + 2, v]
             ends[1, v] += (n + 2) * z[n + 2, v]
-    for v in range(columns):
+    for v in range(COLUMNS):
         ends[1, v] /= dt
 
 
 @jit
-def add_step(e, p, pieces, i, m, begin, dt, c, columns, out) -> None:
+def add_step(e, p, pieces, i, m, begin, dt, c, out) -> None:
     """Add the integrals over a step of piece i that begins at a phase, by Gauss quadrature."""
     home, period, sign = pieces.codes[i, HOME], forcing_period(p), sign_of(pieces.codes[i, HOME])
     in_contact, damped = pieces.codes[i, FORM] == CONTACT, 0.0
@@ -108,7 +105,7 @@ def add_step(e, p, pieces, i, m, begin, dt, c, columns, out) -> None:
         theta, weight = NODES[g], WEIGHTS[g] * dt
         turn, w = begin + theta * dt / period, velocity(c, DEGREE, theta, dt)
         work, lost, lost_in_contact, _rubbed = loss_rates(e, p, pieces, i, turn, w)
-        for v in range(columns):
+        for v in range(COLUMNS):
             y, rate = out.z[DEGREE, v], DEGREE * out.z[DEGREE, v]
             for n in range(DEGREE - 1, 0, -1):
                 y = y * theta + out.z[n, v]
@@ -144,36 +141,42 @@ def add_step(e, p, pieces, i, m, begin, dt, c, columns, out) -> None:
 
 
 @jit
-def vary_piece(e, p, pieces, i, m, columns, out) -> None:
-    """Carry the variations along piece i, and add its integrals; m : period multiple."""
+def add_still(p, pieces, i, m, out) -> None:
+    """Add the integrals over piece i, which is held or at rest."""
+    home, start, end = pieces.codes[i, HOME], pieces.values[i, AT], end_of_piece(p, pieces, i)
+    for v in range(COLUMNS):
+        x = reference_derivative(home, v) + sign_of(home) * out.ends[0, v]
+        for k in range(out.amplitudes.shape[0]):
+            out.amplitudes[k, v] += x / m * phase_integral(float(k), start, end)
+        for k in range(out.subharmonics.shape[0]):
+            out.subharmonics[k, v] += x / m * phase_integral(k / m, start, end)
+
+
+@jit
+def add_sliding(e, p, pieces, i, sign, out) -> None:
+    """Add to the loss by friction over piece i what its start (sign -1) or its end (1) changes."""
+    if out.energy.shape[0] > 0:
+        push = sign * friction_of(e, p) * pieces.codes[i, DIRECTION]
+        for v in range(COLUMNS):
+            out.energy[4, v] += push * out.ends[0, v]
+
+
+@jit
+def vary_by_parameters(e, p, pieces, i, m, out) -> None:
+    """Carry all variations along piece i, a moving one, and add its integrals."""
     home, form, ends = pieces.codes[i, HOME], pieces.codes[i, FORM], out.ends
     start, span, period = pieces.values[i, AT], pieces.values[i, SPAN], forcing_period(p)
-    is_still, second = form in (HELD, RESTING), e.second_harmonic
-    if is_still:
-        for v in range(columns):
-            x = reference_derivative(home, v) + sign_of(home) * ends[0, v]
-            for k in range(out.amplitudes.shape[0]):
-                share = phase_integral(float(k), start, end_of_piece(p, pieces, i))
-                out.amplitudes[k, v] += x / m * share
-            for k in range(out.subharmonics.shape[0]):
-                share = phase_integral(k / m, start, end_of_piece(p, pieces, i))
-                out.subharmonics[k, v] += x / m * share
-    if is_still or not span > 0.0:
-        return
-    y, w = pieces.values[i, Y], pieces.values[i, W]
+    y, w, second = pieces.values[i, Y], pieces.values[i, W], e.second_harmonic
     stiffness, damping = coefficients(e, p, home, form == CONTACT)
     sigma, load = load_of_piece(e, p, pieces, i)
     parts = steps_of_span(p, stiffness, damping, span, second)
     direction = float(pieces.codes[i, DIRECTION])
     dt, c, by_nu = span / parts, pieces.polynomial, PARAMETER + NU
     # The polynomials are of derivatives at a fixed share of the period; y' has the factor nu besides.
-    if columns == COLUMNS:
-        ends[1, by_nu] -= w / p.nu
+    ends[1, by_nu] -= w / p.nu
+    add_sliding(e, p, pieces, i, -1.0, out)
     if out.energy.shape[0] > 0:
-        slid = abs(pieces.values[i, Y_END] - y)
-        out.energy[4, PARAMETER + FRICTION] += slid
-        for v in range(columns):
-            out.energy[4, v] -= friction_of(e, p) * direction * ends[0, v]
+        out.energy[4, PARAMETER + FRICTION] += abs(pieces.values[i, Y_END] - y)
     for part in range(parts):
         begin = start + part * dt / period
         force, unit = no_force(), no_force()
@@ -183,13 +186,28 @@ def vary_piece(e, p, pieces, i, m, columns, out) -> None:
             unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
         piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
         vary_step_of_piece(
-            p, c, unit, stiffness, damping, home, form == CONTACT, direction, dt, columns, out
+            p, c, unit, stiffness, damping, home, form == CONTACT, direction, dt, out
         )
         if out.amplitudes.shape[0] + out.subharmonics.shape[0] + out.energy.shape[0] > 0:
-            add_step(e, p, pieces, i, m, begin, dt, c, columns, out)
+            add_step(e, p, pieces, i, m, begin, dt, c, out)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
-    if columns == COLUMNS:
-        ends[1, by_nu] += w / p.nu
-    if out.energy.shape[0] > 0:
-        for v in range(columns):
-            out.energy[4, v] += friction_of(e, p) * direction * ends[0, v]
+    ends[1, by_nu] += w / p.nu
+    add_sliding(e, p, pieces, i, 1.0, out)
+
+
+@jit
+def vary_piece(e, p, pieces, i, m, by, out) -> None:
+    """Carry the variations along piece i, and add its integrals; m : period multiple, by : as for `columns_of`."""
+    form, span = pieces.codes[i, FORM], pieces.values[i, SPAN]
+    is_still, ends = form in (HELD, RESTING), out.ends
+    if by is not None:
+        if is_still:
+            add_still(p, pieces, i, m, out)
+        elif span > 0.0:
+            vary_by_parameters(e, p, pieces, i, m, out)
+    elif not is_still:
+        stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], form == CONTACT)
+        e11, e12, e21, e22 = piece_flow(stiffness, damping, span)
+        for v in range(PARAMETER):
+            y, w = ends[0, v], ends[1, v]
+            ends[0, v], ends[1, v] = e11 * y + e12 * w, e21 * y + e22 * w

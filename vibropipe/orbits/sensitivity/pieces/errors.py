@@ -85,16 +85,17 @@ def write_errors(e, p, pieces, m, closing, starts, room, out, row, first) -> Non
     floor = closing + ULP * (abs(out.section[row, 0]) + abs(out.section[row, 1]) + largest_force(p))
     out.e_row[row, X] = rms(starts[0, SAMPLE:PARAMETER]) + floor
     out.e_row[row, V] = rms(starts[1, SAMPLE:PARAMETER]) + floor
-    mean, relative, size = floor, ULP * (1.0 + pieces.counts[PIECES]), 1.0
+    mean, square, size = floor, 0.0, 1.0
     for i in range(pieces.counts[PIECES]):
         add_starts(PARAMETER, room.states[i], starts)
         share = (end_of_piece(p, pieces, i) - pieces.values[i, AT]) / m
         mean += share * rms(room.states[i, 0, SAMPLE:])
         if i > 0:
-            relative += relative_error(e, p, pieces, i, room.states[i - 1])
+            square += relative_error(e, p, pieces, i, room.states[i - 1]) ** 2
     for part in range(2):
         size = max(size, abs(room.ends[part, BY_X]) + abs(room.ends[part, BY_V]))
     out.e_row[row, IMPULSES], out.e_row[row, PHASES] = mean, 0.0
+    relative = math.sqrt(square) + ULP * (1.0 + pieces.counts[PIECES])
     out.e_row[row, TRACE] = relative * size
     n = room.counts[0]
     is_listed = out.impact_count[row] == n

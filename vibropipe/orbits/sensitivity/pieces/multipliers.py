@@ -13,6 +13,7 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import CAUSE, HOME, PIECES
 from vibropipe.orbits.pieces import jacobian_of_pieces
+from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.multipliers import DOUBLE
 from vibropipe.orbits.sensitivity.pieces.derivatives import is_by
@@ -30,18 +31,25 @@ STEP = 1e-4
 
 
 @jit
-def trace_of_orbit(e, p, x, v, m, march_room):
-    """Return trace and determinant of the derivative along the motion from (x, v), and a number for its pieces.
+def law_of(pieces):
+    """Return a number for the sequence of logged pieces: what begins each, and its frame."""
+    law = 0
+    for i in range(pieces.counts[PIECES]):
+        law += (i + 1) * (10 * pieces.codes[i, CAUSE] + pieces.codes[i, HOME] + 1)
+    return law
 
-    The number is -1 where the motion cannot be differentiated.
+
+@jit
+def trace_of_orbit(e, p, x, v, m, march_room):
+    """Return trace and determinant of the derivative along the motion from (x, v), and the law of its pieces.
+
+    The law is -1 where the motion cannot be differentiated.
     """
     if not march_orbit(e, p, x, v, m, march_room):
         return 0.0, 0.0, -1
-    pieces, law = march_room[0].pieces, 0
+    pieces = march_room[0].pieces
     j11, j12, j21, j22 = jacobian_of_pieces(e, p, pieces)
-    for i in range(pieces.counts[PIECES]):
-        law += (i + 1) * (10 * pieces.codes[i, CAUSE] + pieces.codes[i, HOME] + 1)
-    return j11 + j22, j11 * j22 - j12 * j21, law
+    return j11 + j22, j11 * j22 - j12 * j21, law_of(pieces)
 
 
 @jit
@@ -84,20 +92,17 @@ def write_multiplier_derivatives(e, values, m, march_room, out, row) -> None:
     row : int
     """
     p, x, v = row_parameters(values, 0), out.section[row, 0], out.section[row, 1]
-    trace, determinant, law = trace_of_orbit(e, p, x, v, m, march_room)
-    half = 0.5 * trace
-    square = half * half - determinant
-    first = complex(half, math.sqrt(max(-square, 0.0)))
-    second = first.conjugate()
-    if square >= 0.0:
-        first = complex(half + math.copysign(math.sqrt(square), half), 0.0)
-        second = divide(complex(determinant, 0.0), first)
+    if not march_orbit(e, p, x, v, m, march_room):
+        return
+    pieces = march_room[0].pieces
+    law, jacobian = law_of(pieces), jacobian_of_pieces(e, p, pieces)
+    first, second = floquet_multipliers(*jacobian)
     # A rest erases all perturbations.
-    is_erased = trace == 0.0 and determinant == 0.0
+    is_erased = first == 0.0
     length = m * forcing_period(p)
     for k in range(N_OF_PIECES):
         by_trace, slope, is_smooth = trace_slopes(e, values, k, x, v, m, law, march_room, out, row)
-        if law < 0 or not is_smooth or not is_by(p, k):
+        if not is_smooth or not is_by(p, k):
             continue
         difference = first - second
         if is_erased:

@@ -32,6 +32,8 @@ class PieceVariations(NamedTuple):
         Variations of (y, y') in the frame of the piece, where the orbit has been followed to.
     z : (DEGREE + 1, COLUMNS) float
         Polynomials of the variations.
+    node : (2, COLUMNS) float
+        Of displacement and velocity at a node of a quadrature.
     states : (n, 2, PARAMETER) float
         Of x and x' at the end of each piece.
     contacts : (n, 2, COLUMNS) float
@@ -45,6 +47,7 @@ class PieceVariations(NamedTuple):
 
     ends: np.ndarray
     z: np.ndarray
+    node: np.ndarray
     states: np.ndarray
     contacts: np.ndarray
     amplitudes: np.ndarray
@@ -59,6 +62,7 @@ def new_variations(pieces, contacts, amplitudes, subharmonics, energies):
     return PieceVariations(
         np.empty((2, COLUMNS)),
         np.empty((DEGREE + 1, COLUMNS)),
+        np.empty((2, COLUMNS)),
         np.empty((pieces, 2, PARAMETER)),
         np.empty((contacts, 2, COLUMNS)),
         np.empty((amplitudes, COLUMNS), np.complex128),

@@ -21,6 +21,7 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients
+from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.pieces import end_of_piece, load_of_piece, steps_of_span
 from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.orbits.sensitivity.pieces.columns import COLUMNS, PARAMETER
@@ -95,49 +96,69 @@ def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction,
 
 
 @jit
+def fill_node(z, theta, dt, node) -> None:
+    """Fill node (2, COLUMNS) with the variations of (y, y') at theta of a step, from their polynomials."""
+    for v in range(COLUMNS):
+        node[0, v], node[1, v] = z[DEGREE, v], DEGREE * z[DEGREE, v]
+    for n in range(DEGREE - 1, 0, -1):
+        for v in range(COLUMNS):
+            node[0, v] = node[0, v] * theta + z[n, v]
+            node[1, v] = node[1, v] * theta + n * z[n, v]
+    for v in range(COLUMNS):
+        node[0, v], node[1, v] = node[0, v] * theta + z[0, v], node[1, v] / dt
+
+
+@jit
+def add_waves(node, weight, turn, m, amplitudes) -> None:
+    """Add a node of displacements to amplitudes (n, COLUMNS) at the multiples of nu/m."""
+    for k in range(amplitudes.shape[0]):
+        factor = weight * phase_factor(k * turn / m)
+        for v in range(COLUMNS):
+            amplitudes[k, v] += factor * node[v]
+
+
+@jit
+def add_energies_of_node(e, p, pieces, i, weight, turn, w, rates, energy) -> None:
+    """Add a node of piece i with the velocity w to the variations of energies (5, COLUMNS); rates : (COLUMNS,) of w."""
+    home, in_contact = pieces.codes[i, HOME], pieces.codes[i, FORM] == CONTACT
+    work, lost, lost_in_contact, _rubbed = loss_rates(e, p, pieces, i, turn, w)
+    force, damped, damped_in_contact = 0.0, 0.0, 0.0
+    if e.forcing is not None:
+        force = to_velocity(home, force_times(p, weight, turn, e.second_harmonic))
+        energy[0, PARAMETER + F] += weight * to_velocity(home, w) * sincos_turns(turn)[0]
+    if e.damping is not None:
+        damped = weight * 2.0 * p.h * w
+    if in_contact:
+        damped_in_contact = weight * 2.0 * damping_of(p, home) * w
+    for v in range(COLUMNS):
+        energy[0, v] += force * rates[v]
+        energy[1, v] += damped * rates[v]
+    energy[0, PARAMETER + NU] -= weight * work / p.nu
+    energy[1, PARAMETER + NU] -= weight * lost / p.nu
+    energy[1, PARAMETER + H] += weight * w * w
+    if in_contact:
+        for v in range(COLUMNS):
+            energy[1 + home, v] += damped_in_contact * rates[v]
+        energy[1 + home, PARAMETER + NU] -= weight * lost_in_contact / p.nu
+        energy[1 + home, PARAMETER + H1 + home - 1] += weight * w * w
+
+
+@jit
 def add_step(e, p, pieces, i, m, begin, dt, c, out) -> None:
     """Add the integrals over a step of piece i that begins at a phase, by Gauss quadrature."""
-    home, period, sign = pieces.codes[i, HOME], forcing_period(p), sign_of(pieces.codes[i, HOME])
-    in_contact, damped = pieces.codes[i, FORM] == CONTACT, 0.0
-    if e.damping is not None:
-        damped = p.h
+    home, period, node = pieces.codes[i, HOME], forcing_period(p), out.node
     for g in range(NODES.size):
         theta, weight = NODES[g], WEIGHTS[g] * dt
         turn, w = begin + theta * dt / period, velocity(c, DEGREE, theta, dt)
-        work, lost, lost_in_contact, _rubbed = loss_rates(e, p, pieces, i, turn, w)
+        fill_node(out.z, theta, dt, node)
+        node[1, PARAMETER + NU] += w / p.nu
+        if out.energy.shape[0] > 0:
+            add_energies_of_node(e, p, pieces, i, weight, turn, w, node[1], out.energy)
         for v in range(COLUMNS):
-            y, rate = out.z[DEGREE, v], DEGREE * out.z[DEGREE, v]
-            for n in range(DEGREE - 1, 0, -1):
-                y = y * theta + out.z[n, v]
-                rate = rate * theta + n * out.z[n, v]
-            y, rate = y * theta + out.z[0, v], rate / dt
-            x = reference_derivative(home, v) + sign * y
-            for k in range(out.amplitudes.shape[0]):
-                out.amplitudes[k, v] += weight / (m * period) * x * phase_factor(k * turn)
-            for k in range(out.subharmonics.shape[0]):
-                out.subharmonics[k, v] += weight / (m * period) * x * phase_factor(k * turn / m)
-            if out.energy.shape[0] > 0:
-                if v == PARAMETER + NU:
-                    rate += w / p.nu
-                energy = out.energy[:, v]
-                if e.forcing is not None:
-                    energy[0] += to_velocity(
-                        home, force_times(p, weight * rate, turn, e.second_harmonic)
-                    )
-                energy[1] += weight * 2.0 * damped * w * rate
-                if in_contact:
-                    energy[1 + home] += weight * 2.0 * damping_of(p, home) * w * rate
-                if v == PARAMETER + NU:
-                    energy[0] -= weight * work / p.nu
-                    energy[1] -= weight * lost / p.nu
-                    if in_contact:
-                        energy[1 + home] -= weight * lost_in_contact / p.nu
-                elif v == PARAMETER + F and e.forcing is not None:
-                    energy[0] += weight * to_velocity(home, w) * sincos_turns(turn)[0]
-                elif v == PARAMETER + H:
-                    energy[1] += weight * w * w
-                elif in_contact and v == PARAMETER + H1 + home - 1:
-                    energy[1 + home] += weight * w * w
+            node[0, v] = reference_derivative(home, v) + sign_of(home) * node[0, v]
+        share = weight / (m * period)
+        add_waves(node[0], share, turn, ONE_PERIOD, out.amplitudes)
+        add_waves(node[0], share, turn, m, out.subharmonics)
 
 
 @jit

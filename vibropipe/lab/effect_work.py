@@ -129,8 +129,8 @@ def row_calls(
     motion = motion.about_equilibrium()
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
-    buffer, terms = new_impact_buffer(ROWS_PER_CALL), 5 if effects.has_pieces else 4
-    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, terms)
+    buffer = new_impact_buffer(ROWS_PER_CALL)
+    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, effects.has_pieces)
     pieces = piece_log_of(effects, ORBIT_LOG_CAPACITY)
     log = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, *pieces)
     arrays = log, np.empty(DEGREE + 1), out

@@ -53,6 +53,8 @@ ALL_EFFECTS = Effects()
 
 # Parameters of soft supports and friction, whose motions are marched by pieces.
 PIECES = ("k1", "k2", "h1", "h2", "friction")
+# Those of them that call for pieces by themselves.
+CALL_FOR_PIECES = ("k1", "k2", "friction")
 # Parameters whose effect is not computed, by any call or by all but a few, and what it is.
 NOT_COMPUTED = {
     **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
@@ -82,7 +84,7 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
             must = f"must be 0: {effect} not computed {'by this version' if pieces else 'here'}"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
     further = ALL_EFFECTS._replace(second_harmonic=1 if occurs(values.get("f2", 0.0)) else None)
-    if any(occurs(values.get(name, 0.0)) for name in ("k1", "k2", "friction")):
+    if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES):
         return further._replace(soft=1, friction=1)
     return further
 

@@ -44,7 +44,7 @@ def new_rows(
     harmonics: int,
     outputs: tuple[str, ...],
     buffer: ImpactBuffer | None = None,
-    energy_terms: int = 4,
+    pieces: bool = False,
 ) -> RowResults:
     """Return empty results of n rows.
 
@@ -59,8 +59,8 @@ def new_rows(
     buffer : ImpactBuffer, optional
         Buffer for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
         listed if the output is requested.
-    energy_terms : int
-        Terms of the energy balance.
+    pieces : bool
+        Whether motions have soft supports or friction: one more term of the energy balance, and more derivatives.
     """
     requested = {name: name in outputs for name in OUTPUTS}
 
@@ -87,7 +87,7 @@ def new_rows(
         impact_velocity=impacts.velocity,
         impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
-        energy=zeros(energy_terms, when="energy"),
+        energy=zeros(5 if pieces else 4, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
         subharmonics=np.full_like(
             zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),
@@ -97,9 +97,7 @@ def new_rows(
         exponent=zeros(2, when="lyapunov"),
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
-        **new_derivatives(
-            n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, energy_terms
-        ),
+        **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces),
     )
 
 

@@ -119,10 +119,10 @@ class _Solver:
         if not hasattr(self.of_thread, "buffer"):
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
         pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
-        terms = 5 if self.effects.has_pieces else 4
         # The error of an orbit follows from its impacts, requested or not, so they always have room.
         buffer = self.of_thread.buffer
-        out = new_rows(len(values), self.harmonics, self.outputs, buffer, terms)
+        has_pieces = self.effects.has_pieces
+        out = new_rows(len(values), self.harmonics, self.outputs, buffer, has_pieces)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
         limits = self.max_periods, self.patience
@@ -135,9 +135,9 @@ class _Solver:
             rows = with_errors_of_pieces(compact, values, self.effects, pieces[0])
         else:
             rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
-        if pieces[0] is None and "sensitivity" in self.outputs:
-            rows = with_impact_derivatives(rows)
-            differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
+            if "sensitivity" in self.outputs:
+                rows = with_impact_derivatives(rows)
+                differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
         add_load(rows, load)
         return rows if "impacts" in self.outputs else without_impacts(rows)
 

@@ -12,15 +12,11 @@ from vibropipe.orbits.sensitivity.linear import write_held, write_linear
 from vibropipe.orbits.sensitivity.outputs import new_differentiation, write_sensitivity
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import (
-    LOAD,
-    N_OF_PIECES,
-    N_PARAMETERS,
-)
+from vibropipe.physics.derivatives import LOAD, N_OF_PIECES, N_PARAMETERS
 
 
 def new_derivatives(
-    n: int, harmonics: int, subharmonics: int, outputs: tuple[str, ...], energy_terms: int
+    n: int, harmonics: int, subharmonics: int, outputs: tuple[str, ...], pieces: bool
 ) -> dict[str, np.ndarray]:
     """Return the arrays of `RowResults` for derivatives: NaN, or without entries unless `sensitivity` is requested.
 
@@ -34,10 +30,10 @@ def new_derivatives(
         Numbers of harmonics and subharmonics.
     outputs : tuple of str
         Requested outputs.
-    energy_terms : int
-        5 for motions with soft supports or friction, which have derivatives by more parameters; else 4.
+    pieces : bool
+        Whether motions have soft supports or friction: derivatives by more parameters, and of one more energy.
     """
-    parameters = N_PARAMETERS if energy_terms == 4 else N_OF_PIECES
+    parameters = N_OF_PIECES if pieces else N_PARAMETERS
 
     def unknown(when: str, *shape: int, dtype: type = float) -> np.ndarray:
         wanted = "sensitivity" in outputs and (when == "" or when in outputs)
@@ -51,7 +47,7 @@ def new_derivatives(
         "d_subharmonics": unknown("subharmonics", subharmonics + 1, dtype=complex),
         "d_multipliers": unknown("stability", 2, dtype=complex),
         "d_exponent": unknown("lyapunov"),
-        "d_energy": unknown("energy", energy_terms),
+        "d_energy": unknown("energy", 5 if pieces else 4),
         "d_velocity_max": unknown("impacts", 2),
         "d_impacts": np.empty((0, 2, parameters)),
     }

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, PrivateAttr
 
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
@@ -107,8 +108,9 @@ class BaseScene(StudyModel):
 
     def has_pieces(self) -> bool:
         """Return whether a motion has a soft support or friction."""
-        values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
-        return any(np.any(values.get(name, 0.0)) for name in ("k1", "k2", "friction"))
+        return all_effects(
+            {**self.resolved_exciter(), **self.over_arrays()}, pieces=True
+        ).has_pieces
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""

@@ -21,6 +21,7 @@ from vibropipe.orbits.sensitivity.errors import (
     X,
 )
 from vibropipe.physics.derivatives import H
+from vibropipe.physics.effects import CALL_FOR_PIECES
 from vibropipe.physics.exciter import Parameters
 from vibropipe.words.vocabulary import ERROR_SUFFIX
 
@@ -28,7 +29,7 @@ Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 # Factor of the root mean square of four samples, which may happen to be small.
 SAFETY = 1.5
 # Columns of the parameters with which a motion is marched by linear pieces.
-PIECES = [Parameters._fields.index(name) for name in ("k1", "k2", "friction")]
+PIECES = [Parameters._fields.index(name) for name in CALL_FOR_PIECES]
 # Rounding of the determinant of a return map's derivative, in ulps of the square of the larger multiplier.
 DETERMINANT = 4.0
 

@@ -33,7 +33,7 @@ class PieceVariations(NamedTuple):
     z : (DEGREE + 1, COLUMNS) float
         Polynomials of the variations.
     node : (2, COLUMNS) float
-        Of displacement and velocity at a node of a quadrature.
+        Of displacement and velocity at a node of a quadrature, or of an event.
     states : (n, 2, PARAMETER) float
         Of x and x' at the end of each piece.
     contacts : (n, 2, COLUMNS) float
@@ -57,14 +57,14 @@ class PieceVariations(NamedTuple):
 
 
 @jit_allocating
-def new_variations(pieces, contacts, amplitudes, subharmonics, energies):
-    """Return work arrays for so many pieces, contacts, amplitudes, subharmonics and energies (5 or 0)."""
+def new_variations(capacity, amplitudes, subharmonics, energies):
+    """Return work arrays for so many pieces and contacts each, amplitudes, subharmonics and energies (5 or 0)."""
     return PieceVariations(
         np.empty((2, COLUMNS)),
         np.empty((DEGREE + 1, COLUMNS)),
         np.empty((2, COLUMNS)),
-        np.empty((pieces, 2, PARAMETER)),
-        np.empty((contacts, 2, COLUMNS)),
+        np.empty((capacity, 2, PARAMETER)),
+        np.empty((capacity, 2, COLUMNS)),
         np.empty((amplitudes, COLUMNS), np.complex128),
         np.empty((subharmonics, COLUMNS), np.complex128),
         np.empty((energies, COLUMNS)),

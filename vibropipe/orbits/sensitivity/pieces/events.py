@@ -36,7 +36,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.march.piece_state import coefficients
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.pieces import load_of_piece
-from vibropipe.orbits.sensitivity.pieces.columns import BY_V, BY_X, PARAMETER, columns_of
+from vibropipe.orbits.sensitivity.pieces.columns import BY_V, BY_X, COLUMNS, PARAMETER, columns_of
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.derivatives import restitution_derivative, support_derivative
 from vibropipe.physics.load import force_at, force_times, force_value, forcing_period
@@ -116,22 +116,25 @@ def note_contact(change, speed, v, out) -> None:
 
 
 @jit
-def add_jump(e, p, pieces, i, v, tau, lost, energy) -> None:
-    """Add to the energies (5 or 0, COLUMNS) what an event that is later by tau, and loses more by `lost`, changes."""
-    if energy.shape[0] == 0:
-        return
+def add_jumps(e, p, pieces, i, later, energy) -> None:
+    """Add to the energies (5, COLUMNS) what the event that begins piece i changes.
+
+    later : (2, COLUMNS), by how much tau of the event, and what is lost at once, change.
+    """
     turn, before, home = pieces.values[i, AT], pieces.codes[i - 1, HOME], pieces.codes[i, HOME]
     work1, damped1, contact1, friction1 = loss_rates(
         e, p, pieces, i - 1, turn, pieces.values[i - 1, W_END]
     )
     work0, damped0, contact0, friction0 = loss_rates(e, p, pieces, i, turn, pieces.values[i, W])
-    energy[0, v] += (work1 - work0) * tau
-    energy[1, v] += (damped1 - damped0) * tau
-    energy[4, v] += (friction1 - friction0) * tau
-    if before > 0:
-        energy[1 + before, v] += contact1 * tau
-    if home > 0:
-        energy[1 + home, v] += lost - contact0 * tau
+    for v in range(COLUMNS):
+        tau, lost = later[0, v], later[1, v]
+        energy[0, v] += (work1 - work0) * tau
+        energy[1, v] += (damped1 - damped0) * tau
+        energy[4, v] += (friction1 - friction0) * tau
+        if before > 0:
+            energy[1 + before, v] += contact1 * tau
+        if home > 0:
+            energy[1 + home, v] += lost - contact0 * tau
 
 
 @jit
@@ -183,15 +186,9 @@ def pass_event(e, p, pieces, i, by, out) -> bool:
             return False
         if is_struck:
             note_contact(tau / period, sign_of(home) * (w + a1 * tau), v, out)
-        if by is not None:
-            add_jump(e, p, pieces, i, v, tau, lost, out.energy)
+        out.node[0, v], out.node[1, v] = tau, lost
+    if by is not None and out.energy.shape[0] > 0:
+        add_jumps(e, p, pieces, i, out.node, out.energy)
     if is_struck:
         out.counts[0] += 1
     return True
-
-
-@jit
-def is_contact(pieces, i) -> bool:
-    """Return whether piece i begins with an impact or a contact."""
-    cause = pieces.codes[i, CAUSE]
-    return cause in (ENTER, IMPACT) or (cause == REST_BEGINS and pieces.values[i - 1, W_END] != 0.0)

@@ -81,6 +81,8 @@ def trace_slopes(e, values, k, x, v, m, law, march_room, out, row):
 def write_multiplier_derivatives(e, values, m, march_room, out, row) -> None:
     """Write the derivatives of multipliers and Lyapunov exponent, by those of trace and determinant of their matrix.
 
+    The log has the orbit on entry, and neighbours of it on return.
+
     Parameters
     ----------
     e, m, march_room
@@ -92,19 +94,18 @@ def write_multiplier_derivatives(e, values, m, march_room, out, row) -> None:
     row : int
     """
     p, x, v = row_parameters(values, 0), out.section[row, 0], out.section[row, 1]
-    if not march_orbit(e, p, x, v, m, march_room):
-        return
     pieces = march_room[0].pieces
     law, jacobian = law_of(pieces), jacobian_of_pieces(e, p, pieces)
     first, second = floquet_multipliers(*jacobian)
     # A rest erases all perturbations.
-    is_erased = first == 0.0
+    is_erased, difference = first == 0.0, first - second
     length = m * forcing_period(p)
     for k in range(N_OF_PIECES):
-        by_trace, slope, is_smooth = trace_slopes(e, values, k, x, v, m, law, march_room, out, row)
-        if not is_smooth or not is_by(p, k):
+        if not is_by(p, k):
             continue
-        difference = first - second
+        by_trace, slope, is_smooth = trace_slopes(e, values, k, x, v, m, law, march_room, out, row)
+        if not is_smooth:
+            continue
         if is_erased:
             d_first, d_second = complex(0.0, 0.0), complex(0.0, 0.0)
         elif not abs(difference) > DOUBLE * abs(first):

@@ -62,8 +62,6 @@ def write_rows(
     parameters: np.ndarray,
     out: RowResults,
     by: int | None,
-    contacts: int,
-    rests: int,
     pieces: PieceLog,
 ) -> None:
     """Write the errors of solved rows, and their derivatives.
@@ -76,17 +74,17 @@ def write_rows(
         Compacted results of the rows, with their impacts; errors and derivatives are NaN on entry.
     by : int or None
         1 for derivatives, None for errors alone.
-    contacts, rests : int
-        Capacities of the log of an orbit.
     pieces : PieceLog
+        Its capacity is that for contacts and rests of an orbit, too.
     """
-    log, c = new_log(contacts, rests, pieces, None), np.empty(DEGREE + 1)
+    capacity = pieces.values.shape[0]
+    log, c = new_log(capacity, capacity, pieces, None), np.empty(DEGREE + 1)
     march_room = log, c, new_grid_room(e)
     starts, values, first = np.zeros((2, COLUMNS)), np.empty((1, parameters.shape[1])), 0
     amplitudes = out.d_amplitudes.shape[1] if out.d_amplitudes.size > 0 else 0
     subharmonics = out.d_subharmonics.shape[1] if out.d_subharmonics.size > 0 else 0
     energies = out.d_energy.shape[1] if out.d_energy.size > 0 else 0
-    room = new_variations(pieces.values.shape[0], contacts, amplitudes, subharmonics, energies)
+    room = new_variations(capacity, amplitudes, subharmonics, energies)
     for row in range(parameters.shape[0]):
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
@@ -111,7 +109,6 @@ def with_errors_of_pieces(
     effects : Effects
         With soft supports or friction.
     pieces : PieceLog
-        Its capacity is that for the contacts of an orbit, too.
     """
     n = rows.impact_position.size
     room = rows._replace(
@@ -120,6 +117,5 @@ def with_errors_of_pieces(
     by = None
     if rows.d_section.size > 0:
         room, by = with_impact_derivatives(room), 1
-    capacity = len(pieces.values)
-    write_rows(effects, parameters, room, by, capacity, capacity, pieces)
+    write_rows(effects, parameters, room, by, pieces)
     return room

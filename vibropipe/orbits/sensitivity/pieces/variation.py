@@ -33,7 +33,7 @@ from vibropipe.physics.friction import friction_of
 from vibropipe.physics.load import (
     Force,
     first_terms,
-    force_at,
+    force_of_angle,
     force_times,
     forcing_period,
     next_term,
@@ -165,12 +165,17 @@ def add_step(e, p, pieces, i, m, begin, dt, c, out) -> None:
 def add_still(p, pieces, i, m, out) -> None:
     """Add the integrals over piece i, which is held or at rest."""
     home, start, end = pieces.codes[i, HOME], pieces.values[i, AT], end_of_piece(p, pieces, i)
+    node = out.node[0]
     for v in range(COLUMNS):
-        x = reference_derivative(home, v) + sign_of(home) * out.ends[0, v]
-        for k in range(out.amplitudes.shape[0]):
-            out.amplitudes[k, v] += x / m * phase_integral(float(k), start, end)
-        for k in range(out.subharmonics.shape[0]):
-            out.subharmonics[k, v] += x / m * phase_integral(k / m, start, end)
+        node[v] = (reference_derivative(home, v) + sign_of(home) * out.ends[0, v]) / m
+    for k in range(out.amplitudes.shape[0]):
+        factor = phase_integral(float(k), start, end)
+        for v in range(COLUMNS):
+            out.amplitudes[k, v] += node[v] * factor
+    for k in range(out.subharmonics.shape[0]):
+        factor = phase_integral(k / m, start, end)
+        for v in range(COLUMNS):
+            out.subharmonics[k, v] += node[v] * factor
 
 
 @jit
@@ -202,8 +207,8 @@ def vary_by_parameters(e, p, pieces, i, m, out) -> None:
         begin = start + part * dt / period
         force, unit = no_force(), no_force()
         if e.forcing is not None:
-            force = force_at(p, sigma, begin, second)
             sine, cosine = sincos_turns(begin)
+            force = force_of_angle(p, sigma, sine, cosine, second)
             unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
         piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
         vary_step_of_piece(

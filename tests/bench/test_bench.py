@@ -19,7 +19,7 @@ from vibropipe.bench.cases import (
 from vibropipe.bench.formatting import as_json, as_text
 from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target, measure
 from vibropipe.bench.textbook import textbook
-from vibropipe.lab import peers
+from vibropipe.lab import work_precision
 from vibropipe.words.parameters import PARAMETERS
 
 
@@ -115,7 +115,7 @@ def test_the_command_prints_the_table_or_json(item, monkeypatch, capsys):
 
 
 def test_a_missing_package_is_reported(monkeypatch):
-    monkeypatch.setattr(peers, "is_installed", lambda package: False)
+    monkeypatch.setattr(work_precision, "is_installed", lambda package: False)
     for item in (motion_item(), sweep_item(whole=False)):
         for target in item.targets:
             assert item.find(target.peer).build() == "not installed"

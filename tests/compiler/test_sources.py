@@ -41,7 +41,7 @@ NUMBERS = (
 )
 MEASUREMENTS = {
     "lab/hard_cases/chatter.py": {"hard_cases"},
-    "lab/peers.py": {"accuracy", "effects"},
+    "lab/peers/recorder.py": {"accuracy", "effects"},
     "lab/crude.py": {"accuracy", "effects"},
     "scenes/effects/solve.py": {"effects"},
     "scenes/motion/solve.py": {"motion"},

@@ -11,7 +11,10 @@ from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
-from vibropipe.lab import peers
+from vibropipe.lab import work_precision
+from vibropipe.lab.peers import recorder
+from vibropipe.lab.peers.recorder import Recorder
+from vibropipe.lab.peers.solve_ivp import scipy_peer
 from vibropipe.lab.work_precision import MotionReference, build_method, solve_accuracy
 from vibropipe.lab.work_precision_methods import (
     SAMPLES,
@@ -127,7 +130,7 @@ def test_samples_of_all_methods_are_of_the_last_period():
         (exact(SYMMETRIC), 1e-14),
         (newmark(SYMMETRIC, 4096), 1e-5),
         (newmark_crude(SYMMETRIC, 4096), 1e-2),
-        (peers.scipy_peer(SYMMETRIC, "DOP853", 1e-10), 1e-8),
+        (scipy_peer(SYMMETRIC, "DOP853", 1e-10), 1e-8),
     ):
         assert np.abs(candidate.show().samples - expected).max() < tolerance
 
@@ -163,12 +166,12 @@ def test_errors_equal_imposed_deviations():
 
 
 def test_penetration_of_a_support_is_detected():
-    recorder = peers.Recorder(SYMMETRIC)
+    run = Recorder(SYMMETRIC)
     inside, outside = np.zeros(SAMPLES), np.full(SAMPLES, 0.51)
     work = (1.0, 1.0, 1.0)
-    assert recorder.result(inside, (0.0, 0.0), work).outcome == Outcome.OK
-    assert recorder.result(outside, (0.0, 0.0), work).outcome == Outcome.FELL_THROUGH
-    assert recorder.result(inside, (math.nan, 0.0), work).outcome == Outcome.DID_NOT_END
+    assert run.result(inside, (0.0, 0.0), work).outcome == Outcome.OK
+    assert run.result(outside, (0.0, 0.0), work).outcome == Outcome.FELL_THROUGH
+    assert run.result(inside, (math.nan, 0.0), work).outcome == Outcome.DID_NOT_END
 
 
 def test_a_run_that_does_not_end_is_stopped_by_its_work(monkeypatch):
@@ -178,7 +181,7 @@ def test_a_run_that_does_not_end_is_stopped_by_its_work(monkeypatch):
     easy = BenchmarkMotion(vp.Exciter(l=0.5, f=0.01, h=0.2), 0.0, 0.0, 2)
     needed = build_method("RK45", 1e-6, easy).show().effort[1]
     for max_work, outcome in ((needed // 2 + 1, Outcome.OK), (needed // 2, Outcome.DID_NOT_END)):
-        monkeypatch.setattr(peers, "MAX_WORK", max_work)
+        monkeypatch.setattr(recorder, "MAX_WORK", max_work)
         assert build_method("RK45", 1e-6, easy).show().outcome == outcome
 
 
@@ -199,7 +202,7 @@ def test_crude_is_accurate_with_more_steps_than_a_table_holds():
 
 
 def test_a_missing_package_is_reported_by_its_outcome(monkeypatch):
-    monkeypatch.setattr(peers, "is_installed", lambda method: False)
+    monkeypatch.setattr(work_precision, "is_installed", lambda method: False)
     ds = solve_accuracy({"one": SYMMETRIC._replace(periods=1)}, ("heyoka",), tolerances=(1e-6,))
     assert ds.outcome.values.ravel().tolist() == [Outcome.NOT_INSTALLED]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,11 +16,20 @@ import numba
 import numpy as np
 
 from vibropipe.compiler.client import compile_side_by_side
-from vibropipe.lab import peers
 from vibropipe.lab import work_precision_methods as own_methods
+from vibropipe.lab.peers.heyoka import heyoka_peer
+from vibropipe.lab.peers.recorder import is_installed
+from vibropipe.lab.peers.solve_ivp import scipy_peer
+from vibropipe.lab.reference_pieces import PieceReferenceSolver
 from vibropipe.lab.reference_solver import ReferenceSolver, period_of
 from vibropipe.lab.timing import Timer, time_in_rounds
-from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, Candidate, MethodResult
+from vibropipe.lab.work_precision_methods import (
+    SAMPLES,
+    BenchmarkMotion,
+    Candidate,
+    MethodResult,
+    effects_of_motion,
+)
 from vibropipe.solve.accuracy.motion_errors import match_contacts
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome
 from vibropipe.words.parameters import FURTHER, PARAMETERS
@@ -55,10 +65,8 @@ class MotionReference:
         self.motion, period = motion, period_of(motion.exciter.nu)
         start = period * (motion.periods - 1)
         times = [start + period * k / SAMPLES for k in range(SAMPLES + 1)]
-        exact_motion = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
-        states = np.array(exact_motion.states, dtype=float)
+        states, impacts = reference_motion(motion, times)
         self.samples, self.end = states[:-1, 0], states[-1]
-        impacts = np.array(exact_motion.impacts, dtype=float).reshape(-1, 4)[:, :3]
         self.speed = max(np.abs(states[:, 1]).max(), np.abs(impacts[:, 2]).max(initial=0.0))
         self.size = np.abs(states[:, 0]).max()
         is_fast = np.abs(impacts[:, 2]) > SLOW_IMPACT_RATIO * self.speed
@@ -101,6 +109,24 @@ class MotionReference:
         return outcome, [float(error) for error in errors]
 
 
+def reference_motion(
+    motion: BenchmarkMotion, times: Sequence[Decimal]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (x, x') at the times, and (tau, support, velocity) of impacts and beginnings of soft contacts."""
+    if effects_of_motion(motion).has_pieces:
+        pieces = PieceReferenceSolver(motion.exciter).run_pieces(motion.x0, motion.v0, times)
+        states = pieces.states
+        impacts = [
+            (tau, support, velocity)
+            for tau, kind, support, velocity in pieces.events
+            if kind in ("in", "impact")
+        ]
+    else:
+        exact_motion = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
+        states, impacts = exact_motion.states, [impact[:3] for impact in exact_motion.impacts]
+    return np.array(states, dtype=float), np.array(impacts, dtype=float).reshape(-1, 3)
+
+
 def entries(
     methods: Sequence[str], steps: Sequence[int], tolerances: Sequence[float]
 ) -> list[Entry]:
@@ -117,7 +143,7 @@ def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidat
     """Return a method with its setting on a motion, or the outcome that states why it cannot run."""
     if method in OWN_METHODS and value * motion.periods > MAX_STEPS:
         return Outcome.NOT_TRIED
-    if method not in OWN_METHODS and not peers.is_installed(method):
+    if method not in OWN_METHODS and not is_installed(method):
         return Outcome.NOT_INSTALLED
     return build(method, value, motion)
 
@@ -131,8 +157,8 @@ def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
         own_method = own_methods.newmark if method == "newmark" else own_methods.newmark_crude
         return own_method(motion, int(value))
     if method == "heyoka":
-        return peers.heyoka_peer(motion, value)
-    return peers.scipy_peer(motion, method, value)
+        return heyoka_peer(motion, value)
+    return scipy_peer(motion, method, value)
 
 
 def run_methods(

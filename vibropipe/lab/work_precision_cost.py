@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 
-from vibropipe.lab.peers import MAX_WORK, RESTART
+from vibropipe.lab.peers.recorder import MAX_WORK, RESTART
 from vibropipe.lab.timing import expected_timing
 from vibropipe.lab.work_precision import MAX_STEPS, Entry, build_method, entries
 from vibropipe.lab.work_precision_methods import BenchmarkMotion

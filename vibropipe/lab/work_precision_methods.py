@@ -169,13 +169,9 @@ def solve_once(motion: BenchmarkMotion, grid: StepGrid | None) -> MethodResult:
 def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Return Newmark's method with impacts applied at the end of the step."""
     p = motion.exciter.parameters()
-    arguments = (
-        p,
-        newmark_grid(effects_of_motion(motion), p, steps),
-        motion.periods,
-        motion.x0,
-        motion.v0,
-    )
+    effects = effects_of_motion(motion)
+    grid = newmark_grid(effects, p, steps)
+    arguments = effects, p, grid, motion.periods, motion.x0, motion.v0
     capacity = MARCH_LOG_CAPACITY
 
     def show() -> MethodResult:

@@ -41,6 +41,8 @@ class AccuracyFigure(FigureOptions):
 class AccuracyScene(SetOfMotions):
     """Work-precision data: error and time of several methods on several motions."""
 
+    COMPUTES_PIECES = True
+
     kind: Literal["accuracy"] = Field(
         description="Error and time of several methods (work-precision)."
     )

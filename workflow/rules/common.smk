@@ -53,6 +53,10 @@ def prepare(jobs):
     exit_on_error(check_writable, RESULTS)
     clear_leftovers(path for job in jobs for path in job.output)
     PLANNED.update(kept_outputs(jobs))
+    if workflow.local_exec:
+        # Its limit, 100 jobs a second, needs a timer for each look for jobs, which leads to a further look after a
+        # second: ever more of them, and the last one delays the end.
+        workflow.scheduler.job_rate_limiter = None
     # elsewhere, and in containers, commands run by themselves
     if workflow.local_exec and not workflow.deployment_settings.deployment_method:
         alike = Counter(job.rule.name for job in jobs)  # jobs of a rule may run at once

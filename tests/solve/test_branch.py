@@ -11,7 +11,7 @@ from vibropipe.words.regimes import Regime
 
 SYMMETRIC = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
 SKEW = vp.Exciter(l=0.5, nu=2.0, f=1.0, h=0.1, delta=0.2, R1=0.8, R2=0.7)
-FOLD, FLIP, PITCHFORK, GRAZING, END = Bifurcation
+FOLD, FLIP, PITCHFORK, GRAZING, END = list(Bifurcation)[:5]
 KINDS = ("flip", "pitchfork", "grazing")
 
 

@@ -12,10 +12,11 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
-from vibropipe.physics.effects import PIECES, all_effect_names, all_effects
+from vibropipe.physics.effects import all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
+from vibropipe.solve.branch_of_pieces import follow_branches_of_pieces, solver_of_pieces
 from vibropipe.solve.checks import check_outputs, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 # Kinds of bifurcation at which branches begin.
 SWITCHES = ("flip", "pitchfork", "grazing")
+MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 # Parameters whose change keeps a symmetric exciter symmetric.
 KEEP_SYMMETRY = ("nu", "f", "h", "l")
 
@@ -54,14 +56,15 @@ def branch(
     parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
     least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
-    settles has the same rests.
+    settles has the same rests. With soft supports or friction an orbit is a fixed point of its return map, and is
+    followed over changes of what begins its linear pieces.
 
     Parameters
     ----------
     exciter : Exciter
         The start; its own value of `along` lies on the branch.
     along : str
-        The parameter that varies: nu, f, h, l, delta, R1 or R2.
+        The parameter that varies: any of an exciter.
     to : float or (float, float)
         Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
         ways. A branch is left where it leaves this range.
@@ -95,14 +98,15 @@ def branch(
         Impacts are a contiguous ragged array, `row_size` of them for each point. Over `bifurcation`:
 
         bifurcation_kind
-            fold, flip, pitchfork, grazing or end.
+            fold, flip, pitchfork, grazing, end or, with soft supports or friction, change: contacts, turns, sticks
+            or rests of the orbit begin or end.
         bifurcation_<along>
             The parameter.
         bifurcation_point
             Index of its point.
         end_reason
-            Why the branch ends there: other_sequence (grazing), parent (of doubled or asymmetric orbits), chatter,
-            rest, closed, rounding, continuum (orbits that are not isolated), lost or points; or goes_on.
+            Why the branch ends there: other_sequence (grazing or change), parent (of doubled or asymmetric orbits),
+            chatter, rest, closed, rounding, continuum (orbits that are not isolated), lost or points; or goes_on.
             A branch that ends at the limit of the range has no
             entry for it. At a flip or pitchfork the branch itself goes on, but the orbits that begin there are not
             followed for impact_limit and period_limit (they have more than 128 impacts or 32 periods) and for rounding
@@ -136,16 +140,26 @@ def branch(
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)
-    effects = all_effect_names({**values, along: np.array(ends)})
-    attrs = origin_attrs(effects, start_text(values, x0, v), follow=follow)
-    if int(start.regime) == Regime.WITH_REST:
+    reached = {**values, along: np.array(ends)}
+    effects = all_effects(reached, pieces=True)
+    attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
+    if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
         return rest_dataset(
             problem,
             follow_rest(exciter, problem, signs, start, harmonics, requested),
             harmonics,
             attrs,
         )
-    tree = _follow(exciter, problem, signs, start, switches)
+    _check_start(exciter, start)
+    solve = None
+    if effects.has_pieces:
+        tree = follow_branches_of_pieces(exciter, problem, signs, start, switches, effects)
+        solve = solver_of_pieces(effects)
+    else:
+        tree = _follow(problem, signs, start, switches)
+    if tree is None:
+        got = "an orbit within rounding of chatter"
+        raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
     if tree.n_left:
         attrs["incomplete"] = (
             f"{len(tree.branches)} branches are followed, the most of one call; "
@@ -153,7 +167,7 @@ def branch(
         )
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
         warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
-    return branch_dataset(problem, tree.branches, harmonics, attrs, requested)
+    return branch_dataset(problem, tree.branches, harmonics, attrs, requested, solve)
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
@@ -181,8 +195,7 @@ def _problem(
 ) -> tuple[Problem, tuple[float, ...]]:
     """Return what is followed and in which directions; ParameterError for values that are not allowed."""
     if along not in PARAMETERS:
-        followed = (name for name in PARAMETERS if name not in PIECES)
-        raise ParameterError("along", along, f"one of {', '.join(followed)}")
+        raise ParameterError("along", along, f"one of {', '.join(PARAMETERS)}")
     own = getattr(exciter, along)
     ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
     if len(ends) == 1:
@@ -214,7 +227,7 @@ def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
     number = as_float(name, value, PARAMETERS[along].range.text)
     if not PARAMETERS[along].range.contains(number):
         raise ParameterError(name, value, PARAMETERS[along].range.text)
-    all_effects(vars(Exciter(**{**vars(exciter), along: number})))
+    all_effects(vars(Exciter(**{**vars(exciter), along: number})), pieces=True)
     return number
 
 
@@ -225,27 +238,24 @@ def _check_switch(switch: Collection[str]) -> tuple[str, ...]:
     return tuple(switch)
 
 
-def _follow(
-    exciter: Exciter,
-    problem: Problem,
-    signs: tuple[float, ...],
-    start: xr.Dataset,
-    switches: tuple[str, ...],
-) -> Tree:
-    """Return the branches through the orbit of a steady state."""
+def _check_start(exciter: Exciter, start: xr.Dataset) -> None:
+    """Raise a ParameterError unless a steady state is an orbit that repeats with the force."""
     regime = Regime(int(start.regime))
-    must = "must lead from (x0, v0) to an orbit that repeats with the force"
-    got = f"a motion with the regime {regime.name.lower()}"
     is_free = exciter.f == exciter.f2 == 0.0 and exciter.h == 0.0
     if int(start.period_multiple) == 0 or is_free:
-        raise ParameterError("exciter", exciter, must=must, got=got)
+        got = f"a motion with the regime {regime.name.lower()}"
+        raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
+
+
+def _follow(
+    problem: Problem, signs: tuple[float, ...], start: xr.Dataset, switches: tuple[str, ...]
+) -> Tree | None:
+    """Return the branches through the orbit of a steady state; None if its equations have no solution there."""
     times = start.impact_phase.values + start.impact_period.values
     own = problem.values[problem.along]
     u = np.concatenate([times, start.impact_velocity.values, [own]])
     supports = start.impact_support.values.astype(np.int8)
     seed = seed_of_orbit(problem, int(start.period_multiple), supports, u, signs)
     if seed is None or not math.isfinite(seed.value):
-        raise ParameterError(
-            "exciter", exciter, must=must, got="an orbit within rounding of chatter"
-        )
+        return None
     return follow_tree(problem, seed, switches)

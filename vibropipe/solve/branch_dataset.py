@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 SINGULAR = ("fold", "pitchfork", "grazing")
 # Kind of a bifurcation, why the branch ends there, and the index of its point.
 LabelledEvent = tuple[str, BranchEnd, int]
+# Returns the compacted results of the points of a branch, from it, their parameters, harmonics and outputs.
+PointSolver = Callable[[Branch, np.ndarray, int, tuple[str, ...]], RowResults]
 # Why a branch ends, by the reason of its last event.
 REASONS = {
     "": BranchEnd.GOES_ON,
@@ -66,6 +68,7 @@ def branch_dataset(
     harmonics: int,
     attrs: Mapping[str, Any],
     outputs: tuple[str, ...] = OF_STEADY_STATE,
+    solve: PointSolver | None = None,
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
 
@@ -79,8 +82,11 @@ def branch_dataset(
         Attributes of the dataset.
     outputs : tuple of str
         Any of `OF_BRANCH`.
+    solve : callable, optional
+        Solves the points of a branch; the default is for orbits by their impacts.
     """
-    rows = concatenate([_label(problem, each, harmonics, outputs) for each in branches])
+    solve = _solve if solve is None else solve
+    rows = concatenate([_label(problem, each, harmonics, outputs, solve) for each in branches])
     sizes = [_size(each) for each in branches]
     values = np.concatenate([_values(each) for each in branches])
     begins = np.cumsum([0, *sizes[:-1]])
@@ -171,11 +177,17 @@ def _values(branch: Branch) -> np.ndarray:
     return np.array(branch.values or [point.value for point in branch.points])
 
 
-def _label(problem: Problem, branch: Branch, harmonics: int, outputs: tuple[str, ...]) -> Variables:
+def _label(
+    problem: Problem,
+    branch: Branch,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    solve: PointSolver,
+) -> Variables:
     """Return the steady states of the points of a branch as variables over `row`."""
     parameters = np.tile(problem.values, (_size(branch), 1))
     parameters[:, problem.along] = _values(branch)
-    return label_rows(_solve(branch, parameters, harmonics, outputs), parameters)
+    return label_rows(solve(branch, parameters, harmonics, outputs), parameters)
 
 
 def _solve(

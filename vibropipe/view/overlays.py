@@ -27,6 +27,7 @@ MARKS = {
     "pitchfork": "diamond",
     "grazing": "triangle",
     "end": "x",
+    "change": "inverted_triangle",
 }
 BOUNDARY_COLOUR = "#CC0066"
 # Colour, dashes and width of the pieces of a branch.

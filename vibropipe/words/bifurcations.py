@@ -6,19 +6,24 @@ from enum import IntEnum
 
 
 class Bifurcation(IntEnum):
-    """Where a branch turns, doubles its period, loses its symmetry, touches a support, or ends."""
+    """Where a branch turns, doubles its period, loses its symmetry, touches a support, or ends.
+
+    CHANGE: with soft supports or friction, where contacts, turns, sticks or rests of the orbit begin or end.
+    """
 
     FOLD = 0
     FLIP = 1
     PITCHFORK = 2
     GRAZING = 3
     END = 4
+    CHANGE = 5
 
 
 class BranchEnd(IntEnum):
     """Why a branch does not go on beyond a bifurcation.
 
-    GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing. PARENT: the branch of orbits of half
+    GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing, or that of other
+    events, and no orbit goes on. PARENT: the branch of orbits of half
     the period, or symmetric, is reached. CHATTER: an impact loses its speed where the force presses the mass on its
     support. REST: the mass sticks. CLOSED: the branch returns to its start. LOST: no further point was found. POINTS:
     it has too many. ROUNDING: a bifurcation is so steep that rounding hides what begins there. IMPACT_LIMIT and

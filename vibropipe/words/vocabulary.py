@@ -71,7 +71,9 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "end_reason": _members(BranchEnd),
     "border": {"inside": 0, "at_border": 1},
     "attractor_change": {"vanishes": 0, "appears": 1},
-    "boundary_kind": {name: code for name, code in _members(Bifurcation).items() if name != "end"},
+    "boundary_kind": {
+        name: code for name, code in _members(Bifurcation).items() if code < Bifurcation.END
+    },
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},
     "design_result": _members(DesignResult),

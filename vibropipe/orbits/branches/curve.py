@@ -9,7 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import FOLD, TESTS, Work, advance, doubling_vector, settle_at
+from vibropipe.orbits.branches.steps import (
+    CROSSING,
+    FOLD,
+    TESTS,
+    Work,
+    advance,
+    doubling_vector,
+    settle_at,
+)
 from vibropipe.physics.flow import DEGREE
 
 # Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.
@@ -60,7 +68,7 @@ class Point(NamedTuple):
     def reversed(self) -> Point:
         """Return the point with its tangent reversed."""
         tests = self.tests.copy()
-        tests[FOLD] = -tests[FOLD]
+        tests[FOLD], tests[CROSSING] = -tests[FOLD], -tests[CROSSING]
         return Point(self.u, -self.tangent, tests)
 
 

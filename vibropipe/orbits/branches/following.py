@@ -98,7 +98,7 @@ def follow(
             if length < MIN_LENGTH:
                 path.end = "lost"
             continue
-        _append(path, marks, lengths)
+        append_marks(path, marks, lengths)
         searches = 0
         if len(path.points) >= MAX_POINTS:
             path.end = path.end or "points"
@@ -154,7 +154,7 @@ def _is_too_far(curve: Curve, point: Point, new: Point) -> bool:
     )
 
 
-def _append(path: Path, marks: list[Mark], lengths: list[float]) -> None:
+def append_marks(path: Path, marks: list[Mark], lengths: list[float]) -> None:
     """Append the points of a step, up to the first that ends the branch."""
     before = 0.0
     for mark in marks:

@@ -28,8 +28,10 @@ DIFFERENCE = 1e-5
 # Test functions of a point. FOLD: component of the tangent along the parameter. DOUBLING: det(D + 1) of the return
 # map's derivative D, bounded (a flip; of a mirrored sequence a pitchfork). GAP: least distance from a support at a
 # turning point, as a share of l. SPEED: least impact velocity towards its support, weighted. What follows says where.
+# CROSSING: determinant of the equations bordered by the tangent, zero where branches cross; an impact sequence does not
+# need it.
 FOLD, DOUBLING, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, SLOWEST = range(10)
-TESTS = 10
+CROSSING, TESTS = 10, 11
 
 
 class Work(NamedTuple):
@@ -146,7 +148,7 @@ def fill_tests(p, span, mirrored, supports, u, tangent, weights, c, tests) -> No
     tests[GAP] = gap / p.l
     tests[TRACE], tests[DETERMINANT] = trace, determinant
     tests[GAP_TIME], tests[GAP_SIDE], tests[GAP_FLIGHT] = time, side, flight
-    tests[SPEED] = math.inf
+    tests[SPEED], tests[CROSSING] = math.inf, 0.0
     for i in range(n):
         speed = (u[n + i] if supports[i] == 1 else -u[n + i]) * weights[n + i]
         if speed < tests[SPEED]:

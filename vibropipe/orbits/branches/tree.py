@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,26 @@ SETTLED_HALVES = 1e-6
 L = 3
 # A bifurcation: its kind and parameter, and speeds and velocities of its impacts added up, per forcing period.
 Key = tuple[str, float, float, float]
+
+
+class Rules(NamedTuple):
+    """How branches of one kind of orbit are followed: the functions that `follow_tree` calls.
+
+    Attributes
+    ----------
+    follow : callable
+        As `following.follow`.
+    limit_at, seeds_at : callable
+        As those of `switching`.
+    """
+
+    follow: Callable[..., Path]
+    limit_at: Callable[[Branch, Event], str]
+    seeds_at: Callable[[Branch, Event], list[Seed]]
+
+
+# Of orbits by their impacts.
+IMPACTS = Rules(follow, limit_at, seeds_at)
 
 
 class Tree(NamedTuple):
@@ -76,7 +96,9 @@ def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> li
     return follow_tree(problem, seed, switch).branches
 
 
-def follow_tree(problem: Problem, seed: Seed, switch: Collection[str]) -> Tree:
+def follow_tree(
+    problem: Problem, seed: Seed, switch: Collection[str], rules: Rules = IMPACTS
+) -> Tree:
     """Follow the branch of a seed, and those that begin at its bifurcations of the kinds `switch`, and at theirs.
 
     Parameters
@@ -85,6 +107,7 @@ def follow_tree(problem: Problem, seed: Seed, switch: Collection[str]) -> Tree:
     seed : Seed
     switch : collection of str
         Any of flip, pitchfork, grazing.
+    rules : Rules
 
     Returns
     -------
@@ -99,7 +122,7 @@ def follow_tree(problem: Problem, seed: Seed, switch: Collection[str]) -> Tree:
         origin, seed = waiting.popleft()
         if origin is not None and _find(problem, arrived, origin):
             continue
-        branch = _follow_seed(problem, seed)
+        branch = _follow_seed(problem, seed, rules)
         if origin is not None and len(branch.points) + len(branch.values) < 2:
             continue
         branches.append(branch)
@@ -112,11 +135,11 @@ def follow_tree(problem: Problem, seed: Seed, switch: Collection[str]) -> Tree:
                     arrived.append(key)
                 continue
             known.append(key)
-            limit = limit_at(branch, event)
+            limit = rules.limit_at(branch, event)
             if limit:
                 branch.events[index] = event._replace(reason=limit)
                 continue
-            waiting += [(key, each) for each in seeds_at(branch, event)]
+            waiting += [(key, each) for each in rules.seeds_at(branch, event)]
     left = [key for key, _seed in waiting if key is None or not _find(problem, arrived, key)]
     return Tree(branches, len(left))
 
@@ -126,7 +149,9 @@ def _key(branch: Branch, event: Event) -> Key:
     if branch.curve is None:
         return event.kind, branch.values[event.point], 0.0, 0.0
     sequence, u = branch.curve.sequence, branch.points[event.point].u
-    velocities = u[len(sequence.supports) : -1] / sequence.span
+    # Of an orbit that is known by its section, the section stands for the impacts.
+    n = len(sequence.supports)
+    velocities = u[n:-1] / (sequence.span if n else 1.0)
     total = 0.0 if sequence.mirrored else float(velocities.sum())
     return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
 
@@ -144,7 +169,7 @@ def _find(problem: Problem, keys: list[Key], key: Key) -> bool:
     )
 
 
-def _follow_seed(problem: Problem, seed: Seed) -> Branch:
+def _follow_seed(problem: Problem, seed: Seed, rules: Rules) -> Branch:
     """Follow a branch from its seed, to one or both sides."""
     if seed.curve is None or seed.point is None:
         return _follow_linear_seed(problem, seed)
@@ -153,7 +178,7 @@ def _follow_seed(problem: Problem, seed: Seed) -> Branch:
         if sign < 0.0 and 1.0 in paths and paths[1.0].end == "closed":
             continue
         start = seed.point if sign > 0.0 else seed.point.reversed()
-        paths[sign] = follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
+        paths[sign] = rules.follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
     none = Path([seed.point])
     # Followed to one side only, the branch begins at its start.
     back, ahead = paths.get(-1.0, none), paths.get(1.0, none)

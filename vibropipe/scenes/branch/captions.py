@@ -14,6 +14,7 @@ from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind that a caption lists.
 MAX_LISTED = 6
+CHANGES = "Changes: contacts, turns or sticks of the orbit begin or end"
 
 
 def describe_branches(
@@ -23,6 +24,7 @@ def describe_branches(
     return sentences(
         f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dotted: unstable",
         bifurcations_text(dataset),
+        CHANGES if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",
         dataset.attrs.get("incomplete", ""),
     )

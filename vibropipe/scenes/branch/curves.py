@@ -38,7 +38,7 @@ from vibropipe.figures.text import (
 from vibropipe.words.vocabulary import FLAGS, quantity
 
 PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
-MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X"}
+MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
 # The first ones differ most in lightness; dots are for unstable motions, so that lines cannot be dashed.
 COLOURS = (BLACK, BLUE, ORANGE, VERMILLION, SKY, GREEN, PURPLE)
 VALUE = "value of a line"

@@ -18,7 +18,19 @@ from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind, intervals and jumps that a sentence lists; of more, the widest and the largest.
 MAX_LISTED, MAX_INTERVALS, MAX_JUMPS = 6, 4, 4
-PLURALS = {"fold": "folds", "flip": "flips", "pitchfork": "pitchforks", "grazing": "grazings"}
+PLURALS = {
+    "fold": "folds",
+    "flip": "flips",
+    "pitchfork": "pitchforks",
+    "grazing": "grazings",
+    "change": "changes of contacts, turns or sticks",
+}
+# What happens to a motion where it jumps.
+CAUSES = {
+    "fold": "meets an unstable motion (fold)",
+    "grazing": "touches a support (grazing)",
+    "change": "gains or loses a contact, turn or stick (change)",
+}
 UNKNOWN = "a motion that is not followed here"
 KINDS = {code: name for name, code in FLAGS["bifurcation_kind"].items()}
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
@@ -107,7 +119,9 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
                 for point, kind in zip(points.tolist(), kinds, strict=True)
                 if abs(point - index) <= 1 and branches[point] == branches[first]
             }
-            ends.append(next(iter(near.values()), "") or beside(index))
+            # Next to a bifurcation that ends stability, pieces may change without consequence.
+            kind = min(near.values(), key=lambda each: each == "change", default="")
+            ends.append(kind or beside(index))
             # stability ends at the bifurcation itself, which is a point
             if near and is_first:
                 first = max(first, *near)
@@ -133,7 +147,7 @@ def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
     found: dict[tuple[float, bool, str, float], Jump] = {}
     for stretch in stretches:
         for is_up, kind in ((False, stretch.ends[0]), (True, stretch.ends[1])):
-            if kind not in ("fold", "grazing"):
+            if kind not in CAUSES:
                 continue
             value = float(stretch.values[-1 if is_up else 0])
             before = stretch.amplitude(value)
@@ -143,7 +157,7 @@ def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
             # The amplitude changes as a square root beside a grazing: by the root of the gap.
             if steps and min(steps) <= np.sqrt(SAME) * 10 * max(before, gap):
                 continue
-            if not steps and kind == "grazing":
+            if not steps and kind != "fold":
                 continue  # it may go on with another impact sequence
             laws = tuple(dict.fromkeys(s.law for s in others)) or (UNKNOWN,)
             speed = stretch.speed(value)
@@ -159,8 +173,7 @@ def jumps_text(dataset: xr.Dataset, stretches: list[Stretch]) -> str:
     axis = dataset[followed(dataset)]
     texts = []
     for jump in jumps[:MAX_JUMPS]:
-        is_fold = jump.stretch.ends[1 if jump.is_up else 0] == "fold"
-        why = "meets an unstable motion (fold)" if is_fold else "touches a support (grazing)"
+        why = CAUSES[jump.stretch.ends[1 if jump.is_up else 0]]
         way = "upwards" if jump.is_up else "downwards"
         place = f"{symbol_text(axis)} = {value_text(axis, jump.value)}"
         texts.append(

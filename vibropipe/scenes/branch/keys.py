@@ -77,6 +77,7 @@ class BranchFigure(FigureOptions):
 class BranchScene(BaseScene):
     """Orbits followed along a parameter, stable or not, with their bifurcations."""
 
+    COMPUTES_PIECES = True
     kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
     figure: BranchFigure = Field(
         default_factory=BranchFigure,
@@ -169,7 +170,7 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     if problems:
         return
     try:
-        all_effects(scene.values())
+        all_effects(scene.values(), pieces=True)
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
 

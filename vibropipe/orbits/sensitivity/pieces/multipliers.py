@@ -45,7 +45,7 @@ def trace_of_orbit(e, p, x, v, m, march_room):
 
     The law is -1 where the motion cannot be differentiated.
     """
-    if not march_orbit(e, p, x, v, m, march_room):
+    if not march_orbit(e, p, 0.0, x, v, m, march_room):
         return 0.0, 0.0, -1
     pieces = march_room[0].pieces
     j11, j12, j21, j22 = jacobian_of_pieces(e, p, pieces)

@@ -41,18 +41,17 @@ from vibropipe.physics.stiffness import piece_rate
 
 
 @jit
-def march_orbit(e, p, x, v, m, march_room) -> bool:
+def march_orbit(e, p, turns, x, v, m, march_room) -> bool:
     """Log the orbit of m periods that begins at (x, v); return whether it could be marched and grazes nothing.
 
-    march_room : log, work array of `march`, and `new_grid_room`
+    turns : time of the start, in forcing periods; march_room : log, work array of `march`, and `new_grid_room`
     """
     log, c, grid_room = march_room
     grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
     clear_log(log)
-    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
-    _end, status = march(
-        e, p, grid, state, grid_time(float(m), grid.steps), log, None, c, 10_000_000
-    )
+    state = start_state(log.pieces, e, p, grid, turns, x, v)
+    end = grid_time(turns + float(m), grid.steps)
+    _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
     return status == OK and log.counts[GRAZINGS] == 0
 
 

@@ -34,7 +34,7 @@ def write_row(e, values, by, march_room, starts, room, out, row, first) -> None:
     """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row."""
     p, m = row_parameters(values, 0), out.period_multiple[row]
     x, v = out.section[row, 0], out.section[row, 1]
-    if not march_orbit(e, p, x, v, m, march_room):
+    if not march_orbit(e, p, 0.0, x, v, m, march_room):
         return
     pieces, speed, columns = march_room[0].pieces, 0.0, columns_of(by)
     if not vary_pieces(e, p, pieces, m, by, room):

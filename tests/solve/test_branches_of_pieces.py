@@ -1,0 +1,237 @@
+"""Branches of orbits with soft supports or friction: against steady states, motions, other cases and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+
+SOFT = vp.Exciter(l=0.5, nu=0.4, f=0.6, h=0.1, k1=50.0, h1=1.0, k2=800.0, h2=0.5, load=0.05)
+SYMMETRIC = vp.Exciter(l=0.5, nu=0.4, f=0.3, h=0.1, k1=50.0, h1=1.0, k2=50.0, h2=1.0)
+SLIDING = vp.Exciter(l=0.5, nu=0.6, f=0.6, h=0.1, R1=0.6, R2=0.6, friction=0.1)
+RUBBED = vp.Exciter(l=0.5, nu=1.3, f=1.2, h=0.1, delta=0.05, R1=0.6, k2=300.0, h2=2.0, friction=0.1)
+OUTPUTS = ("harmonics", "impacts", "stability", "energy", "sensitivity")
+
+
+@pytest.fixture(scope="module")
+def branches():
+    return {
+        "soft": vp.branch(SOFT, "nu", 0.7, outputs=OUTPUTS, harmonics=3),
+        "symmetric": vp.branch(SYMMETRIC, "nu", 0.9),
+        "sliding": vp.branch(SLIDING, "nu", 1.0),
+        "rubbed": vp.branch(RUBBED, "friction", (0.0, 0.4)),
+        "forced": vp.branch(RUBBED, "f", 0.2),
+    }
+
+
+CASES = {
+    "soft": (SOFT, "nu"),
+    "symmetric": (SYMMETRIC, "nu"),
+    "sliding": (SLIDING, "nu"),
+    "rubbed": (RUBBED, "friction"),
+    "forced": (RUBBED, "f"),
+}
+
+
+def kinds(branch):
+    return [Bifurcation(int(kind)).name for kind in branch.bifurcation_kind]
+
+
+def sampled_points(branch, mask, n=4):
+    found = np.flatnonzero(mask)
+    return found[np.linspace(0, found.size - 1, n).astype(int)] if found.size else found
+
+
+def at_point(case, branch, i):
+    exciter, along = CASES[case]
+    return replace(exciter, **{along: float(branch[along][i])})
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_stable_points_are_steady_states(branches, case):
+    branch = branches[case]
+    for i in sampled_points(branch, branch.stable.values == 1):
+        x, v = float(branch.displacement_strobe[i]), float(branch.velocity_strobe[i])
+        steady = vp.steady_state(at_point(case, branch, i), x0=x, v0=v, harmonics=1)
+        multipliers = branch.floquet_multiplier[i].values
+        assert int(steady.period_multiple) == int(branch.period_multiple[i])
+        assert float(steady.displacement_strobe) == pytest.approx(x, abs=1e-9)
+        assert float(steady.velocity_strobe) == pytest.approx(v, abs=1e-9)
+        assert float(steady.displacement_amplitude[0]) == pytest.approx(
+            float(branch.displacement_amplitude[i, 0]), abs=1e-9
+        )
+        close = 1e-4 * max(1.0, np.abs(multipliers).max())
+        found = steady.floquet_multiplier.values
+        # Which of a complex pair comes first is decided by rounding.
+        np.testing.assert_allclose(np.sort(found.real), np.sort(multipliers.real), atol=close)
+        np.testing.assert_allclose(np.sort(found.imag), np.sort(multipliers.imag), atol=close)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_points_are_orbits_stable_or_not(branches, case):
+    branch = branches[case]
+    tame = np.abs(branch.floquet_multiplier.values).max(axis=1) < 100
+    points = np.concatenate(
+        [sampled_points(branch, tame & (branch.stable.values == stable)) for stable in (0, 1)]
+    )
+    for i in points:
+        exciter = at_point(case, branch, i)
+        x, v = float(branch.displacement_strobe[i]), float(branch.velocity_strobe[i])
+        tau_end = int(branch.period_multiple[i]) * exciter.period
+        motion = vp.simulate(exciter, tau_end=tau_end, x0=x, v0=v, samples_per_period=1)
+        assert float(motion.displacement[-1]) == pytest.approx(x, abs=1e-9)
+        assert float(motion.velocity[-1]) == pytest.approx(v, abs=1e-8)
+
+
+def test_multipliers_of_unstable_points_are_those_of_differences(branches):
+    branch = branches["soft"]
+    unstable = branch.stable.values == 0
+    assert unstable.sum() > 10
+    for i in sampled_points(branch, unstable, 3):
+        exciter = at_point("soft", branch, i)
+        x, v = float(branch.displacement_strobe[i]), float(branch.velocity_strobe[i])
+        columns = []
+        for step in ((1e-7, 0.0), (0.0, 1e-7)):
+            ends = [
+                vp.simulate(
+                    exciter,
+                    tau_end=exciter.period,
+                    x0=x + s * step[0],
+                    v0=v + s * step[1],
+                    samples_per_period=1,
+                )
+                for s in (1, -1)
+            ]
+            columns.append(
+                [
+                    float((ends[0][name][-1] - ends[1][name][-1]) / 2e-7)
+                    for name in ("displacement", "velocity")
+                ]
+            )
+        expected = sorted(np.linalg.eigvals(np.array(columns).T), key=abs, reverse=True)
+        found = branch.floquet_multiplier[i].values
+        np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-4)
+
+
+def test_a_branch_turns_at_folds_and_loses_its_stability(branches):
+    branch = branches["soft"]
+    folds = branch.bifurcation_point.values[np.array(kinds(branch)) == "FOLD"]
+    assert folds.size >= 3
+    for i in folds:
+        assert branch.floquet_multiplier[i, 0].values == pytest.approx(1.0, abs=1e-5)
+        beside = np.sign(np.diff(branch.nu.values[i - 1 : i + 2]))
+        assert beside[0] == -beside[1]
+
+
+def test_a_branch_goes_through_first_contacts_with_soft_supports(branches):
+    """Before the first contact it is the motion in closed form, which ends where its amplitude is l."""
+    branch = branches["symmetric"]
+    assert kinds(branch)[:2] == ["CHANGE", "PITCHFORK"]
+    touch = float(branch.bifurcation_nu[0])
+    free = branch.nu.values < touch
+    nu = branch.nu.values[free]
+    amplitude = 0.3 / np.hypot(1 - nu**2, 0.1 * nu)
+    np.testing.assert_allclose(branch.displacement_amplitude.values[free, 0], amplitude, rtol=1e-9)
+    assert 0.3 / np.hypot(1 - touch**2, 0.1 * touch) == pytest.approx(0.5, abs=1e-9)
+    assert (branch.impacts_per_orbit.values[~free][5:] > 0).all()
+
+
+def test_sticks_end_where_steady_states_have_none(branches):
+    branch = branches["sliding"]
+    assert kinds(branch) == ["CHANGE", "CHANGE"]
+    assert (branch.end_reason.values == BranchEnd.GOES_ON).all()
+    for at in branch.bifurcation_nu.values:
+        ranks = []
+        for beside in (at - 1e-5, at + 1e-5):
+            steady = vp.steady_state(replace(SLIDING, nu=beside))
+            motion = vp.simulate(
+                replace(SLIDING, nu=beside), tau_end=2 * np.pi / beside,
+                x0=float(steady.displacement_strobe), v0=float(steady.velocity_strobe),
+            )  # fmt: skip
+            ranks.append((motion.sizes.get("turn", 0), motion.sizes.get("stick", 0)))
+        assert ranks[0] != ranks[1]
+
+
+def test_a_branch_over_friction_ends_without_it(branches):
+    branch = branches["rubbed"]
+    assert branch.friction.values[0] == 0.0
+    free = vp.steady_state(replace(RUBBED, friction=0.0))
+    assert float(branch.displacement_strobe[0]) == pytest.approx(
+        float(free.displacement_strobe), abs=1e-9
+    )
+    assert branch.friction.values[-1] == pytest.approx(0.4, abs=1e-12)
+
+
+def test_doubled_orbits_are_followed_from_a_flip():
+    branch = vp.branch(RUBBED, "friction", 0.29, switch=["flip"])
+    doubled = branch.branch_id.values == 1
+    flip = float(branch.bifurcation_friction[kinds(branch).index("FLIP")])
+    assert (branch.period_multiple.values[doubled] == 2).all()
+    assert np.abs(branch.friction.values[doubled] - flip).min() < 1e-6
+    stable = np.flatnonzero(doubled & (branch.stable.values == 1))
+    i = int(stable[stable.size // 2])
+    x, v = float(branch.displacement_strobe[i]), float(branch.velocity_strobe[i])
+    exciter = replace(RUBBED, friction=float(branch.friction[i]))
+    steady = vp.steady_state(exciter, x0=x, v0=v)
+    assert int(steady.period_multiple) == 2
+    assert float(steady.displacement_strobe) == pytest.approx(x, abs=1e-9)
+
+
+def test_asymmetric_orbits_are_mirror_images_from_a_pitchfork():
+    branch = vp.branch(SYMMETRIC, "nu", 0.8, switch=["pitchfork"])
+    sides = [branch.branch_id.values == side for side in (1, 2)]
+    means = [branch.displacement_mean.values[side] for side in sides]
+    assert min(side.sum() for side in sides) > 5
+    assert np.abs(means[0]).max() > 1e-3
+    # Each point of one side has its mirror image close to a point of the other, whose points lie elsewhere.
+    curves = [
+        np.stack([branch.nu.values[side], mean], axis=1)
+        for side, mean in zip(sides, means, strict=True)
+    ]
+    mirrored = curves[1] * [1.0, -1.0]
+    for point in curves[0]:
+        assert np.abs(mirrored - point).max(axis=1).min() < 0.01
+
+
+def test_folds_tend_to_those_of_a_rigid_exciter():
+    rigid = vp.Exciter(l=0.5, nu=0.45, f=0.6, h=0.1, R1=1.0, R2=0.6)
+    at = []
+    for exciter in (rigid, *(replace(rigid, k1=k) for k in (1e6, 1e8))):
+        branch = vp.branch(exciter, "nu", 0.9)
+        at.append(float(branch.bifurcation_nu[kinds(branch).index("FOLD")]))
+    errors = [abs(each - at[0]) for each in at[1:]]
+    # towards the rigid support as 1/sqrt(k)
+    assert errors[1] == pytest.approx(0.1 * errors[0], rel=0.2)
+    assert errors[1] < 1e-3
+
+
+def test_sensitivities_are_slopes_of_the_branch(branches):
+    branch = branches["soft"]
+    middle = slice(3, 8)
+    nu, amplitude = branch.nu.values[middle], branch.displacement_amplitude.values[middle, 0]
+    slope = branch.displacement_amplitude_sensitivity.sel(parameter="nu").values[middle, 0]
+    by_points = np.gradient(amplitude, nu)
+    assert slope[2] == pytest.approx(by_points[2], rel=0.02)
+
+
+def test_wanted_values_are_points(branches):
+    branch = vp.branch(SOFT, "nu", 0.42, at=[0.405, 0.4125])
+    assert {0.405, 0.4125} <= set(branch.nu.values.tolist())
+
+
+def test_errors_are_stated(branches):
+    branch = branches["soft"]
+    # Close to a fold an orbit is hardly isolated.
+    tame = np.abs(branch.floquet_multiplier.values).max(axis=1) < 0.9
+    error = branch.displacement_strobe_error.values[tame]
+    assert tame.sum() > 100
+    assert (error < 1e-11).all()
+
+
+def test_what_does_not_repeat_is_refused():
+    with pytest.raises(vp.ParameterError, match="must lead from"):
+        vp.branch(replace(SOFT, h=0.0, h1=0.0, h2=0.0, f=0.0), "nu", 0.7, x0=0.2)

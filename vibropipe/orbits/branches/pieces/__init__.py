@@ -1,0 +1,1 @@
+"""Branches of orbits with soft supports or friction: fixed points of the return map, at any sequence of pieces."""

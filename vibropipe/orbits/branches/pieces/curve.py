@@ -1,0 +1,240 @@
+"""Points of a branch of orbits by linear pieces: zeros of the return map less its start, in (x, x', parameter).
+
+The map is smooth while the same events begin its pieces, and continuous where they change; only an impact on a rigid
+support begins with an infinite derivative. Newton's method takes the derivative of the pieces that it finds.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibropipe.orbits.branches.curve import Curve, Point, Problem
+from vibropipe.orbits.branches.pieces.return_map import (
+    BEST,
+    BEST_MARGIN,
+    BY_PARAMETER,
+    BY_SECTION,
+    FOUND,
+    LAW,
+    MARGIN,
+    V,
+    X,
+    differentiate,
+    returned,
+)
+from vibropipe.orbits.branches.sequence import Sequence, parameters_at
+from vibropipe.orbits.branches.steps import (
+    CONVERGED,
+    CROSSING,
+    DETERMINANT,
+    DOUBLING,
+    FOLD,
+    GAP,
+    GAP_FLIGHT,
+    GAP_TIME,
+    MAX_CHANGE,
+    MAX_CORRECTIONS,
+    SPEED,
+    STALLED,
+    TESTS,
+    TRACE,
+)
+from vibropipe.orbits.sensitivity.pieces.columns import PieceVariations
+from vibropipe.physics.derivatives import DIFFERENTIATED_PIECES
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+
+# Numbers of a point, in place of where the flights of an impact sequence turn: `return_map.LAW`, and the phase of the
+# section in turns.
+PIECES, SECTION = GAP_FLIGHT, GAP_TIME
+UNKNOWNS = 3
+# Step of the central difference by a parameter without a derivative in closed form, relative to it.
+DIFFERENCE = 1e-7
+# Distance of the section from the next event, in forcing periods, below which it is moved to where it is larger by a
+# factor: the section of an orbit bends, or jumps, where an event passes it.
+LEAST_MARGIN, GAIN = 0.02, 2.0
+# Sections are at multiples of this share of a period, which numbers have exactly.
+SECTIONS = 64
+# Length of a step that gives the tangent at another section.
+TANGENT_LENGTH = 1e-7
+
+
+class PieceCurve(Curve):
+    """The branch of orbits of m periods of an exciter with soft supports or friction.
+
+    Parameters
+    ----------
+    problem : Problem
+    m : int
+        Period multiple.
+    size, speed : float
+        Scales of displacement and velocity, > 0.
+    effects : Effects
+    march_room : tuple
+        As for `march_orbit`.
+    room : PieceVariations
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        m: int,
+        size: float,
+        speed: float,
+        effects: Effects,
+        march_room: tuple[Any, ...],
+        room: PieceVariations,
+    ) -> None:
+        self.problem, self.sequence = problem, Sequence(m, 0, np.zeros(0, np.int8))
+        self.size, self.speed, self.effects = size, speed, effects
+        self.march_room, self.room = march_room, room
+        self.weights = np.array([1.0 / size, 1.0 / speed, 1.0 / (problem.high - problem.low)])
+        self.squares = self.weights**2
+        self.values = problem.values.reshape(1, -1).copy()
+        name = Parameters._fields[problem.along]
+        has_column = name in DIFFERENTIATED_PIECES
+        self.column = DIFFERENTIATED_PIECES.index(name) if has_column else -1
+        self.section, self.found = 0.0, np.empty(FOUND)
+
+    def of_multiple(self, m: int) -> PieceCurve:
+        """Return the branch of orbits of another period multiple."""
+        shared = self.effects, self.march_room, self.room
+        other = PieceCurve(self.problem, m, self.size, self.speed, *shared)
+        other.section = self.section
+        return other
+
+    def settle(self, u: NDArray, fixed: int = -1) -> Point | None:
+        """Return the point near u, at the section last used, with the unknown `fixed` held; None if there is none."""
+        u, border = np.array(u, float), np.zeros(UNKNOWNS)
+        border[fixed] = 1.0
+        held = u[fixed]
+        matrix = self._correct(u, border, held)
+        if matrix is None:
+            return None
+        u[fixed] = held
+        return self._point(u, matrix)
+
+    def advance(self, point: Point, length: float) -> Point | None:  # noqa: D102 - as Curve
+        self.section = float(point.tests[SECTION])
+        u, border = point.u + length * point.tangent, point.tangent * self.squares
+        matrix = self._correct(u, border, float(border @ u))
+        return None if matrix is None else self._point(u, matrix)
+
+    def distance(self, first: Point, second: Point) -> float:  # noqa: D102 - as Curve
+        state = self.state_at(second, float(first.tests[SECTION]))
+        return float(np.abs((first.u - np.append(state, second.value)) * self.weights).max())
+
+    def differentiate(self, u: NDArray) -> NDArray | None:
+        """Return the return map and its derivatives at u, as `return_map.differentiate` finds them; None if not."""
+        problem, value, found = self.problem, float(u[-1]), self.found
+        reach = problem.high - problem.low
+        step = DIFFERENCE * max(min(reach, abs(value)), 0.01 * reach)
+        # Far beyond the range parameters may have no motion, as negative frequencies.
+        is_in_reach = problem.low - reach < value < problem.high + reach
+        if not (is_in_reach and np.isfinite(u).all()):
+            return None
+        is_known = differentiate(
+            self.effects, self.values, problem.along, self.column, u, self.sequence.m,
+            self.section, step, self.march_room, self.room, found,
+        )  # fmt: skip
+        return found if is_known and np.isfinite(found).all() else None
+
+    def state_at(self, point: Point, section: float) -> NDArray:
+        """Return (x, x') of an orbit at another section, marched on from its own."""
+        x, v, value = point.u.tolist()
+        begin = float(point.tests[SECTION])
+        turns = (section - begin) % self.sequence.m
+        if turns == 0.0:
+            return point.u[:2].copy()
+        p = parameters_at(self.values, self.problem.along, value)
+        x, v, _known = returned(self.effects, p, begin, x, v, turns, self.march_room)
+        return np.array([x, v])
+
+    def halves_difference(self, point: Point) -> float:
+        """Return the weighted difference of an orbit from itself, or its mirror image, half an orbit later."""
+        begin = float(point.tests[SECTION])
+        later = self.state_at(point, begin + 0.5 * self.sequence.m)
+        if self.halves == "pitchfork":
+            later = -later
+        return float(np.abs((later - point.u[:2]) * self.weights[:2]).max())
+
+    @property
+    def halves(self) -> str:
+        """How the halves of an orbit could agree: "flip", "pitchfork", or "" where they cannot."""
+        if self.sequence.m % 2 == 0:
+            return "flip"
+        return "pitchfork" if self.problem.symmetric else ""
+
+    def recut(self, point: Point) -> Point:
+        """Return a point at a section farther from all events, if its own is close to one and another is better."""
+        self.section = float(point.tests[SECTION])
+        found = self.differentiate(point.u)
+        if found is None or not found[MARGIN] < min(LEAST_MARGIN, found[BEST_MARGIN] / GAIN):
+            return point
+        section = round(float(found[BEST]) * SECTIONS) / SECTIONS % self.sequence.m
+        near = self.advance(point, TANGENT_LENGTH)
+        if near is None:
+            return point
+        moved, beside = (
+            np.append(self.state_at(each, section), each.value) for each in (point, near)
+        )
+        border = (beside - moved) / TANGENT_LENGTH * self.squares
+        self.section = section
+        matrix = self._correct(moved, border, float(border @ moved))
+        cut = None if matrix is None else self._point(moved, matrix)
+        if cut is None:
+            return point
+        # The parameter is the same, to the last bit: it may be the limit of its range.
+        cut.u[-1] = point.u[-1]
+        return cut
+
+    def _correct(self, u: NDArray, border: NDArray, target: float) -> NDArray | None:
+        """Correct u, in place, to the orbit in the plane border . u = target; return the last system of equations."""
+        previous, law, matrix = math.inf, math.nan, np.empty((UNKNOWNS, UNKNOWNS))
+        for _ in range(MAX_CORRECTIONS):
+            found = self.differentiate(u)
+            if found is None:
+                return None
+            matrix[:2, :2] = found[BY_SECTION].reshape(2, 2) - np.eye(2)
+            matrix[:2, 2], matrix[2] = found[BY_PARAMETER], border
+            residual = np.array([found[X] - u[0], found[V] - u[1], border @ u - target])
+            try:
+                step = np.linalg.solve(matrix, residual)
+            except np.linalg.LinAlgError:
+                return None
+            change = float(np.abs(step * self.weights).max())
+            if not change < MAX_CHANGE:
+                return None
+            u -= step
+            # Next to a change of the pieces, iterates may alternate between both sides: that is no rounding.
+            stalls = change <= STALLED and change >= 0.8 * previous and found[LAW] == law
+            if change <= CONVERGED or stalls:
+                return matrix
+            previous, law = change, found[LAW]
+        return None
+
+    def _point(self, u: NDArray, matrix: NDArray) -> Point | None:
+        """Return a corrected point with its tangent, which points along the border, and its test functions."""
+        try:
+            tangent = np.linalg.solve(matrix, np.array([0.0, 0.0, 1.0]))
+        except np.linalg.LinAlgError:
+            return None
+        tangent /= np.linalg.norm(tangent * self.weights)
+        bordered = matrix / self.weights
+        bordered[2] = tangent * self.weights
+        bordered /= np.linalg.norm(bordered, axis=1, keepdims=True)
+        derivative = matrix[:2, :2] + np.eye(2)
+        trace, determinant = float(np.trace(derivative)), float(np.linalg.det(derivative))
+        tests = np.zeros(TESTS)
+        tests[FOLD] = tangent[-1] * self.weights[-1]
+        tests[DOUBLING] = (1.0 + trace + determinant) / (1.0 + abs(trace) + abs(determinant))
+        # No flight of an impact sequence is beyond a support, and no impact has lost its speed.
+        tests[GAP] = tests[SPEED] = 1.0
+        tests[TRACE], tests[DETERMINANT] = trace, determinant
+        tests[CROSSING] = np.linalg.det(bordered)
+        tests[PIECES], tests[SECTION] = self.found[LAW], self.section
+        return Point(u, tangent, tests)

@@ -1,0 +1,227 @@
+"""Following a branch of orbits by linear pieces, over the places where other events begin its pieces."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.branches.curve import Point
+from vibropipe.orbits.branches.events import Event, Mark, length_of, marks_within
+from vibropipe.orbits.branches.following import (
+    FIRST_LENGTH,
+    GROWTH,
+    GROWTH_COSINE,
+    MAX_POINTS,
+    MIN_COSINE,
+    MIN_LENGTH,
+    Path,
+    append_marks,
+)
+from vibropipe.orbits.branches.pieces.curve import PIECES, SECTION, PieceCurve
+from vibropipe.orbits.branches.pieces.return_map import LAW
+from vibropipe.orbits.branches.steps import CROSSING, FOLD
+from vibropipe.orbits.branches.symmetry import EQUAL_HALVES
+
+# Length of a step within which a change of the pieces is located, and the largest weighted distance over it: beyond,
+# what is found there is another orbit.
+CHANGE_LENGTH, SAME_ORBIT = 1e-10, 1e-6
+# Length from a point to a change beyond which another point is needed to pass it.
+CLOSE_LENGTH = 1e-8
+# Largest number of such points, and the length of the step from the first; from the n-th, its n-th power.
+MAX_RETRIES, RETRY_LENGTH = 3, 1e-3
+# Length of a step up to which the tangent may turn more: beside a grazing it turns as the root of the length. After so
+# many such steps in a row a branch ends.
+SHARP_LENGTH, SHARP_COSINE, MAX_CRAWLED = 1e-6, 0.5, 100
+# Events after which a branch is left: where contacts chatter, pieces change ever again.
+MAX_EVENTS = 200
+# Length ahead of a point from which no step succeeds at which its pieces are looked at.
+AHEAD = 1e-8
+# Largest length over a change without points.
+LARGEST_GAP = 1e-4
+# Largest change of the orbit over that of the parameter beyond it.
+STEEPEST = 100.0
+# Length of a step within which two branches cross: shorter ones need not succeed there.
+CROSSING_LENGTH = 1e-7
+# Weighted difference of the halves of an orbit next to which steps fail at which the branch of its halves is reached.
+NEAR_HALVES = 1e-3
+# That of an orbit which is its own mirror image: rounding.
+SYMMETRIC = 1e-8
+
+
+class Change(NamedTuple):
+    """A change of the pieces within a step: the last point before it, the first found after it, and their lengths."""
+
+    before: Point
+    after: Point
+    length: float
+    length_after: float
+
+
+def follow_pieces(
+    curve: PieceCurve, start: Point, closes: bool = True, first_length: float = FIRST_LENGTH
+) -> Path:
+    """Follow a branch from a point along its tangent; arguments and result are those of `following.follow`.
+
+    A change of the pieces is an event of kind "change"; the path ends there ("gap") where no orbit continues it.
+    """
+    path, length, lengths = Path([curve.recut(start)]), first_length, [0.0]
+    retries = crawled = 0
+    begin = start if closes else None
+    while not path.end:
+        point, reached = path.points[-1], length
+        new, change = curve.advance(point, length), None
+        if new is not None and new.tests[PIECES] != point.tests[PIECES]:
+            change = _locate_change(curve, point, new, length)
+            new, reached = change.before, change.length
+        marks: list[Mark] | None = None
+        least = SHARP_COSINE if length < SHARP_LENGTH else MIN_COSINE
+        if new is not None and curve.cosine(point, new) > least:
+            marks = _marks(curve, point, new, reached, begin) if reached > 0.0 else []
+        if marks is None or new is None:
+            length *= 0.5
+            if length < MIN_LENGTH:
+                _end_at_last(curve, path, lengths)
+                length = FIRST_LENGTH
+            continue
+        append_marks(path, marks, lengths)
+        crawled = crawled + 1 if length < SHARP_LENGTH else 0
+        if crawled > MAX_CRAWLED and not path.end:
+            _end_at_last(curve, path, lengths)
+            crawled = 0
+            continue
+        if change is not None and not path.end:
+            is_passed = _pass_change(curve, path, change, lengths, retries < MAX_RETRIES)
+            retries = 0 if is_passed else retries + 1
+        if not path.end:
+            path.points[-1] = curve.recut(path.points[-1])
+        if len(path.points) >= MAX_POINTS or len(path.events) >= MAX_EVENTS:
+            path.end = path.end or "points"
+        if change is not None:
+            length = FIRST_LENGTH if retries == 0 else max(RETRY_LENGTH**retries, MIN_LENGTH)
+        elif curve.cosine(point, new) > GROWTH_COSINE:
+            length = min(GROWTH * length, curve.problem.max_length)
+    return path
+
+
+def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
+    """End a path at its last point, from which no step succeeds, or go on beyond a change of the pieces there."""
+    point, middle = path.points[-1], path.points[len(path.points) // 2]
+    beyond = _beyond(curve, point)
+    if beyond is not None:
+        path.events.append(Event("change", "", len(path.points) - 1))
+        path.points.append(beyond)
+        lengths.append(LARGEST_GAP)
+    elif _reaches_parent(curve, middle, point, NEAR_HALVES):
+        path.end = "doubled"
+        path.events.append(Event(curve.halves, "doubled", len(path.points) - 1))
+    elif _changes_ahead(curve, point):
+        path.end = "gap"
+        path.events.append(Event("change", "gap", len(path.points) - 1))
+    else:
+        path.end = "lost"
+
+
+def _changes_ahead(curve: PieceCurve, point: Point) -> bool:
+    """Return whether the motion just ahead of a point has other pieces, or grazes a rigid support."""
+    curve.section = float(point.tests[SECTION])
+    found = curve.differentiate(point.u + AHEAD * point.tangent)
+    return found is None or found[LAW] != point.tests[PIECES]
+
+
+def _beyond(curve: PieceCurve, point: Point) -> Point | None:
+    """Return the next orbit along the parameter that has other pieces, and is as close; None if there is none.
+
+    Where two events change at once, as in symmetric orbits, Newton's method along the branch alternates between them.
+    """
+    way, gap = np.sign(point.tests[FOLD]), CHANGE_LENGTH
+    curve.section = float(point.tests[SECTION])
+    while gap < LARGEST_GAP:
+        u = point.u.copy()
+        u[-1] += way * gap / curve.weights[-1]
+        found = curve.settle(u)
+        is_other = found is not None and found.tests[PIECES] != point.tests[PIECES]
+        if found is None or not is_other:
+            gap *= 10.0
+            continue
+        if curve.distance(point, found) < SAME_ORBIT + STEEPEST * gap:
+            return found if found.tests[FOLD] * way > 0.0 else found.reversed()
+        gap *= 10.0
+    return None
+
+
+def _locate_change(curve: PieceCurve, point: Point, new: Point, length: float) -> Change:
+    """Return where within a step to `new`, which has other pieces, they change."""
+    low, high, before, after, reached = 0.0, length, point, new, length
+    while high - low > CHANGE_LENGTH:
+        middle = 0.5 * (low + high)
+        found = curve.advance(point, middle)
+        if found is not None and found.tests[PIECES] == point.tests[PIECES]:
+            low, before = middle, found
+            continue
+        high = middle
+        # Close to the change Newton's method may alternate between its sides.
+        if found is not None:
+            after, reached = found, middle
+    return Change(before, after, low, reached)
+
+
+def _pass_change(
+    curve: PieceCurve, path: Path, change: Change, lengths: list[float], may_retry: bool
+) -> bool:
+    """Note a change of the pieces at the last point, and go on beyond it; return False if a shorter step should."""
+    before, after, problem = change.before, change.after, curve.problem
+    for limit in (problem.low, problem.high):
+        if (before.value - limit) * (after.value - limit) < 0.0:
+            # Where friction ends, so do turns and sticks.
+            exact = before.u.copy()
+            exact[-1] = limit
+            last = curve.settle(exact)
+            if last is not None and curve.distance(before, last) < SAME_ORBIT:
+                path.points.append(last)
+                lengths.append(CHANGE_LENGTH)
+            path.end = "limit"
+            return True
+    gap = change.length_after - change.length
+    goes_on = gap < LARGEST_GAP and curve.distance(before, after) < SAME_ORBIT + 2.0 * gap
+    if not goes_on and may_retry and change.length > CLOSE_LENGTH:
+        # The branch may turn sharply: from the last point, more of it can be seen.
+        return False
+    path.events.append(Event("change", "" if goes_on else "gap", len(path.points) - 1))
+    if goes_on:
+        path.points.append(after)
+        lengths.append(gap)
+    else:
+        path.end = "gap"
+    return True
+
+
+def _marks(
+    curve: PieceCurve, point: Point, new: Point, length: float, start: Point | None
+) -> list[Mark] | None:
+    """Return the points of a step in order, as `marks_within`, with places where branches cross."""
+    marks = marks_within(curve, point, new, length, start)
+    if marks is None:
+        return None
+    farther = max(point, new, key=curve.halves_difference)
+    for i, mark in enumerate(marks):
+        if mark.kind == "fold" and _reaches_parent(curve, farther, mark.point, EQUAL_HALVES):
+            # Doubled orbits turn at the branch of their halves.
+            return [*marks[:i], mark._replace(kind=curve.halves, reason="doubled")]
+    crosses = point.tests[CROSSING] * new.tests[CROSSING] < 0.0
+    # A symmetric orbit loses its symmetry where its branch is crossed.
+    if crosses and curve.halves == "pitchfork" and curve.halves_difference(new) < SYMMETRIC:
+        found = curve.locate(point, (0.0, length), lambda each: float(each.tests[CROSSING]))
+        if found is None and length > CROSSING_LENGTH:
+            return None
+        # The equations are singular there, and a step may fail.
+        marks.append(Mark(*((length, new) if found is None else found), "pitchfork", ""))
+    return sorted(marks, key=length_of)
+
+
+def _reaches_parent(curve: PieceCurve, before: Point, point: Point, tolerance: float) -> bool:
+    """Return whether the halves of an orbit, which differ before, agree at a point."""
+    if not curve.halves:
+        return False
+    here, there = curve.halves_difference(point), curve.halves_difference(before)
+    return here < tolerance and there > max(SYMMETRIC, 2.0 * here)

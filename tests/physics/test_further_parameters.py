@@ -128,8 +128,6 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
         "newmark": lambda: vp.simulate(e, 1.0, method="newmark", steps_per_period=100),
         "steady_state": lambda: vp.steady_state(e),
         "sweep": lambda: vp.sweep(base, {name: [0.0, value]}),
-        "branch": lambda: vp.branch(e, "nu", 1.2),
-        "along": lambda: vp.branch(base, name, value),
         "boundary": lambda: vp.boundary(base, "fold", ("nu", name), ((1, 2), (0.0, value))),
         "basins": lambda: vp.basins(e, grid, grid),
         "one_sided_orbit": lambda: vp.one_sided_orbit(e, 1, 1),
@@ -147,9 +145,7 @@ def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> N
             call()
 
 
-@pytest.mark.parametrize(
-    "kind", ["branch, along: {nu: {from: 1, to: 2}}", "accuracy, motions: {a: {periods: 1}}"]
-)
+@pytest.mark.parametrize("kind", ["boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}"])
 def test_a_kind_refuses_what_it_does_not_compute(kind: str) -> None:
     text = f"title: T\nexciter: {{l: 1, friction: 0.5}}\nscenes: {{s: {{kind: {kind}}}}}"
     with pytest.raises(StudyError, match=r"must be 0: dry friction is not computed here, got 0.5"):

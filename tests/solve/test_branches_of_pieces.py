@@ -232,6 +232,24 @@ def test_errors_are_stated(branches):
     assert (error < 1e-11).all()
 
 
+def test_a_branch_over_a_stiffness_does_not_end_at_a_rigid_support():
+    with pytest.raises(vp.ParameterError, match="0 stands for a rigid support"):
+        vp.branch(replace(SOFT, h1=0.0), "k1", 0.0)
+    with pytest.raises(vp.ParameterError, match="0 stands for a rigid support"):
+        vp.branch(replace(SOFT, k1=0.0, h1=0.0), "k1", 10.0)
+
+
+def test_a_branch_over_friction_begins_without_it():
+    free = replace(RUBBED, friction=0.0)
+    branch = vp.branch(free, "friction", 0.2)
+    steady = vp.steady_state(RUBBED)
+    at = np.abs(branch.friction.values - 0.1).argmin()
+    assert branch.friction.values[[0, -1]].tolist() == [0.0, 0.2]
+    assert float(branch.displacement_amplitude[at, 0]) == pytest.approx(
+        float(steady.displacement_amplitude[0]), abs=0.01
+    )
+
+
 def test_what_does_not_repeat_is_refused():
     with pytest.raises(vp.ParameterError, match="must lead from"):
         vp.branch(replace(SOFT, h=0.0, h1=0.0, h2=0.0, f=0.0), "nu", 0.7, x0=0.2)

@@ -22,7 +22,7 @@ from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -209,6 +209,8 @@ def _problem(
             raise ParameterError("to", to, allowed)
         low, high = ends
         signs = (1.0, -1.0)
+    if along in RIGID_AT_ZERO and low == 0.0:
+        raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
     wanted = [_check_value(exciter, along, "at", value) for value in at]
     for value in wanted:
         if not low <= value <= high:

@@ -18,7 +18,7 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 Switch = Literal["flip", "pitchfork", "grazing"]
 _NUMBER = {"type": "number"}
@@ -146,6 +146,8 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
         yield Problem(("along", name, "to"), "", must=must)
     elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.begin < max(scene.ends.to):
         yield Problem(("along", name, "to"), "", must="must have `from` between its two values")
+    if name in RIGID_AT_ZERO and 0.0 in (scene.ends.begin, *scene.ends.to):
+        yield Problem(("along", name), "0", must=SOFT_ALONG)
     for swept, grid in scene.over.items():
         if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
             yield Problem(("over", swept), repr(grid.low), PARAMETERS[swept].range.text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -112,7 +113,7 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
         path.events.append(Event("change", "", len(path.points) - 1))
         path.points.append(beyond)
         lengths.append(LARGEST_GAP)
-    elif _reaches_parent(curve, middle, point, NEAR_HALVES):
+    elif _reaches_parent(curve, (middle,), point, NEAR_HALVES):
         path.end = "doubled"
         path.events.append(Event(curve.halves, "doubled", len(path.points) - 1))
     elif _changes_ahead(curve, point):
@@ -203,10 +204,9 @@ def _marks(
     marks = marks_within(curve, point, new, length, start)
     if marks is None:
         return None
-    farther = max(point, new, key=curve.halves_difference)
     for i, mark in enumerate(marks):
-        if mark.kind == "fold" and _reaches_parent(curve, farther, mark.point, EQUAL_HALVES):
-            # Doubled orbits turn at the branch of their halves.
+        # Doubled orbits turn at the branch of their halves.
+        if mark.kind == "fold" and _reaches_parent(curve, (point, new), mark.point, EQUAL_HALVES):
             return [*marks[:i], mark._replace(kind=curve.halves, reason="doubled")]
     crosses = point.tests[CROSSING] * new.tests[CROSSING] < 0.0
     # A symmetric orbit loses its symmetry where its branch is crossed.
@@ -219,9 +219,12 @@ def _marks(
     return sorted(marks, key=length_of)
 
 
-def _reaches_parent(curve: PieceCurve, before: Point, point: Point, tolerance: float) -> bool:
-    """Return whether the halves of an orbit, which differ before, agree at a point."""
+def _reaches_parent(
+    curve: PieceCurve, beside: Sequence[Point], point: Point, tolerance: float
+) -> bool:
+    """Return whether the halves of an orbit agree at a point, but not at one of others of its branch."""
     if not curve.halves:
         return False
-    here, there = curve.halves_difference(point), curve.halves_difference(before)
+    here = curve.halves_difference(point)
+    there = max(map(curve.halves_difference, beside))
     return here < tolerance and there > max(SYMMETRIC, 2.0 * here)

@@ -15,6 +15,8 @@ OUTPUTS = ("harmonics", "impacts", "stability", "energy", "lyapunov", "subharmon
 TWO_SIDED = vp.Exciter(l=1.0, nu=0.8, f=0.9, h=0.2, delta=0.1, R1=0.7, R2=0.6)
 WITH_REST = vp.Exciter(l=1.0, nu=0.3, f=1.3, h=0.1, delta=0.1, R1=0.3, R2=0.5)
 LINEAR = vp.Exciter(l=1.0, nu=0.8, f=0.2, h=0.2, delta=0.1, R1=0.7, R2=0.6)
+REST_UNDER_TWO = replace(WITH_REST, f2=0.2, phi2=0.4)
+BASIC = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
 SUFFIX = "_sensitivity"
 HOPS = 12
 MULTIPLIERS = ("floquet_multiplier", "lyapunov_exponent")
@@ -71,8 +73,13 @@ def differences(exciter, dataset, name, parameter, step):
     return change / (12 * step)
 
 
-@pytest.mark.parametrize("parameter", ["nu", "f", "h", "l", "delta", "R1", "R2", "load"])
-@pytest.mark.parametrize("exciter", [WITH_REST, replace(WITH_REST, f2=0.2, phi2=0.4)])
+@pytest.mark.parametrize(
+    ("exciter", "parameter"),
+    [
+        *((WITH_REST, name) for name in BASIC),
+        *((REST_UNDER_TWO, name) for name in (*BASIC, "f2", "phi2")),
+    ],
+)
 def test_derivatives_through_chatter_and_rest_agree_with_differences(exciter, parameter):
     dataset = steady(exciter)
     rests = [0.0, 1.0] if exciter.f2 else [1.0, 1.0]
@@ -109,8 +116,8 @@ def test_a_linear_motion_under_two_harmonics_has_the_derivatives_of_its_closed_f
     dataset = steady(exciter)
     assert int(dataset.impacts_per_orbit.sum()) == 0
 
-    def part(k, nu, f, h):
-        force = f if k == 1 else mp.mpf(exciter.f2) * mp.expj(exciter.phi2)
+    def part(k, nu, f, h, f2, phi2):
+        force = f if k == 1 else f2 * mp.expj(phi2)
         return force / (1 - (k * nu) ** 2 + 1j * k * h * nu)
 
     closed = {
@@ -122,15 +129,37 @@ def test_a_linear_motion_under_two_harmonics_has_the_derivatives_of_its_closed_f
             p[2] * mp.pi * p[0] * (abs(part(1, *p)) ** 2 + 4 * abs(part(2, *p)) ** 2)
         ),
     }
-    own = (exciter.nu, exciter.f, exciter.h)
+    parameters = ("nu", "f", "h", "f2", "phi2")
+    own = tuple(getattr(exciter, name) for name in parameters)
     for name, value in closed.items():
         quantity, got = dataset[name], dataset[name + SUFFIX]
         if "harmonic" in quantity.dims:
             quantity, got = quantity.sel(harmonic=2), got.sel(harmonic=2)
         assert float(quantity) == pytest.approx(float(value(*own)), rel=1e-13), name
-        for order, parameter in (((1, 0, 0), "nu"), ((0, 1, 0), "f"), ((0, 0, 1), "h")):
+        for n, parameter in enumerate(parameters):
+            order = tuple(int(n == k) for k in range(len(parameters)))
             expected = float(mp.diff(value, own, order))
-            assert float(got.sel(parameter=parameter)) == pytest.approx(expected, rel=1e-11), name
+            by = float(got.sel(parameter=parameter))
+            assert by == pytest.approx(expected, rel=1e-11, abs=1e-15), (name, parameter)
+
+
+def test_the_derivative_by_a_second_harmonic_that_vanishes_is_that_of_its_neighbours():
+    """A sweep from f2 = 0 on has it in every row; one without a second harmonic has no such derivative."""
+    step = 1e-4
+    swept = vp.sweep(TWO_SIDED, {"f2": [-2 * step, -step, 0.0, step, 2 * step]}, outputs=OUTPUTS)
+    weights = np.array([1, -8, 0, 8, -1]) / (12 * step)
+    for name in (
+        "displacement_mean",
+        "displacement_amplitude",
+        "energy_input",
+        "floquet_multiplier",
+    ):
+        values = swept[name].values
+        expected = (weights[:, None] * values.reshape(5, -1)).sum(axis=0)
+        got = swept[name + SUFFIX].sel(parameter="f2").values.reshape(5, -1)[2]
+        np.testing.assert_allclose(got, expected, rtol=1e-7, atol=1e-9)
+        assert (swept[name + SUFFIX].sel(parameter="phi2").values.reshape(5, -1)[2] == 0.0).all()
+    assert steady(TWO_SIDED).parameter.values.tolist() == list(BASIC)
 
 
 def test_derivatives_do_not_depend_on_the_number_of_harmonics():

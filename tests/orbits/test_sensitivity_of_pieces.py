@@ -57,7 +57,7 @@ def differences(exciter: vp.Exciter, dataset: xr.Dataset, parameter: str) -> dic
     [
         ("soft", ("nu", "f", "h", "l", "delta", "load", "k1", "k2", "h1", "h2")),
         ("rubbed", ("nu", "f", "h", "R1", "load", "k2", "h2", "friction")),
-        ("sticking", ("nu", "f", "h", "l", "R1", "R2", "friction")),
+        ("sticking", ("nu", "f", "h", "l", "R1", "R2", "friction", "f2", "phi2")),
         ("resting", ("nu", "f", "delta", "R1", "friction")),
     ],
 )

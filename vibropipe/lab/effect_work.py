@@ -130,7 +130,7 @@ def row_calls(
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     buffer = new_impact_buffer(ROWS_PER_CALL)
-    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, effects.has_pieces)
+    out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, effects)
     pieces = piece_log_of(effects, ORBIT_LOG_CAPACITY)
     log = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, *pieces)
     arrays = log, np.empty(DEGREE + 1), out

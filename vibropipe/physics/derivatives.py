@@ -1,24 +1,47 @@
 """Derivatives by the parameters: of supports, restitution, force, and the acceleration of a gap.
 
-A further parameter adds its name to `DIFFERENTIATED` and its part to these functions; one of the force also its source
-to `physics.variation`.
+A further parameter adds its name here and its part to these functions; one of the force also its source to
+`physics.variation`. Kernels number parameters by their place in `ALL_DIFFERENTIATED`. Motions between rigid supports
+have the first ones, with those of the second harmonic if it is called for; those of pieces have all.
 """
 
 from __future__ import annotations
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import constant_load, force_at, force_value
+from vibropipe.physics.load import constant_load, force_at, force_value, unit_force
 from vibropipe.physics.turns import sincos_turns
 
 DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
 """The parameters by which motions are differentiated, in the order of derivatives."""
 NU, F, H, L, DELTA, R1, R2, LOAD = range(8)
 N_PARAMETERS = len(DIFFERENTIATED)
-DIFFERENTIATED_PIECES = (*DIFFERENTIATED, "k1", "k2", "h1", "h2", "friction")
-"""The same of motions with soft supports or friction."""
-K1, K2, H1, H2, FRICTION = range(8, 13)
-N_OF_PIECES = len(DIFFERENTIATED_PIECES)
+OF_SECOND = ("f2", "phi2")
+"""Those of the second harmonic."""
+F2, PHI2 = range(8, 10)
+N_WITH_SECOND = N_PARAMETERS + len(OF_SECOND)
+OF_PIECES = ("k1", "k2", "h1", "h2", "friction")
+"""Those of soft supports and friction."""
+K1, K2, H1, H2, FRICTION = range(10, 15)
+ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES)
+N_OF_PIECES = len(ALL_DIFFERENTIATED)
+
+
+def differentiated_by(pieces: bool, second: bool) -> tuple[str, ...]:
+    """Return the parameters of derivatives with soft supports or friction, or not, and with a second harmonic."""
+    return (*DIFFERENTIATED, *(OF_SECOND if second else ()), *(OF_PIECES if pieces else ()))
+
+
+@jit_inline
+def is_of_second(k):
+    """Return whether parameter k is one of the second harmonic."""
+    return F2 <= k <= PHI2
+
+
+@jit_inline
+def n_parameters(second):
+    """Return the number of parameters of derivatives between rigid supports; second : int or None, the effect."""
+    return N_PARAMETERS if second is None else N_WITH_SECOND
 
 
 @jit
@@ -50,8 +73,11 @@ def load_derivative(support, k):
 
 
 @jit
-def force_derivative(turn, k):
-    """Return the derivative of the force of eq. (5) by parameter k at a phase, in turns."""
+def force_derivative(p, turn, k, second=None):
+    """Return the derivative of the force by parameter k at a phase, in turns; second : int or None, the effect."""
+    if second is not None and is_of_second(k):
+        unit = unit_force(p, 1.0, *sincos_turns(turn), second)
+        return unit.sine_2 if k == F2 else p.f2 * unit.cosine_2
     return sincos_turns(turn)[0] if k == F else 0.0
 
 
@@ -64,7 +90,8 @@ def gap_acceleration(p, support, turn, y, w, second=None):
 
 
 @jit
-def gap_acceleration_derivative(support, turn, w, k):
+def gap_acceleration_derivative(p, support, turn, w, k, second=None):
     """Return the derivative of `gap_acceleration` by parameter k at fixed phase, y and w."""
     sigma = -1.0 if support == 1 else 1.0
-    return load_derivative(support, k) + sigma * force_derivative(turn, k) - (w if k == H else 0.0)
+    by_force = sigma * force_derivative(p, turn, k, second)
+    return load_derivative(support, k) + by_force - (w if k == H else 0.0)

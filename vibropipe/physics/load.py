@@ -101,6 +101,21 @@ def force_of_angle(p, sigma, s, c, second=None) -> Force:
 
 
 @jit_inline
+def unit_force(p, sigma, s, c, second=None) -> Force:
+    """Return the `Force` of unit amplitudes f and f2 at the phase of a sine and a cosine; arguments as for `force_at`.
+
+    The derivative of the force by f is its sine, that by f2 its sine_2, and that by phi2 its cosine_2 times f2.
+    """
+    sine_2, cosine_2 = 0.0, 0.0
+    if second is not None:
+        s2, c2 = double_angle(s, c)
+        in_phase, ahead = math.cos(p.phi2), math.sin(p.phi2)
+        sine_2 = sigma * (in_phase * s2 + ahead * c2)
+        cosine_2 = sigma * (in_phase * c2 - ahead * s2)
+    return Force(sigma * s, sigma * c, sine_2, cosine_2)
+
+
+@jit_inline
 def force_value(force: Force, second=None):
     """Return the force."""
     if second is None:
@@ -245,6 +260,12 @@ def first_terms(force: Force, angle):
 def first_terms_of_second(force: Force, angle):
     """Return the first two Taylor coefficients of the second harmonic by theta; angle is 2 nu dt."""
     return force.sine_2, force.cosine_2 * angle
+
+
+@jit_inline
+def first_terms_of_phase(p, unit: Force, angle):
+    """Return the first two Taylor coefficients of the derivative of the force by phi2, from a `unit_force`."""
+    return p.f2 * unit.cosine_2, -(p.f2 * unit.sine_2) * angle
 
 
 @jit_inline

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibropipe.compiler import jit_inline
+from vibropipe.physics.derivatives import F2
 from vibropipe.physics.turns import TWO_PI, phase_integral
 
 
@@ -21,6 +22,15 @@ def force_amplitude(p):
 def second_amplitude(p):
     """Return F of the second harmonic 2 Re(F exp(2 i nu tau)) of the force."""
     return complex(0.5 * p.f2 * math.sin(p.phi2), -0.5 * p.f2 * math.cos(p.phi2))
+
+
+@jit_inline
+def second_amplitude_derivative(p, k):
+    """Return the derivative of `second_amplitude` by the parameter F2 or PHI2."""
+    sine, cosine = math.sin(p.phi2), math.cos(p.phi2)
+    if k == F2:
+        return complex(0.5 * sine, -0.5 * cosine)
+    return complex(0.5 * p.f2 * cosine, 0.5 * p.f2 * sine)
 
 
 @jit_inline
@@ -56,14 +66,18 @@ def reaction_integral(p, k, m, start, end):
     complex
         Integral of minus the force times exp(-i k nu tau / m) over the rest, in forcing periods.
     """
-    cycles = k / m
     first = complex(0.0, 0.5 * p.f) * reaction_difference(k, m, start, end)
     if p.f2 == 0.0:
         return first
-    amplitude = second_amplitude(p)
-    up = phase_integral(cycles - 2.0 if k != 2 * m else 0.0, start, end)
-    down = phase_integral(cycles + 2.0, start, end)
-    return first - (amplitude * up + amplitude.conjugate() * down)
+    return first - reaction_of_second(second_amplitude(p), k, m, start, end)
+
+
+@jit_inline
+def reaction_of_second(amplitude, k, m, start, end):
+    """Return minus `reaction_integral` of the force 2 Re(amplitude exp(2 i nu tau)) alone."""
+    up = phase_integral(k / m - 2.0 if k != 2 * m else 0.0, start, end)
+    down = phase_integral(k / m + 2.0, start, end)
+    return amplitude * up + amplitude.conjugate() * down
 
 
 @jit_inline
@@ -75,8 +89,14 @@ def work_of_force(p, x):
 @jit_inline
 def work_of_second(p, x):
     """Return the work of the second harmonic over a forcing period of the motion 2 Re(x exp(2 i nu tau))."""
+    return work_at_second(p, second_amplitude(p), x)
+
+
+@jit_inline
+def work_at_second(p, amplitude, x):
+    """Return the work of the force 2 Re(amplitude exp(2 i nu tau)) over a forcing period of 2 Re(x exp(2 i nu tau))."""
     # The mean power is that of 2 Re(F exp) with 2 Re(2 i nu x exp).
-    power = 2.0 * (second_amplitude(p) * complex(0.0, 2.0 * p.nu) * x.conjugate()).real
+    power = 2.0 * (amplitude * complex(0.0, 2.0 * p.nu) * x.conjugate()).real
     return -power * (TWO_PI / p.nu)
 
 

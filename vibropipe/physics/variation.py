@@ -4,8 +4,8 @@ In the frame y = sigma (x - x_ref) of a support, eq. (5) reads y'' + h y' + y = 
 phases, in turns. The derivative of y by a parameter at a fixed phase obeys the same equation with another right-hand
 side, its source: 1 for the constant load, sigma sin(nu tau) for f, -y' for h and, since tau = phase 2 pi/nu,
 -(2 y'' + h y')/nu for nu. Each is a Taylor polynomial by the recurrence of `physics.flow`, so resonance and critical
-damping are no special cases. A further parameter of the force adds a column with its source. The second harmonic is in
-the motion alone: nothing is differentiated by f2 or phi2.
+damping are no special cases. The second harmonic adds the sources sigma sin(2 nu tau + phi2) for f2 and
+sigma f2 cos(2 nu tau + phi2) for phi2. A further parameter of the force adds a column with its source.
 """
 
 from __future__ import annotations
@@ -15,27 +15,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import NU, F, H, load_derivative
+from vibropipe.physics.derivatives import F2, NU, PHI2, F, H, load_derivative
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, free_flow, motion, taylor
 from vibropipe.physics.free_flow_by_h import free_flow_by_h
 from vibropipe.physics.load import (
-    Force,
     constant_load,
     fastest_forcing,
     first_terms,
+    first_terms_of_phase,
     first_terms_of_second,
     force_of_angle,
     forcing_period,
     next_term,
+    unit_force,
 )
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
 
-# Variations of a flight: by its displacement and velocity at the start, and responses to the sources.
-BY_Y, BY_W, BY_LOAD, BY_NU, BY_H, BY_F = range(6)
-VARIATIONS = 6
+# Variations of a flight: by its displacement and velocity at the start, and responses to the sources; the last two
+# with a second harmonic only.
+BY_Y, BY_W, BY_LOAD, BY_NU, BY_H, BY_F, BY_F2, BY_PHI2 = range(8)
+VARIATIONS, WITH_SECOND = 6, 8
 # Product of the fastest rate and the length of a flight above which, and modulus of the dynamic stiffness of the force
 # above which, the closed form of the variations loses at most three digits; it takes a tenth of the time of the steps.
 SHORT_REACH, NEAR_RESONANCE = 1.0, 0.1
@@ -47,8 +49,14 @@ FACTORS = np.array([1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1)])
 SHARES = np.array([1.0 / (n + 2) for n in range(DEGREE - 1)])
 
 
+@jit_inline
+def n_variations(second):
+    """Return the number of variations; second : int or None, the effect `second_harmonic`."""
+    return VARIATIONS if second is None else WITH_SECOND
+
+
 class Workspace(NamedTuple):
-    """Work arrays of variations.
+    """Work arrays of variations, VARIATIONS or WITH_SECOND of them.
 
     Attributes
     ----------
@@ -65,17 +73,14 @@ class Workspace(NamedTuple):
 
 
 @jit_allocating
-def new_workspace():
-    """Return a new `Workspace`."""
-    return Workspace(
-        np.empty(DEGREE + 1),
-        np.empty((DEGREE + 1, VARIATIONS)),
-        np.empty((2, VARIATIONS)),
-    )
+def new_workspace(second):
+    """Return a new `Workspace`; second : int or None, the effect `second_harmonic`."""
+    n = n_variations(second)
+    return Workspace(np.empty(DEGREE + 1), np.empty((DEGREE + 1, n)), np.empty((2, n)))
 
 
 @jit
-def vary_step(p, c, unit, dt, ends, z) -> None:
+def vary_step(p, c, unit, dt, ends, z, second) -> None:
     """Fill the polynomials of all variations over a step, and move the variations to its end.
 
     Parameters
@@ -91,32 +96,42 @@ def vary_step(p, c, unit, dt, ends, z) -> None:
         Displacements and velocities at the start; on return those at the end.
     z : (DEGREE + 1, VARIATIONS) float
         Filled with the coefficients by theta.
+    second : int or None
+        The effect `second_harmonic`.
     """
-    square, damped, by_nu = dt * dt, p.h * dt, 1.0 / p.nu
+    square, damped, by_nu, n_columns = dt * dt, p.h * dt, 1.0 / p.nu, n_variations(second)
     term, term_next = first_terms(unit, p.nu * dt)
-    for v in range(VARIATIONS):
+    twice = 2.0 * p.nu * dt
+    f2, f2_next = first_terms_of_second(unit, twice)
+    phase, phase_next = first_terms_of_phase(p, unit, twice)
+    for v in range(n_columns):
         z[0, v], z[1, v] = ends[0, v], ends[1, v] * dt
         ends[0, v], ends[1, v] = z[0, v] + z[1, v], z[1, v]
     for n in range(DEGREE - 1):
         to_next, share = square * FACTORS[n], damped * SHARES[n]
-        for v in range(VARIATIONS):
+        for v in range(n_columns):
             z[n + 2, v] = -to_next * z[n, v] - share * z[n + 1, v]
         z[n + 2, BY_LOAD] += 0.5 * square if n == 0 else 0.0
         z[n + 2, BY_NU] -= (2.0 * c[n + 2] + share * c[n + 1]) * by_nu
         z[n + 2, BY_H] -= dt * SHARES[n] * c[n + 1]
         z[n + 2, BY_F] += to_next * term
         term, term_next = term_next, next_term(term, p.nu * dt, FACTORS[n])
-        for v in range(VARIATIONS):
+        if second is not None:
+            z[n + 2, BY_F2] += to_next * f2
+            z[n + 2, BY_PHI2] += to_next * phase
+            f2, f2_next = f2_next, next_term(f2, twice, FACTORS[n])
+            phase, phase_next = phase_next, next_term(phase, twice, FACTORS[n])
+        for v in range(n_columns):
             ends[0, v] += z[n + 2, v]
             ends[1, v] += (n + 2) * z[n + 2, v]
-    for v in range(VARIATIONS):
+    for v in range(n_columns):
         ends[1, v] /= dt
 
 
 @jit
 def begin_variations(p, w, ends) -> None:
-    """Fill ends (2, VARIATIONS) with the variations at the start of a flight with the rate w."""
-    for v in range(VARIATIONS):
+    """Fill ends (2, variations) with the variations at the start of a flight with the rate w."""
+    for v in range(ends.shape[1]):
         ends[0, v] = ends[1, v] = 0.0
     ends[0, BY_Y] = ends[1, BY_W] = 1.0
     # The derivative by the phase is fixed with w at nu: w = nu dy/dphase / (2 pi).
@@ -145,8 +160,8 @@ def vary_by_steps(p, support, start, end, w, work, second) -> None:
             sine, cosine = sincos_turns(turn)
             force = force_of_angle(p, sigma, sine, cosine, second)
             taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
-            unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
-            vary_step(p, work.c, unit, dt, ends, work.z)
+            unit = unit_force(p, sigma, sine, cosine, second)
+            vary_step(p, work.c, unit, dt, ends, work.z, second)
             y, w = motion(work.c, 1.0, dt)
     ends[1, BY_NU] += w / p.nu
 
@@ -164,7 +179,8 @@ def vary_in_one_step(p, support, sine, cosine, dt, w, reach, ends, second) -> No
     for limit, enough in SHORT_DEGREES:
         if reach < limit:
             degree = enough
-    term, term_next = first_terms(Force(sigma * sine, sigma * cosine, 0.0, 0.0), p.nu * dt)
+    unit = unit_force(p, sigma, sine, cosine, second)
+    term, term_next = first_terms(unit, p.nu * dt)
     other, other_next = 0.0, 0.0
     if second is not None:
         force = force_of_angle(p, sigma, sine, cosine, second)
@@ -202,6 +218,27 @@ def vary_in_one_step(p, support, sine, cosine, dt, w, reach, ends, second) -> No
     ends[0, BY_LOAD], ends[0, BY_NU], ends[0, BY_H], ends[0, BY_F] = g, n_end, h_end, f_end
     ends[1, BY_LOAD], ends[1, BY_NU] = e12, (n_rate + rate * by_nu) * per
     ends[1, BY_H], ends[1, BY_F] = h_rate * per, f_rate * per
+    if second is not None:
+        vary_by_second(p, unit, dt, degree, ends)
+
+
+@jit
+def vary_by_second(p, unit, dt, degree, ends) -> None:
+    """Fill the variations by f2 and phi2 at the end of a step, by polynomials of a degree; unit : `unit_force`."""
+    square, damped, twice = dt * dt, p.h * dt, 2.0 * p.nu * dt
+    per = 1.0 / dt if dt > 0.0 else 0.0
+    for v in range(BY_F2, WITH_SECOND):
+        if v == BY_F2:
+            term, term_next = first_terms_of_second(unit, twice)
+        else:
+            term, term_next = first_terms_of_phase(p, unit, twice)
+        c0, c1, end, rate = 0.0, 0.0, 0.0, 0.0
+        for n in range(degree - 1):
+            c2 = square * FACTORS[n] * (term - c0) - damped * SHARES[n] * c1
+            end, rate = end + c2, rate + (n + 2) * c2
+            c0, c1 = c1, c2
+            term, term_next = term_next, next_term(term, twice, FACTORS[n])
+        ends[0, v], ends[1, v] = end, rate * per
 
 
 @jit
@@ -255,7 +292,7 @@ def vary_flight(p, support, start, sine, cosine, end, w, work, second=None) -> N
         Rate of the distance from the support at the start.
     work : Workspace
         `ends` is filled with the derivatives of distance and rate at the end: by those at the start, by a constant
-        load, and by nu, h and f at fixed phases.
+        load, and by nu, h, f, f2 and phi2 at fixed phases.
     second : int or None
         The effect `second_harmonic`; with it there is no closed form.
     """
@@ -291,4 +328,8 @@ def by_parameter(support, ends, part, k):
         total += ends[part, BY_H]
     elif k == F:
         total += ends[part, BY_F]
+    elif k == F2:
+        total += ends[part, BY_F2]
+    elif k == PHI2:
+        total += ends[part, BY_PHI2]
     return total

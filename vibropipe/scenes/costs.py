@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler.cache import cache_root
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
 from vibropipe.words.vocabulary import physical_name
@@ -171,11 +172,14 @@ def grid_size(scene: BaseScene) -> str:
 
 
 def steady_bytes(
-    outputs: Iterable[str], harmonics: int, impacts: float = USUAL_IMPACTS, pieces: bool = False
+    outputs: Iterable[str],
+    harmonics: int,
+    impacts: float = USUAL_IMPACTS,
+    effects: Effects = ALL_EFFECTS,
 ) -> float:
     """Return the bytes of one steady state with some outputs and a number of impacts.
 
-    pieces : whether with soft supports or friction, which has derivatives by more parameters
+    effects : those that the scene calls for, of which some have derivatives by more parameters
     """
     costs = {
         "harmonics": 2 * 8 + 4 * 8 * harmonics + ERROR_BYTES * (1 + 2 * harmonics),
@@ -195,7 +199,7 @@ def steady_bytes(
     )
     if "sensitivity" in requested:
         # here, since it imports numba, which a command that only reads studies does not need
-        from vibropipe.physics.derivatives import DIFFERENTIATED, DIFFERENTIATED_PIECES
+        from vibropipe.physics.derivatives import differentiated_by
 
         # A derivative by each parameter beside every number that has one.
         numbers = {
@@ -207,7 +211,8 @@ def steady_bytes(
             "lyapunov": 1,
         }
         own = 2 + sum(numbers.get(output, 0) for output in requested)
-        size += 8 * len(DIFFERENTIATED_PIECES if pieces else DIFFERENTIATED) * own
+        by = differentiated_by(effects.has_pieces, effects.second_harmonic is not None)
+        size += 8 * len(by) * own
     return size
 
 

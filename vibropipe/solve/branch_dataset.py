@@ -227,9 +227,9 @@ def solve_points(
     listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
     # Derivatives follow from the impacts, requested or not.
     has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)
-    out = new_rows(rows, harmonics, outputs, listed if has_impacts else None)
-    log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     e = all_effects(columns_of(parameters))
+    out = new_rows(rows, harmonics, outputs, listed if has_impacts else None, e)
+    log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         e, parameters, sequence.m, sequence.supports, unknowns, log, c,
         np.empty(2 * n + 2), out,

@@ -113,7 +113,7 @@ def solve_branch_of_pieces(
     march_room = new_march_room(effects)
     size = CAPACITY * n
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
-    out = new_rows(n, harmonics, outputs, listed, True)
+    out = new_rows(n, harmonics, outputs, listed, effects)
     write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
     rows = with_errors_of_pieces(compact_impacts(out), parameters, effects, march_room[0].pieces)
     add_load(rows, parameters[:, LOAD])

@@ -11,6 +11,7 @@ from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.errors import COLUMNS
 from vibropipe.orbits.sensitivity.rows import new_derivatives
 from vibropipe.orbits.window import LISTED_PERIODS
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.words.outputs import OUTPUTS
 
@@ -44,7 +45,7 @@ def new_rows(
     harmonics: int,
     outputs: tuple[str, ...],
     buffer: ImpactBuffer | None = None,
-    pieces: bool = False,
+    effects: Effects = ALL_EFFECTS,
 ) -> RowResults:
     """Return empty results of n rows.
 
@@ -59,9 +60,11 @@ def new_rows(
     buffer : ImpactBuffer, optional
         Buffer for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
         listed if the output is requested.
-    pieces : bool
-        Whether motions have soft supports or friction: one more term of the energy balance, and more derivatives.
+    effects : Effects
+        Soft supports or friction have one more term of the energy balance and, as a second harmonic has, derivatives by
+        more parameters.
     """
+    pieces, second = effects.has_pieces, effects.second_harmonic
     requested = {name: name in outputs for name in OUTPUTS}
 
     def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
@@ -97,7 +100,9 @@ def new_rows(
         exponent=zeros(2, when="lyapunov"),
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
-        **new_derivatives(n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces),
+        **new_derivatives(
+            n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces, second
+        ),
     )
 
 

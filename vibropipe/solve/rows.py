@@ -121,8 +121,7 @@ class _Solver:
         pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
         # The error of an orbit follows from its impacts, requested or not, so they always have room.
         buffer = self.of_thread.buffer
-        has_pieces = self.effects.has_pieces
-        out = new_rows(len(values), self.harmonics, self.outputs, buffer, has_pieces)
+        out = new_rows(len(values), self.harmonics, self.outputs, buffer, self.effects)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
         limits = self.max_periods, self.patience

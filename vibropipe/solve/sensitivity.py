@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.polar import polar_derivatives
-from vibropipe.physics.derivatives import DIFFERENTIATED_PIECES, NU
+from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+# Parameters of derivatives by their number: those of every combination of effects differ in it.
+NAMES = {
+    len(names): names
+    for names in (differentiated_by(*effects) for effects in product((False, True), repeat=2))
+}
 
 
 def differentiated(variables: Variables) -> tuple[str, ...]:
     """Return the parameters by which labelled rows are differentiated; none without the output `sensitivity`."""
     for dims, values in variables.values():
         if dims[-1] == PARAMETER:
-            return DIFFERENTIATED_PIECES[: values.shape[-1]]
+            return NAMES[values.shape[-1]]
     return ()
 
 

@@ -96,8 +96,9 @@ def steady_state(
             With the output sensitivity: the derivative, by each parameter, of the state at the start of the orbit and
             of the quantities of harmonics, impacts, stability, energy, subharmonics and lyapunov that are requested
             beside it, exact by the implicit function theorem. NaN where there is none: without an orbit, or with one
-            that is not isolated, at a grazing, a fold or a pitchfork. With soft supports or friction also by k1, k2,
-            h1, h2 and friction: NaN by the stiffness of a rigid support, and by a friction of 0.
+            that is not isolated, at a grazing, a fold or a pitchfork. With a second harmonic also by f2 and phi2;
+            with soft supports or friction by k1, k2, h1, h2 and friction: NaN by the stiffness of a rigid support, and
+            by a friction of 0.
         residual
             Residual of the return map, relative to the norm of the motion.
         energy_input, energy_damping, energy_impact (support), energy_residual

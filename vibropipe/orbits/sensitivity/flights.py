@@ -17,9 +17,9 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import (
-    N_PARAMETERS,
     distance_derivative,
     gap_acceleration_derivative,
+    n_parameters,
     restitution_derivative,
 )
 from vibropipe.physics.load import (
@@ -31,7 +31,7 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI, sincos_turns
-from vibropipe.physics.variation import BY_W, BY_Y, VARIATIONS, by_parameter, vary_flight
+from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations, vary_flight
 
 # Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the
 # orbit is not isolated.
@@ -58,6 +58,8 @@ class Contacts(NamedTuple):
 class Flights(NamedTuple):
     """The flights of an orbit, each with the impact that ends it, in the order in which impacts are stored.
 
+    Derivatives are by `n_parameters` and `n_variations`.
+
     Attributes
     ----------
     home, support : (n,) int
@@ -72,11 +74,11 @@ class Flights(NamedTuple):
         Acceleration of the distance from `home`, and its derivative by the phase through the force.
     transfer : (n, 4) float
         Derivative of (end, speed) by those of the impact before.
-    source : (n, 2, N_PARAMETERS) float
+    source : (n, 2, parameters) float
         Derivative of (end, speed) by the parameters at a fixed impact before.
-    d_start, d_end, d_speed : (n, N_PARAMETERS) float
+    d_start, d_end, d_speed : (n, parameters) float
         Derivatives along the orbit; d_start of a released flight is that of its release.
-    ends : (n, 2, VARIATIONS) float
+    ends : (n, 2, variations) float
         Variations at the ends of flights (`vary_flight`).
     before : (n, 4) float
         Products of the transfers of all flights before.
@@ -101,14 +103,14 @@ class Flights(NamedTuple):
 
 
 @jit_allocating
-def new_flights(n):
-    """Return `Flights` of n impacts, not filled."""
-    by = N_PARAMETERS
+def new_flights(n, second):
+    """Return `Flights` of n impacts, not filled; second : int or None, the effect `second_harmonic`."""
+    by = n_parameters(second)
     return Flights(
         np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n),
         np.empty(n), np.empty(n, np.int64), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 4)),
         np.empty((n, 2, by)), np.empty((n, by)), np.empty((n, by)), np.empty((n, by)),
-        np.empty((n, 2, VARIATIONS)), np.empty((n, 4)),
+        np.empty((n, 2, n_variations(second))), np.empty((n, 4)),
     )  # fmt: skip
 
 
@@ -171,7 +173,7 @@ def fill_transfer(p, flights, j, sine, cosine, work, second):
     vary_flight(p, home, start, sine, cosine, end, w0, work, second)
     ends = flights.ends[j]
     for part in range(2):
-        for v in range(VARIATIONS):
+        for v in range(n_variations(second)):
             ends[part, v] = work.ends[part, v]
     period, lands_home = forcing_period(p), flights.support[j] == home
     sign = -1.0 if lands_home else 1.0
@@ -196,7 +198,7 @@ def fill_transfer(p, flights, j, sine, cosine, work, second):
     transfer[1] = -restitution * ends[0, BY_W] * share
     transfer[2] = sign * (-by_time_w + a1 * transfer[0]) * period
     transfer[3] = sign * (restitution * ends[1, BY_W] + a1 * period * transfer[1])
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         d_departure = before * restitution_derivative(home, k)
         target = 0.0 if lands_home else distance_derivative(k)
         y = by_parameter(home, ends, 0, k) + ends[0, BY_W] * d_departure
@@ -208,7 +210,7 @@ def fill_transfer(p, flights, j, sine, cosine, work, second):
 
 
 @jit_inline
-def follow_derivatives(flights, again=False) -> None:
+def follow_derivatives(flights, second, again=False) -> None:
     """Follow the derivatives of the last impact along the orbit, to the last impact again.
 
     What follows a release does not depend on the last impact: `again`, after a first time, ends there.
@@ -222,7 +224,7 @@ def follow_derivatives(flights, again=False) -> None:
         t = flights.transfer[j]
         t11, t12, t21, t22 = t[0], t[1], t[2], t[3]
         if flights.released[j] == 0:
-            for k in range(N_PARAMETERS):
+            for k in range(n_parameters(second)):
                 flights.d_start[j, k] = flights.d_end[i, k]
         for k in range(parameters):
             turn, speed = flights.d_end[i, k], flights.d_speed[i, k]
@@ -268,8 +270,9 @@ def vary_orbit(p, contacts, m, flights, work, second) -> bool:
         if flights.released[j] == 1:
             # The gap acceleration stays zero at the release.
             jerk = flights.at_start[j, 1]
-            for k in range(N_PARAMETERS):
-                change = gap_acceleration_derivative(flights.home[j], flights.start[j], 0.0, k)
+            home, start = flights.home[j], flights.start[j]
+            for k in range(n_parameters(second)):
+                change = gap_acceleration_derivative(p, home, start, 0.0, k, second)
                 flights.d_start[j, k] = -change / jerk
         t = flights.transfer[j]
         m11, m12, m21, m22 = product(t[0], t[1], t[2], t[3], m11, m12, m21, m22)
@@ -278,15 +281,15 @@ def vary_orbit(p, contacts, m, flights, work, second) -> bool:
     if not abs(determinant) > SINGULAR * scale:
         return False
     last = n - 1
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         flights.d_end[last, k] = flights.d_speed[last, k] = 0.0
-    follow_derivatives(flights)
-    for k in range(N_PARAMETERS):
+    follow_derivatives(flights, second)
+    for k in range(n_parameters(second)):
         turn, speed = flights.d_end[last, k], flights.d_speed[last, k]
         flights.d_end[last, k] = ((1.0 - m22) * turn + m12 * speed) / determinant
         flights.d_speed[last, k] = (m21 * turn + (1.0 - m11) * speed) / determinant
-    follow_derivatives(flights, again=True)
+    follow_derivatives(flights, second, again=True)
     total = 0.0
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         total += abs(flights.d_end[last, k]) + abs(flights.d_speed[last, k])
     return total < math.inf

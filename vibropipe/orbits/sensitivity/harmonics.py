@@ -10,27 +10,30 @@ from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import (
-    N_PARAMETERS,
     NU,
     F,
     H,
     gap_acceleration,
     gap_acceleration_derivative,
+    is_of_second,
+    n_parameters,
     restitution_derivative,
     support_derivative,
 )
 from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
 from vibropipe.physics.load import (
-    Force,
     constant_load,
     force_at,
     force_of_angle,
     force_slope,
     forcing_period,
+    unit_force,
 )
 from vibropipe.physics.load_harmonics import (
     reaction_difference,
     reaction_integral,
+    reaction_of_second,
+    second_amplitude_derivative,
     with_force,
 )
 from vibropipe.physics.quotient import divide
@@ -38,9 +41,9 @@ from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,
-    VARIATIONS,
     begin_variations,
     by_parameter,
+    n_variations,
     steps_of_flight,
     vary_step,
 )
@@ -83,7 +86,7 @@ def chatter_after(p, support, turn, speed, second):
 
 
 @jit_inline
-def chatter_derivatives(p, chatter, support, turn, speed, d_turn, d_speed, k):
+def chatter_derivatives(p, chatter, support, turn, speed, d_turn, d_speed, k, second):
     """Return the derivatives of duration and impulse of a chatter by parameter k, from those of its impact."""
     r, w, g = chatter.restitution, chatter.departure, chatter.push
     dr = restitution_derivative(support, k)
@@ -92,7 +95,8 @@ def chatter_derivatives(p, chatter, support, turn, speed, d_turn, d_speed, k):
         return 0.0, 0.0
     if r >= 1.0:
         return 0.0, dw
-    dg = p.h * dw - gap_acceleration_derivative(support, turn, w, k) - chatter.slope * d_turn
+    by_gap = gap_acceleration_derivative(p, support, turn, w, k, second)
+    dg = p.h * dw - by_gap - chatter.slope * d_turn
     d_duration = 2.0 * (dw - w * dg / g + w * dr / lost) / (g * lost * forcing_period(p))
     if k == NU:
         d_duration += chatter.duration / p.nu
@@ -110,11 +114,11 @@ def add_impulse(p, impulse, turn, m, changes, total, d_total) -> None:
         Change of x', and phase.
     m : int
         Denominator of the frequencies.
-    changes : (3, N_PARAMETERS) float
+    changes : (3, parameters) float
         Derivatives of impulse and phase.
     total : (harmonics + 1,) complex
         Increased as by `orbits.harmonics.add_support_forces`.
-    d_total : (harmonics + 1, 2, N_PARAMETERS) float
+    d_total : (harmonics + 1, 2, parameters) float
         Increased by the derivatives, real and imaginary parts apart.
     """
     rotation, power = phase_factor(turn / m), complex(1.0, 0.0)
@@ -150,10 +154,10 @@ def add_rest(p, length, flights, j, m, changes, total, d_total, second) -> None:
     start = turn + chatter.duration
     # The support force at the release is zero, so its phase does not count.
     force = -sigma * gap_acceleration(p, support, start, 0.0, 0.0, second)
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         d_turn, d_speed = flights.d_end[i, k], flights.d_speed[i, k]
         d_duration, d_impulse = chatter_derivatives(
-            p, chatter, support, turn, speed, d_turn, d_speed, k
+            p, chatter, support, turn, speed, d_turn, d_speed, k, second
         )
         changes[0, k], changes[1, k] = sigma * d_impulse, d_turn + 0.5 * d_duration
         changes[2, k] = force * (d_turn + d_duration)
@@ -163,10 +167,13 @@ def add_rest(p, length, flights, j, m, changes, total, d_total, second) -> None:
         held, at_start = phase_integral(q / m, start, release), phase_factor(start * q / m)
         reaction = reaction_integral(p, q, m, start, release)
         total[q] += support_position(p, support) * held + reaction
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             change = support_derivative(support, k) * held - changes[2, k] * at_start
             if k == F:
                 change += complex(0.0, 0.5) * reaction_difference(q, m, start, release)
+            if second is not None and is_of_second(k):
+                by_force = second_amplitude_derivative(p, k)
+                change -= reaction_of_second(by_force, q, m, start, release)
             d_total[q, 0, k] += change.real
             d_total[q, 1, k] += change.imag
 
@@ -189,7 +196,7 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total, seco
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
         sigma, r = -1.0 if support == 1 else 1.0, restitution_at(p, support)
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             change = (1.0 + r) * flights.d_speed[j, k] + restitution_derivative(support, k) * speed
             changes[0, k], changes[1, k] = sigma * change, flights.d_end[j, k]
         add_impulse(p, sigma * (1.0 + r) * speed, flights.end[j], m, changes, total, d_total)
@@ -198,11 +205,11 @@ def add_support_derivatives(p, length, flights, m, changes, total, d_total, seco
 
 
 @jit
-def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
+def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> None:
     """Convert sums of support forces to amplitudes X(k nu/m), in place, and their derivatives to those of amplitudes.
 
     Those near resonance are converted nonetheless; `replace_resonant_derivatives` computes them anew.
-    d_amplitudes : (harmonics + 1, N_PARAMETERS) complex.
+    d_amplitudes : (harmonics + 1, parameters) complex.
     """
     share = 1.0 / length
     for q in range(total.size):
@@ -211,7 +218,7 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
         x = divide(with_force(p, q, m, total[q] * share), stiffness)
         total[q] = x
         compliance = divide(complex(1.0, 0.0), stiffness)
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             change = complex(d_total[q, 0, k], d_total[q, 1, k]) * share
             if k == NU:
                 change -= x * complex(-2.0 * w * q / m, p.h * q / m)
@@ -219,6 +226,8 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes) -> None:
                 change -= x * complex(0.0, w)
             elif k == F and forced:
                 change += complex(0.0, -0.5)
+            elif second is not None and is_of_second(k) and q == 2 * m:
+                change += second_amplitude_derivative(p, k)
             d_amplitudes[q, k] = change * compliance
 
 
@@ -229,13 +238,13 @@ def _integrate_flight(p, flights, j, cycles, work, sums, second):
     Returns
     -------
     complex
-        Of the distance from the support that is left; `sums` (VARIATIONS,) complex receives those of the variations.
+        Of the distance from the support that is left; `sums` (variations,) complex receives those of the variations.
     """
     home, start, end, w = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
     begin_variations(p, w, work.ends)
     sigma = -1.0 if home == 1 else 1.0
     load, y, total = constant_load(sigma, support_position(p, home)), 0.0, complex(0.0, 0.0)
-    for v in range(VARIATIONS):
+    for v in range(n_variations(second)):
         sums[v] = 0.0
     steps = steps_of_flight(p, start, end, second)
     dt = (end - start) * forcing_period(p) / steps
@@ -244,13 +253,13 @@ def _integrate_flight(p, flights, j, cycles, work, sums, second):
         sine, cosine = sincos_turns(turn)
         force = force_of_angle(p, sigma, sine, cosine, second)
         taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
-        unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
-        vary_step(p, work.c, unit, dt, work.ends, work.z)
+        unit = unit_force(p, sigma, sine, cosine, second)
+        vary_step(p, work.c, unit, dt, work.ends, work.z, second)
         for g in range(NODES.size):
             at = turn + NODES[g] * (end - start) / steps
             weight = phase_factor(cycles * at) * (WEIGHTS[g] * (end - start) / steps)
             total += displacement(work.c, DEGREE, NODES[g]) * weight
-            for v in range(VARIATIONS):
+            for v in range(n_variations(second)):
                 value = work.z[DEGREE, v]
                 for n in range(DEGREE - 1, -1, -1):
                     value = value * NODES[g] + work.z[n, v]
@@ -272,7 +281,7 @@ def replace_resonant_derivatives(
     length : int
         Period multiple of the orbit.
     work : Workspace
-    sums : (2, VARIATIONS) complex
+    sums : (2, variations) complex
         Work space.
     total, d_amplitudes
         As `divide_derivatives` leaves them.
@@ -282,7 +291,7 @@ def replace_resonant_derivatives(
         if abs(dynamic_stiffness(p, q, m)) >= RESONANT:
             continue
         total[q] = 0.0
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             d_amplitudes[q, k] = 0.0
         for j in range(flights.speed.size):
             home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
@@ -296,7 +305,7 @@ def replace_resonant_derivatives(
             total[q] += (support_position(p, home) * held + sigma * value) * share
             a0 = flights.at_start[j, 0]
             by_time = (sums[0, BY_Y] * w0 + sums[0, BY_W] * a0) * period
-            for k in range(N_PARAMETERS):
+            for k in range(n_parameters(second)):
                 change = by_parameter(home, sums, 0, k)
                 if not released:
                     dw0 = restitution_at(p, home) * flights.d_speed[i, k]

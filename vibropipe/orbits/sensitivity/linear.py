@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit
-from vibropipe.physics.derivatives import N_PARAMETERS, NU, F, H, support_derivative
+from vibropipe.physics.derivatives import F2, NU, F, H, is_of_second, support_derivative
 from vibropipe.physics.linear import (
     linear_amplitude,
     linear_multipliers,
     second_linear_amplitude,
 )
 from vibropipe.physics.load import forcing_period
-from vibropipe.physics.load_harmonics import work_of_second
+from vibropipe.physics.load_harmonics import (
+    second_amplitude_derivative,
+    work_at_second,
+    work_of_second,
+)
 from vibropipe.physics.quotient import divide
 
 
@@ -37,6 +41,15 @@ def linear_amplitude_derivative(p, k):
 
 
 @jit
+def second_linear_amplitude_derivative(p, k):
+    """Return the derivative of `second_linear_amplitude` by parameter k."""
+    if is_of_second(k):
+        stiffness = complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), p.h * (2.0 * p.nu))
+        return divide(second_amplitude_derivative(p, k), stiffness)
+    return amplitude_derivative(p, second_linear_amplitude(p), 2.0, k)
+
+
+@jit
 def linear_roots(p):
     """Return the roots of s^2 + h s + 1 = 0 and their derivatives by h, in the order of `linear_multipliers`."""
     b = 0.5 * p.h
@@ -58,11 +71,11 @@ def write_linear(p, out, row) -> None:
     first, second, first_h, second_h = linear_roots(p)
     multipliers = linear_multipliers(p)
     amplitude, amplitude_2 = linear_amplitude(p), second_linear_amplitude(p)
-    for k in range(N_PARAMETERS):
-        x, x2 = linear_amplitude_derivative(p, k), amplitude_derivative(p, amplitude_2, 2.0, k)
+    for k in range(out.d_section.shape[2]):
+        x, x2 = linear_amplitude_derivative(p, k), second_linear_amplitude_derivative(p, k)
         out.d_section[row, 0, k] = 2.0 * x.real
         out.d_section[row, 1, k] = -2.0 * (p.nu * x.imag + (amplitude.imag if k == NU else 0.0))
-        if p.f2 != 0.0:
+        if p.f2 != 0.0 or k == F2:
             out.d_section[row, 0, k] += 2.0 * x2.real
             out.d_section[row, 1, k] -= 4.0 * p.nu * x2.imag
             out.d_section[row, 1, k] -= 4.0 * amplitude_2.imag if k == NU else 0.0
@@ -88,6 +101,8 @@ def write_linear(p, out, row) -> None:
                 work -= 2.0 * math.pi * amplitude.real
             if p.f2 != 0.0:
                 work += work_of_second(p, x2)
+            if is_of_second(k):
+                work += work_at_second(p, second_amplitude_derivative(p, k), amplitude_2)
             out.d_energy[row, 0, k] = out.d_energy[row, 1, k] = work
             out.d_energy[row, 2, k] = out.d_energy[row, 3, k] = 0.0
 
@@ -95,7 +110,7 @@ def write_linear(p, out, row) -> None:
 @jit
 def write_held(support, out, row) -> None:
     """Write the derivatives of a mass that rests on a support for ever."""
-    for k in range(N_PARAMETERS):
+    for k in range(out.d_section.shape[2]):
         out.d_section[row, 0, k], out.d_section[row, 1, k] = support_derivative(support, k), 0.0
         if out.d_amplitudes.size > 0:
             out.d_amplitudes[row, :, k] = 0.0

@@ -11,11 +11,11 @@ import math
 from vibropipe.compiler import jit_inline
 from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.derivatives import (
-    N_PARAMETERS,
     NU,
     H,
     distance_derivative,
     gap_acceleration_derivative,
+    n_parameters,
     restitution_derivative,
 )
 from vibropipe.physics.free_flow_by_h import free_flow_by_h
@@ -36,7 +36,7 @@ def transfer_in_tau(p, flights, j):
 
 
 @jit_inline
-def add_trace_derivative(p, flights, j, others, slopes) -> None:
+def add_trace_derivative(p, flights, j, others, slopes, second) -> None:
     """Add what flight j contributes to the derivatives of the trace.
 
     Parameters
@@ -47,8 +47,10 @@ def add_trace_derivative(p, flights, j, others, slopes) -> None:
     j : int
     others : tuple of 4 floats
         Product of the transfers of all other flights, from j + 1 round to j - 1.
-    slopes : (N_PARAMETERS,) float
+    slopes : (parameters,) float
         Increased.
+    second : int or None
+        The effect `second_harmonic`.
     """
     home, start, end, w0 = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
     i = j - 1 if j > 0 else flights.speed.size - 1
@@ -60,7 +62,7 @@ def add_trace_derivative(p, flights, j, others, slopes) -> None:
     e11, e12, e21, e22 = ends[0, BY_Y], ends[0, BY_W], ends[1, BY_Y], ends[1, BY_W]
     h11, h12, h21, h22 = free_flow_by_h(p.h, (end - start) * period)
     b11, b12 = (e11 * w0 + e12 * a0) / w1, -r * e12 / w1
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         dt = (flights.d_end[j, k] - flights.d_start[j, k]) * period
         if k == NU:
             dt -= (end - start) * period / p.nu
@@ -70,9 +72,9 @@ def add_trace_derivative(p, flights, j, others, slopes) -> None:
         dr = restitution_derivative(home, k)
         dw0 = r * flights.d_speed[i, k] + dr * flights.speed[i]
         dw1 = sign * flights.d_speed[j, k]
-        da0 = gap_acceleration_derivative(home, start, w0, k) - p.h * dw0
+        da0 = gap_acceleration_derivative(p, home, start, w0, k, second) - p.h * dw0
         da0 += flights.at_start[j, 1] * flights.d_start[j, k]
-        da1 = gap_acceleration_derivative(home, end, w1, k) - p.h * dw1
+        da1 = gap_acceleration_derivative(p, home, end, w1, k, second) - p.h * dw1
         da1 += flights.at_end[j, 1] * flights.d_end[j, k]
         if not lands_home:
             da1 -= distance_derivative(k)
@@ -85,10 +87,10 @@ def add_trace_derivative(p, flights, j, others, slopes) -> None:
 
 
 @jit_inline
-def fill_trace_derivatives(p, flights, slopes):
-    """Fill the derivatives of the trace of the return map's derivative (N_PARAMETERS,), and return the trace."""
+def fill_trace_derivatives(p, flights, slopes, second):
+    """Fill the derivatives of the trace of the return map's derivative (parameters,), and return the trace."""
     n = flights.speed.size
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         slopes[k] = 0.0
     m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
     for j in range(n):
@@ -101,7 +103,7 @@ def fill_trace_derivatives(p, flights, slopes):
     for j in range(n - 1, -1, -1):
         before = flights.before[j]
         others = product(before[0], before[1], before[2], before[3], m11, m12, m21, m22)
-        add_trace_derivative(p, flights, j, others, slopes)
+        add_trace_derivative(p, flights, j, others, slopes, second)
         b = transfer_in_tau(p, flights, j)
         m11, m12, m21, m22 = product(m11, m12, m21, m22, b[0], b[1], b[2], b[3])
     return trace
@@ -124,30 +126,30 @@ def determinant_and_derivative(p, m, flights, k):
 
 
 @jit_inline
-def fill_multipliers(p, m, flights, slopes, values, derivatives) -> None:
-    """Fill both multipliers of an orbit, the larger first, and their derivatives: (2,) and (2, N_PARAMETERS) complex.
+def fill_multipliers(p, m, flights, slopes, values, derivatives, second) -> None:
+    """Fill both multipliers of an orbit, the larger first, and their derivatives: (2,) and (2, parameters) complex.
 
-    Zero with a rest; derivatives are NaN where both multipliers are equal. slopes (N_PARAMETERS,) is work space.
+    Zero with a rest; derivatives are NaN where both multipliers are equal. slopes (parameters,) is work space.
     """
     for j in range(flights.speed.size):
         if flights.released[j] == 1:
             values[:] = 0.0
             derivatives[:] = 0.0
             return
-    half = 0.5 * fill_trace_derivatives(p, flights, slopes)
+    half = 0.5 * fill_trace_derivatives(p, flights, slopes, second)
     determinant, _slope = determinant_and_derivative(p, m, flights, 0)
     square = half * half - determinant
     first = complex(half, math.sqrt(max(-square, 0.0)))
-    second = first.conjugate()
+    other = first.conjugate()
     if square >= 0.0:
         first = complex(half + math.copysign(math.sqrt(square), half), 0.0)
-        second = divide(complex(determinant, 0.0), first)
-    values[0], values[1] = first, second
-    difference = first - second
+        other = divide(complex(determinant, 0.0), first)
+    values[0], values[1] = first, other
+    difference = first - other
     if not abs(difference) > DOUBLE * abs(first):
         difference = complex(math.nan, math.nan)
     share = divide(complex(1.0, 0.0), difference)
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         _size, slope = determinant_and_derivative(p, m, flights, k)
         derivatives[0, k] = (first * slopes[k] - slope) * share
-        derivatives[1, k] = (slope - second * slopes[k]) * share
+        derivatives[1, k] = (slope - other * slopes[k]) * share

@@ -22,28 +22,34 @@ from vibropipe.orbits.sensitivity.harmonics import (
 )
 from vibropipe.orbits.sensitivity.multipliers import fill_multipliers
 from vibropipe.physics.derivatives import (
-    N_PARAMETERS,
     NU,
     F,
+    is_of_second,
+    n_parameters,
     restitution_derivative,
     support_derivative,
 )
 from vibropipe.physics.load import forcing_period
-from vibropipe.physics.load_harmonics import work_of_second
+from vibropipe.physics.load_harmonics import (
+    second_amplitude_derivative,
+    work_at_second,
+    work_of_second,
+)
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,
-    VARIATIONS,
     Workspace,
     by_parameter,
+    n_variations,
     new_workspace,
     vary_flight,
 )
 
-# Relative difference of two velocities below which they are one, and of their derivatives above which they part.
-TIE, PARTED = 1e-11, 1e-6
+# Relative difference of two velocities below which they are one, and of their derivatives above which they part; share
+# of the velocity below which a difference of its derivatives is rounding.
+TIE, PARTED, ROUNDED = 1e-11, 1e-6, 1e-12
 
 
 class Differentiation(NamedTuple):
@@ -53,13 +59,13 @@ class Differentiation(NamedTuple):
     ----------
     work : Workspace
     flights : Flights
-    changes : (3, N_PARAMETERS) float
+    changes : (3, parameters) float
     values : (2,) complex
-    derivatives : (3, N_PARAMETERS) complex
-    sums : (2, VARIATIONS) complex
+    derivatives : (3, parameters) complex
+    sums : (2, variations) complex
     totals : (n,) complex
         n the largest number of amplitudes.
-    d_totals : (n, 2, N_PARAMETERS) float
+    d_totals : (n, 2, parameters) float
     """
 
     work: Workspace
@@ -73,20 +79,21 @@ class Differentiation(NamedTuple):
 
 
 @jit_allocating
-def new_differentiation(out, impacts):
+def new_differentiation(out, impacts, second):
     """Return work arrays for the derivatives in `out`, of orbits of so many impacts."""
+    by = n_parameters(second)
     totals = max(3, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
     return Differentiation(
-        new_workspace(), new_flights(impacts), np.empty((3, N_PARAMETERS)),
-        np.empty(2, np.complex128), np.empty((3, N_PARAMETERS), np.complex128),
-        np.empty((2, VARIATIONS), np.complex128), np.empty(totals, np.complex128),
-        np.empty((totals, 2, N_PARAMETERS)),
+        new_workspace(second), new_flights(impacts, second), np.empty((3, by)),
+        np.empty(2, np.complex128), np.empty((3, by), np.complex128),
+        np.empty((2, n_variations(second)), np.complex128), np.empty(totals, np.complex128),
+        np.empty((totals, 2, by)),
     )  # fmt: skip
 
 
 @jit_inline
 def write_section(p, flights, work, section, second) -> None:
-    """Write the derivatives of the state at the start of the orbit into (2, N_PARAMETERS)."""
+    """Write the derivatives of the state at the start of the orbit into (2, parameters)."""
     home, start, w0 = flights.home[0], flights.start[0], flights.departure[0]
     released = flights.released[0] == 1
     sigma, i = -1.0 if home == 1 else 1.0, flights.speed.size - 1
@@ -95,7 +102,7 @@ def write_section(p, flights, work, section, second) -> None:
         sine, cosine = sincos_turns(start)
         vary_flight(p, home, start, sine, cosine, 0.0, w0, work, second)
     ends, a0, period = work.ends, flights.at_start[0, 0], forcing_period(p)
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         section[0, k], section[1, k] = support_derivative(home, k), 0.0
         if is_held:
             continue
@@ -111,7 +118,7 @@ def write_section(p, flights, work, section, second) -> None:
 
 @jit_inline
 def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes, second):
-    """Write the derivatives of the amplitudes X(k nu/denominator) into (harmonics + 1, N_PARAMETERS) complex.
+    """Write the derivatives of the amplitudes X(k nu/denominator) into (harmonics + 1, parameters) complex.
 
     `room.totals` receives the amplitudes.
     """
@@ -120,33 +127,36 @@ def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes, 
     total[:] = 0.0
     d_total[:] = 0.0
     add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total, second)
-    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes)
+    divide_derivatives(p, denominator, m, total, d_total, d_amplitudes, second)
     replace_resonant_derivatives(
         p, denominator, m, flights, room.work, room.sums, total, d_amplitudes, second
     )
 
 
 @jit_inline
-def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy, second) -> None:
-    """Write the derivatives of work of the force and losses by damping and supports into (4, N_PARAMETERS).
+def write_energy_derivatives(p, m, flights, amplitudes, d_amplitudes, energy, second) -> None:
+    """Write the derivatives of work of the force and losses by damping and supports into (4, parameters).
 
-    `amplitude` is X(nu), d_amplitudes (3 or more, N_PARAMETERS) as of `write_amplitude_derivatives`; without a second
-    harmonic 2 suffice.
+    `amplitudes` (3 or more,) and d_amplitudes (3 or more, parameters) as of `write_amplitude_derivatives`; without a
+    second harmonic 2 suffice.
     """
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         # The work over a forcing period is -2 pi f Re X(nu).
         energy[0, k] = -2.0 * math.pi * m * p.f * d_amplitudes[1, k].real
         if second is not None:
             # It is linear in X(2 nu), and nu cancels.
             energy[0, k] += m * work_of_second(p, d_amplitudes[2, k])
+            if is_of_second(k):
+                by_force = second_amplitude_derivative(p, k)
+                energy[0, k] += m * work_at_second(p, by_force, amplitudes[2])
         energy[2, k] = energy[3, k] = 0.0
-    energy[0, F] -= 2.0 * math.pi * m * amplitude.real
+    energy[0, F] -= 2.0 * math.pi * m * amplitudes[1].real
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
         r, i, home = restitution_at(p, support), j - 1, flights.home[j]
         if j == 0:
             i = flights.speed.size - 1
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             dr, change = restitution_derivative(support, k), flights.d_speed[j, k]
             lost = (1.0 - r) * (1.0 + r) * speed * change - r * dr * speed * speed
             energy[1 + support, k] += lost
@@ -155,16 +165,16 @@ def write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy, sec
                 w = restitution_at(p, home) * flights.speed[i]
                 dw = restitution_at(p, home) * flights.d_speed[i, k]
                 energy[1 + home, k] += w * (dw + restitution_derivative(home, k) * flights.speed[i])
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         energy[1, k] = energy[0, k] - energy[2, k] - energy[3, k]
 
 
 @jit_inline
-def write_stability_derivatives(p, m, flights, room, out, row) -> None:
+def write_stability_derivatives(p, m, flights, room, out, row, second) -> None:
     """Write the derivatives of multipliers and Lyapunov exponent of an orbit."""
-    fill_multipliers(p, m, flights, room.changes[0], room.values, room.derivatives)
+    fill_multipliers(p, m, flights, room.changes[0], room.values, room.derivatives, second)
     length = m * forcing_period(p)
-    for k in range(N_PARAMETERS):
+    for k in range(n_parameters(second)):
         if out.d_multipliers.size > 0:
             out.d_multipliers[row, 0, k] = room.derivatives[0, k]
             out.d_multipliers[row, 1, k] = room.derivatives[1, k]
@@ -176,7 +186,7 @@ def write_stability_derivatives(p, m, flights, room, out, row) -> None:
 
 @jit_inline
 def clear_ties(flights, fastest, derivatives) -> None:
-    """Clear the derivatives (N_PARAMETERS,) of a largest velocity that two impacts have and do not keep in common.
+    """Clear the derivatives (parameters,) of a largest velocity that two impacts have and do not keep in common.
 
     Under a second harmonic alone each forcing period is twice the same, until a first harmonic parts its halves.
     """
@@ -185,9 +195,9 @@ def clear_ties(flights, fastest, derivatives) -> None:
         is_tie = flights.speed[j] >= (1.0 - TIE) * largest
         if j == fastest or flights.support[j] != flights.support[fastest] or not is_tie:
             continue
-        for k in range(N_PARAMETERS):
+        for k in range(derivatives.size):
             one, other = flights.d_speed[fastest, k], flights.d_speed[j, k]
-            if abs(one - other) > PARTED * (abs(one) + abs(other)):
+            if abs(one - other) > PARTED * (abs(one) + abs(other)) + ROUNDED * largest:
                 derivatives[k] = math.nan
 
 
@@ -196,7 +206,7 @@ def write_impact_derivatives(flights, out, row, first, second) -> None:
     """Write the derivatives of phases and velocities of the impacts, and of the largest velocity on each support."""
     for j in range(flights.speed.size):
         sign = 1.0 if flights.support[j] == 1 else -1.0
-        for k in range(N_PARAMETERS):
+        for k in range(n_parameters(second)):
             out.d_impacts[first + j, 0, k] = flights.d_end[j, k]
             out.d_impacts[first + j, 1, k] = sign * flights.d_speed[j, k]
     for side in range(2):
@@ -207,7 +217,7 @@ def write_impact_derivatives(flights, out, row, first, second) -> None:
             ):
                 fastest = j
         if fastest >= 0:
-            for k in range(N_PARAMETERS):
+            for k in range(n_parameters(second)):
                 out.d_velocity_max[row, side, k] = flights.d_speed[fastest, k]
             if second is not None:
                 clear_ties(flights, fastest, out.d_velocity_max[row, side])
@@ -241,7 +251,7 @@ def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
     if out.d_impacts.size > 0:
         write_impact_derivatives(flights, out, row, first, second)
     if out.d_multipliers.size + out.d_exponent.size > 0:
-        write_stability_derivatives(p, m, flights, room, out, row)
+        write_stability_derivatives(p, m, flights, room, out, row, second)
     if out.d_amplitudes.size > 0:
         write_amplitude_derivatives(p, m, flights, room, 1, out.d_amplitudes[row], second)
     if out.d_energy.size > 0:
@@ -251,7 +261,7 @@ def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
         d_amplitudes = out.d_amplitudes[row] if is_known else room.derivatives[:n]
         if not is_known:
             write_amplitude_derivatives(p, m, flights, room, 1, d_amplitudes, second)
-        amplitude, energy = room.totals[1], out.d_energy[row]
-        write_energy_derivatives(p, m, flights, amplitude, d_amplitudes, energy, second)
+        energy = out.d_energy[row]
+        write_energy_derivatives(p, m, flights, room.totals, d_amplitudes, energy, second)
     if out.d_subharmonics.size > 0 and m > 1:
         write_amplitude_derivatives(p, m, flights, room, m, out.d_subharmonics[row], second)

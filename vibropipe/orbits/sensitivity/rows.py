@@ -12,11 +12,16 @@ from vibropipe.orbits.sensitivity.linear import write_held, write_linear
 from vibropipe.orbits.sensitivity.outputs import new_differentiation, write_sensitivity
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import LOAD, N_OF_PIECES, N_PARAMETERS
+from vibropipe.physics.derivatives import LOAD, N_OF_PIECES, n_parameters
 
 
 def new_derivatives(
-    n: int, harmonics: int, subharmonics: int, outputs: tuple[str, ...], pieces: bool
+    n: int,
+    harmonics: int,
+    subharmonics: int,
+    outputs: tuple[str, ...],
+    pieces: bool,
+    second: int | None,
 ) -> dict[str, np.ndarray]:
     """Return the arrays of `RowResults` for derivatives: NaN, or without entries unless `sensitivity` is requested.
 
@@ -32,8 +37,10 @@ def new_derivatives(
         Requested outputs.
     pieces : bool
         Whether motions have soft supports or friction: derivatives by more parameters, and of one more energy.
+    second : int or None
+        The effect `second_harmonic`.
     """
-    parameters = N_OF_PIECES if pieces else N_PARAMETERS
+    parameters = N_OF_PIECES if pieces else n_parameters(second)
 
     def unknown(when: str, *shape: int, dtype: type = float) -> np.ndarray:
         wanted = "sensitivity" in outputs and (when == "" or when in outputs)
@@ -96,7 +103,7 @@ def differentiate_rows(parameters, out, impacts, second) -> None:
     second : int or None
         The effect `second_harmonic`.
     """
-    room, first = new_differentiation(out, impacts), 0
+    room, first = new_differentiation(out, impacts, second), 0
     for row in range(parameters.shape[0]):
         differentiate_row(row_parameters(parameters, row), out, row, first, room, second)
         # Kernels count displacements from the equilibrium, which the load moves.

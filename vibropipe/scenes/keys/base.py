@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, PrivateAttr
 
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
@@ -106,11 +106,9 @@ class BaseScene(StudyModel):
         """
         return without_absent({**DEFAULTS, **self.given_exciter()})
 
-    def has_pieces(self) -> bool:
-        """Return whether a motion has a soft support or friction."""
-        return all_effects(
-            {**self.resolved_exciter(), **self.over_arrays()}, pieces=True
-        ).has_pieces
+    def all_effects(self) -> Effects:
+        """Return the effects of its exciters."""
+        return all_effects({**self.resolved_exciter(), **self.over_arrays()}, pieces=True)
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""

@@ -33,7 +33,7 @@ def plan(scene: MotionScene) -> Work:
         # Variables of a sample: tau, displacement, velocity, force; with newmark also the two of the exact motion.
         stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)
     if OF_ORBIT & set(scene.outputs):
-        stored += steady_bytes(scene.outputs, scene.harmonics, pieces=scene.has_pieces())
+        stored += steady_bytes(scene.outputs, scene.harmonics, effects=scene.all_effects())
     return Work(
         size=_length_text(scene),
         rows=1,

@@ -47,7 +47,7 @@ def plan(scene: SweepScene) -> Work:
         outputs=tuple(scene.outputs),
         seconds=scene.row_count * SECONDS_PER_ROW,
         bytes=scene.row_count
-        * steady_bytes(scene.outputs, scene.harmonics, pieces=scene.has_pieces()),
+        * steady_bytes(scene.outputs, scene.harmonics, effects=scene.all_effects()),
         pieces=grid.chains,
         is_parallel=True,
     )
@@ -61,8 +61,8 @@ def block_rows(scene: SweepScene) -> int:
 def row_memory(scene: SweepScene) -> float:
     """Return the bytes of the largest row in memory; a requested accuracy needs it twice."""
     passes = 1 if scene.solver.arguments().get("accuracy") is None else 2
-    impacts, pieces = max_impacts(scene), scene.has_pieces()
-    return passes * steady_bytes(scene.outputs, scene.harmonics, impacts, pieces)
+    outputs, harmonics = scene.outputs, scene.harmonics
+    return passes * steady_bytes(outputs, harmonics, max_impacts(scene), scene.all_effects())
 
 
 def max_impacts(scene: SweepScene) -> float:

@@ -44,7 +44,7 @@ from vibropipe.orbits.branches.steps import (
     TRACE,
 )
 from vibropipe.orbits.sensitivity.pieces.columns import PieceVariations
-from vibropipe.physics.derivatives import DIFFERENTIATED_PIECES
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 
@@ -52,8 +52,6 @@ from vibropipe.physics.exciter import Parameters
 # section in turns.
 PIECES, SECTION = GAP_FLIGHT, GAP_TIME
 UNKNOWNS = 3
-# Step of the central difference by a parameter without a derivative in closed form, relative to it.
-DIFFERENCE = 1e-7
 # Distance of the section from the next event, in forcing periods, below which it is moved to where it is larger by a
 # factor: the section of an orbit bends, or jumps, where an event passes it.
 LEAST_MARGIN, GAIN = 0.02, 2.0
@@ -96,8 +94,7 @@ class PieceCurve(Curve):
         self.squares = self.weights**2
         self.values = problem.values.reshape(1, -1).copy()
         name = Parameters._fields[problem.along]
-        has_column = name in DIFFERENTIATED_PIECES
-        self.column = DIFFERENTIATED_PIECES.index(name) if has_column else -1
+        self.column = ALL_DIFFERENTIATED.index(name)
         self.section, self.found = 0.0, np.empty(FOUND)
 
     def of_multiple(self, m: int) -> PieceCurve:
@@ -132,14 +129,13 @@ class PieceCurve(Curve):
         """Return the return map and its derivatives at u, as `return_map.differentiate` finds them; None if not."""
         problem, value, found = self.problem, float(u[-1]), self.found
         reach = problem.high - problem.low
-        step = DIFFERENCE * max(min(reach, abs(value)), 0.01 * reach)
         # Far beyond the range parameters may have no motion, as negative frequencies.
         is_in_reach = problem.low - reach < value < problem.high + reach
         if not (is_in_reach and np.isfinite(u).all()):
             return None
         is_known = differentiate(
             self.effects, self.values, problem.along, self.column, u, self.sequence.m,
-            self.section, step, self.march_room, self.room, found,
+            self.section, self.march_room, self.room, found,
         )  # fmt: skip
         return found if is_known and np.isfinite(found).all() else None
 

@@ -70,7 +70,7 @@ def fill_margins(p, pieces, m, found) -> None:
 
 
 @jit
-def differentiate(e, values, along, column, u, m, section, step, march_room, room, found) -> bool:
+def differentiate(e, values, along, column, u, m, section, march_room, room, found) -> bool:
     """Fill found (FOUND,) with the return map and its derivatives.
 
     Parameters
@@ -79,15 +79,13 @@ def differentiate(e, values, along, column, u, m, section, step, march_room, roo
     values : (1, parameters) float
         Parameters; the one at `along` is set.
     along, column : int
-        Index of the parameter that varies, and among those of derivatives in closed form; -1 if it has none.
+        Index of the parameter that varies, and among those of derivatives.
     u : (3,) float
         Displacement and velocity at the section, counted from the equilibrium, and the parameter.
     m : int
         Period multiple.
     section : float
         Phase of the section, in turns.
-    step : float
-        Of the central difference by a parameter without derivative.
     march_room
         As for `march_orbit`; its log is left with the orbit.
     room : PieceVariations
@@ -98,16 +96,6 @@ def differentiate(e, values, along, column, u, m, section, step, march_room, roo
     bool
         Whether the map is known and smooth there.
     """
-    x0 = v0 = x1 = v1 = 0.0
-    if column < 0:
-        p = parameters_at(values, along, u[2] - step)
-        x0, v0, known = returned(e, p, section, u[0], u[1], m, march_room)
-        if not known:
-            return False
-        p = parameters_at(values, along, u[2] + step)
-        x1, v1, known = returned(e, p, section, u[0], u[1], m, march_room)
-        if not known:
-            return False
     p = parameters_at(values, along, u[2])
     found[0], found[1], known = returned(e, p, section, u[0], u[1], m, march_room)
     pieces = march_room[0].pieces
@@ -116,10 +104,7 @@ def differentiate(e, values, along, column, u, m, section, step, march_room, roo
     for part in range(2):
         found[2 + 2 * part] = room.ends[part, BY_X]
         found[3 + 2 * part] = room.ends[part, BY_V]
-        if column >= 0:
-            found[6 + part] = room.ends[part, PARAMETER + column]
-    if column < 0:
-        found[6], found[7] = (x1 - x0) / (2.0 * step), (v1 - v0) / (2.0 * step)
+        found[6 + part] = room.ends[part, PARAMETER + column]
     found[8] = law_of_orbit(pieces)
     fill_margins(p, pieces, m, found)
     return True

@@ -18,13 +18,13 @@ from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.multipliers import DOUBLE
 from vibropipe.orbits.sensitivity.pieces.derivatives import is_by
 from vibropipe.orbits.sensitivity.pieces.orbit import march_orbit
-from vibropipe.physics.derivatives import DIFFERENTIATED_PIECES, N_OF_PIECES, NU
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED, N_OF_PIECES, NU
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
 
 # Index in `Parameters` of each parameter of the derivatives.
-INDICES = np.array([Parameters._fields.index(name) for name in DIFFERENTIATED_PIECES])
+INDICES = np.array([Parameters._fields.index(name) for name in ALL_DIFFERENTIATED])
 # Step of the central differences of trace and determinant over the size of a parameter: both are known to some 1e-13,
 # and where the motion nearly grazes they bend within a thousandth.
 STEP = 1e-4

@@ -24,7 +24,7 @@ from vibropipe.orbits.sensitivity.pieces.errors import write_errors
 from vibropipe.orbits.sensitivity.pieces.multipliers import write_multiplier_derivatives
 from vibropipe.orbits.sensitivity.pieces.orbit import march_orbit, vary_pieces
 from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
-from vibropipe.physics.derivatives import LOAD
+from vibropipe.physics.derivatives import F2, LOAD, N_OF_PIECES, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
 
@@ -118,4 +118,16 @@ def with_errors_of_pieces(
     if rows.d_section.size > 0:
         room, by = with_impact_derivatives(room), 1
     write_rows(effects, parameters, room, by, pieces)
-    return room
+    return room if by is None or effects.second_harmonic is not None else without_second(room)
+
+
+def without_second(rows: RowResults) -> RowResults:
+    """Return results without the derivatives by the parameters of a second harmonic, which all are computed with."""
+    kept = [k for k in range(N_OF_PIECES) if k not in (F2, PHI2)]
+    return rows._replace(
+        **{
+            name: values[..., kept]
+            for name, values in rows._asdict().items()
+            if name.startswith("d_")
+        }
+    )

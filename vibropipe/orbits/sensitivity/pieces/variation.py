@@ -27,17 +27,31 @@ from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.orbits.sensitivity.pieces.columns import COLUMNS, PARAMETER
 from vibropipe.orbits.sensitivity.pieces.events import loss_rates, reference_derivative, sign_of
 from vibropipe.physics.contact import to_velocity
-from vibropipe.physics.derivatives import FRICTION, H1, K1, N_OF_PIECES, NU, F, H, load_derivative
+from vibropipe.physics.derivatives import (
+    F2,
+    FRICTION,
+    H1,
+    K1,
+    N_OF_PIECES,
+    NU,
+    PHI2,
+    F,
+    H,
+    force_derivative,
+    load_derivative,
+)
 from vibropipe.physics.flow import DEGREE, displacement, velocity
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.load import (
-    Force,
     first_terms,
+    first_terms_of_phase,
+    first_terms_of_second,
     force_of_angle,
     force_times,
     forcing_period,
     next_term,
     no_force,
+    unit_force,
 )
 from vibropipe.physics.stiffness import damping_of, piece_flow, piece_taylor
 from vibropipe.physics.turns import phase_factor, phase_integral, sincos_turns
@@ -45,7 +59,7 @@ from vibropipe.physics.variation import FACTORS, SHARES
 
 
 @jit
-def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction, dt, out):
+def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction, dt, out, second):
     """Fill the polynomials of the variations over a step of a piece, and move the variations to its end.
 
     Parameters
@@ -66,9 +80,14 @@ def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction,
     dt : float
         The step.
     out : PieceVariations
+    second : int or None
+        The effect `second_harmonic`.
     """
     ends, z, square, first = out.ends, out.z, dt * dt, PARAMETER
     term, term_next = first_terms(unit, p.nu * dt)
+    twice = 2.0 * p.nu * dt
+    f2, f2_next = first_terms_of_second(unit, twice)
+    phase, phase_next = first_terms_of_phase(p, unit, twice)
     for v in range(COLUMNS):
         z[0, v], z[1, v] = ends[0, v], ends[1, v] * dt
         ends[0, v], ends[1, v] = z[0, v] + z[1, v], z[1, v]
@@ -80,6 +99,11 @@ def vary_step_of_piece(p, c, unit, stiffness, damping, home, contact, direction,
         z[n + 2, first + H] -= share * c[n + 1]
         z[n + 2, first + F] += to_next * term
         term, term_next = term_next, next_term(term, p.nu * dt, FACTORS[n])
+        if second is not None:
+            z[n + 2, first + F2] += to_next * f2
+            z[n + 2, first + PHI2] += to_next * phase
+            f2, f2_next = f2_next, next_term(f2, twice, FACTORS[n])
+            phase, phase_next = phase_next, next_term(phase, twice, FACTORS[n])
         if contact:
             z[n + 2, first + K1 + home - 1] -= to_next * c[n]
             z[n + 2, first + H1 + home - 1] -= share * c[n + 1]
@@ -125,7 +149,13 @@ def add_energies_of_node(e, p, pieces, i, weight, turn, w, rates, energy) -> Non
     force, damped, damped_in_contact = 0.0, 0.0, 0.0
     if e.forcing is not None:
         force = to_velocity(home, force_times(p, weight, turn, e.second_harmonic))
-        energy[0, PARAMETER + F] += weight * to_velocity(home, w) * sincos_turns(turn)[0]
+        power = weight * to_velocity(home, w)
+        energy[0, PARAMETER + F] += power * sincos_turns(turn)[0]
+        if e.second_harmonic is not None:
+            energy[0, PARAMETER + F2] += power * force_derivative(p, turn, F2, e.second_harmonic)
+            energy[0, PARAMETER + PHI2] += power * force_derivative(
+                p, turn, PHI2, e.second_harmonic
+            )
     if e.damping is not None:
         damped = weight * 2.0 * p.h * w
     if in_contact:
@@ -209,10 +239,10 @@ def vary_by_parameters(e, p, pieces, i, m, out) -> None:
         if e.forcing is not None:
             sine, cosine = sincos_turns(begin)
             force = force_of_angle(p, sigma, sine, cosine, second)
-            unit = Force(sigma * sine, sigma * cosine, 0.0, 0.0)
+            unit = unit_force(p, sigma, sine, cosine, second)
         piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
         vary_step_of_piece(
-            p, c, unit, stiffness, damping, home, form == CONTACT, direction, dt, out
+            p, c, unit, stiffness, damping, home, form == CONTACT, direction, dt, out, second
         )
         if out.amplitudes.shape[0] + out.subharmonics.shape[0] + out.energy.shape[0] > 0:
             add_step(e, p, pieces, i, m, begin, dt, c, out)

@@ -22,6 +22,7 @@ from vibropipe.physics.derivatives import (
     n_parameters,
     restitution_derivative,
 )
+from vibropipe.physics.flight_variation import vary_flight
 from vibropipe.physics.load import (
     constant_load,
     force_of_angle,
@@ -31,7 +32,7 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI, sincos_turns
-from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations, vary_flight
+from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations
 
 # Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the
 # orbit is not isolated.

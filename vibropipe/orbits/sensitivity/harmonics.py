@@ -20,6 +20,7 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
+from vibropipe.physics.flight_variation import steps_of_flight
 from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
 from vibropipe.physics.load import (
     constant_load,
@@ -44,7 +45,6 @@ from vibropipe.physics.variation import (
     begin_variations,
     by_parameter,
     n_variations,
-    steps_of_flight,
     vary_step,
 )
 

@@ -29,6 +29,7 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
+from vibropipe.physics.flight_variation import vary_flight
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import (
     second_amplitude_derivative,
@@ -44,7 +45,6 @@ from vibropipe.physics.variation import (
     by_parameter,
     n_variations,
     new_workspace,
-    vary_flight,
 )
 
 # Relative difference of two velocities below which they are one, and of their derivatives above which they part; share

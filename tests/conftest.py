@@ -12,7 +12,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # The same examples every time: a red run can be repeated, and the slow marker looks further.
 settings.register_profile(
     "vibropipe",
-    max_examples=80,
+    max_examples=40,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],

@@ -66,6 +66,7 @@ def check_same(one: Path, other: Path) -> None:
             np.testing.assert_array_equal(first[name], second[name], err_msg=name)
 
 
+@pytest.mark.slow
 def test_every_module_can_be_imported(bare):
     root = Path(vibropipe.__file__).parents[1]
     names = (path.relative_to(root).with_suffix("") for path in (root / "vibropipe").rglob("*.py"))

@@ -33,6 +33,7 @@ def test_invalid_numbers_of_points_are_named(arguments):
         growth.parse_points(arguments)
 
 
+@pytest.mark.slow
 def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
     lines = []
     measured = growth.measure_growth(tmp_path, [60], threads=[1], on_progress=lines.append)

@@ -18,7 +18,11 @@ from vibropipe.cli.workers import Workers
 
 CLIENT = "import os; print(os.getpid(), flush=True); from vibropipe.cli import main; main()"
 PATIENCE = 300  # seconds: a worker imports for long where others keep the machine busy
-LONG = "title: T\nscenes: {s: {kind: sweep, exciter: {l: 0.5}, over: {nu: {start: 0.3, stop: 3, points: 400000}}}}\n"
+LONG = """\
+title: T
+exciter: {l: 0.5, f: 1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes: {s: {kind: sweep, over: {nu: {start: 0.3, stop: 3, points: 400000}}}}
+"""
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ few = {"f": [0.5, 1.0], "nu": [0.8, 1.0]}
 before = vp.sweep(exciter, few)
 many = {"f": np.linspace(0.1, 3, 2000), "nu": np.linspace(0.3, 3, 1000)}
 longest, moments = 0.0, random.Random(1)
-for _ in range(20):
+for _ in range(8):
     begin = time.perf_counter()
     try:
         interrupt = os.getpid(), signal.SIGINT

@@ -71,7 +71,7 @@ rows_of_motions = st.lists(
 )
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @example([(CHATTER, 30.0, 0.5, 0.0), (PLASTIC, 31.0, 0.0, 0.0), (FREE, 9.0, 1.0, 2.0)], 2000)
 @example([(FORCED, 20.0, 0.5, 0.3), (OUT_OF_REACH, 20.0, 0.5, 0.3)], 9000)
 @example([(FORCED, 0.0, 0.5, 0.3)], 10)

@@ -73,7 +73,7 @@ def check_same_orbit(p: Parameters, ds: Any, patient: Orbit) -> None:
     assert int(ds.stable) == 1
 
 
-@pytest.mark.parametrize(("p", "nu", "m", "struck"), LONG_ORBITS)
+@pytest.mark.parametrize(("p", "nu", "m", "struck"), sampled(LONG_ORBITS, *LONG_ORBITS[::2]))
 def test_orbits_of_many_periods(p: Parameters, nu: float, m: int, struck: tuple[int, int]) -> None:
     p = p._replace(nu=nu)
     patient = brute_force_orbit(p, patience=3000)

@@ -59,6 +59,7 @@ def kill_one(client: Client, killed: list[int]) -> None:
     os.kill(process, signal.SIGKILL)
 
 
+@pytest.mark.slow
 def test_a_worker_killed_half_way_changes_nothing(client: Client) -> None:
     local = vp.sweep(EXCITER, OVER)
     killed: list[int] = []
@@ -85,7 +86,11 @@ def test_dask_arrays_and_followed_chains(client: Client) -> None:
     identical(local, vp.sweep(EXCITER, arrays, 0.1, -0.2, **options, client=client))
 
 
-@pytest.mark.parametrize("over", [None, {"nu": [1.2, 3.48]}], ids=["one exciter", "over nu"])
+@pytest.mark.parametrize(
+    "over",
+    [pytest.param(None, marks=pytest.mark.slow), {"nu": [1.2, 3.48]}],
+    ids=["one exciter", "over nu"],
+)
 def test_basins(client: Client, over: dict[str, list[float]] | None) -> None:
     exciter = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.05, R1=0.8, R2=0.8)
     x0, v0 = np.linspace(-0.5, 0.5, 19), np.linspace(-2, 2, 23)

@@ -16,6 +16,8 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.boundaries import Meeting
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)
+# A second harmonic; the first one is in the box.
+TWO_HARMONICS = dataclasses.replace(EXCITER, f2=0.25, phi2=0.6)
 BOX = ((0.6, 3.0), (0.05, 1.5))
 pytestmark = pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
 ALL = ("fold", "flip", "pitchfork", "grazing")
@@ -24,6 +26,11 @@ ALL = ("fold", "flip", "pitchfork", "grazing")
 @pytest.fixture(scope="module")
 def borders():
     return vp.boundary(EXCITER, ALL, within=BOX, lines=8)
+
+
+@pytest.fixture(scope="module")
+def borders_of_two():
+    return vp.boundary(TWO_HARMONICS, ALL, within=((0.7, 2.0), (0.05, 1.2)), lines=4)
 
 
 def of_law(dataset, kind, m, p1, p2):
@@ -125,6 +132,11 @@ def ends_of(dataset):
 
 
 def test_a_branch_across_a_curve_meets_its_bifurcation_there(borders):
+    assert count_crossed(EXCITER, borders) >= 10
+
+
+def count_crossed(exciter, borders):
+    """Return how many of some random points are bifurcations of the branch across their curve."""
     rng = np.random.default_rng(1)
     checked = 0
     stable = (borders["stable"].values == 1) & (borders["nu"].values < 2.9)
@@ -135,19 +147,19 @@ def test_a_branch_across_a_curve_meets_its_bifurcation_there(borders):
         code = Bifurcation[kind.upper()]
         candidates = np.flatnonzero((borders["boundary_kind"].values == code) & stable & inside)
         for n in rng.choice(candidates, 4, replace=False) if candidates.size else []:
-            checked += crosses(borders, int(n), kind)
-    assert checked >= 10
+            checked += crosses(exciter, borders, int(n), kind)
+    return checked
 
 
-def crosses(dataset, n, kind):
+def crosses(exciter, dataset, n, kind):
     """Return whether the branch next to a point meets its bifurcation at that force; either side has the orbit."""
     nu, f = float(dataset["nu"][n]), float(dataset["f"][n])
     x0, v0 = float(dataset["displacement_strobe"][n]), float(dataset["velocity_strobe"][n])
     for side in (1.0, -1.0):
-        exciter = dataclasses.replace(EXCITER, nu=nu, f=f + side * 2e-3)
-        if int(vp.steady_state(exciter, x0, v0).period_multiple) == 0:
+        near = dataclasses.replace(exciter, nu=nu, f=f + side * 2e-3)
+        if int(vp.steady_state(near, x0, v0).period_multiple) == 0:
             continue
-        branch = vp.branch(exciter, "f", (f - 1e-2, f + 1e-2), x0, v0)
+        branch = vp.branch(near, "f", (f - 1e-2, f + 1e-2), x0, v0)
         at = branch["bifurcation_f"].values[
             branch["bifurcation_kind"].values == Bifurcation[kind.upper()]
         ]
@@ -172,10 +184,14 @@ def test_borders_of_regimes_lie_on_curves(borders):
 
 
 def test_points_are_motions(borders):
+    check_motions(EXCITER, borders)
+
+
+def check_motions(base, borders):
     """No orbit on a curve leaves the supports: a motion from it stays on it for a period."""
     rng = np.random.default_rng(2)
     for n in rng.choice(borders.sizes["point"], 40, replace=False):
-        exciter = dataclasses.replace(EXCITER, nu=float(borders["nu"][n]), f=float(borders["f"][n]))
+        exciter = dataclasses.replace(base, nu=float(borders["nu"][n]), f=float(borders["f"][n]))
         m = int(borders["period_multiple"][n])
         # At a grazing rounding decides whether the touch is an impact without speed.
         motion = vp.simulate(
@@ -206,6 +222,48 @@ def check_multipliers(dataset):
 
 def test_multipliers_are_those_of_the_bifurcations(borders):
     check_multipliers(borders)
+
+
+def largest_linear_displacement(exciter, nu, f):
+    """Return the largest displacement without impacts, of samples and the parabola through the largest three."""
+    phase = 2 * np.pi * np.arange(20_000) / 20_000
+    h, response = exciter.h, 0.0
+    for k, force in ((1, f), (2, exciter.f2 * np.exp(1j * exciter.phi2))):
+        response += (force / (1 - (k * nu) ** 2 + 1j * k * h * nu) * np.exp(1j * k * phase)).imag
+    x = np.abs(response)
+    n = int(x.argmax())
+    before, top, after = x[n - 1], x[n], x[(n + 1) % x.size]
+    return top + (before - after) ** 2 / (8 * (2 * top - before - after))
+
+
+def test_under_two_harmonics_the_first_grazing_is_that_of_the_linear_motion(borders_of_two):
+    nu, f = of_law(borders_of_two, "grazing", 1, 0, 0)
+    assert nu.size > 50
+    found = [largest_linear_displacement(TWO_HARMONICS, *each) for each in zip(nu, f, strict=True)]
+    # The parabola has an error of 1e-12.
+    np.testing.assert_allclose(found, TWO_HARMONICS.l, rtol=1e-11)
+
+
+def test_under_two_harmonics_points_are_motions_with_their_bifurcations(borders_of_two):
+    check_motions(TWO_HARMONICS, borders_of_two)
+    check_multipliers(borders_of_two)
+    assert count_crossed(TWO_HARMONICS, borders_of_two) >= 8
+    kinds = {Bifurcation(int(kind)) for kind in borders_of_two["boundary_kind"].values}
+    # Without a symmetry there are no pitchforks.
+    assert kinds == {Bifurcation.FOLD, Bifurcation.FLIP, Bifurcation.GRAZING}
+
+
+def test_a_second_harmonic_that_vanishes_has_the_curves_of_one():
+    """The curve over f2 passes f2 = 0 at the force of the closed form."""
+    exciter = dataclasses.replace(EXCITER, delta=-0.2, nu=1.4, phi2=0.6)
+    found = vp.boundary(exciter, "grazing", ("f", "f2"), ((0.05, 1.0), (-0.2, 0.2)), lines=4)
+    impacts = found["impacts_per_orbit"].transpose("point", "support").values
+    first = (found["period_multiple"].values == 1) & (impacts == 0).all(axis=1)
+    f, f2 = found["f"].values[first], found["f2"].values[first]
+    order = np.argsort(f2)
+    assert f2[order][0] == pytest.approx(-0.2)
+    at = np.interp(0.0, f2[order], f[order])
+    assert at == pytest.approx(float(linear_grazing(exciter, 1.4)), rel=1e-4)
 
 
 @settings(max_examples=6, deadline=None)
@@ -243,3 +301,9 @@ def test_grazing_of_the_linear_motion_for_random_exciters(h, R, delta):
 def test_bad_arguments_are_named(arguments, message):
     with pytest.raises(vp.ParameterError, match=message):
         vp.boundary(EXCITER, **arguments)
+
+
+def test_a_second_harmonic_alone_is_refused():
+    alone = dataclasses.replace(EXCITER, f=0.0, f2=0.3)
+    with pytest.raises(vp.ParameterError, match=r"^f: must not be 0 beside f2: .* got 0\.0$"):
+        vp.boundary(alone, "fold", ("nu", "h"), ((0.7, 2.0), (0.1, 0.4)))

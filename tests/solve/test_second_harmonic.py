@@ -230,8 +230,6 @@ def test_what_has_no_closed_form_says_so() -> None:
     for call in (lambda: vp.symmetric_orbit(TWO), lambda: vp.one_sided_orbit(TWO, 1, 1)):
         with pytest.raises(vp.ParameterError, match="f2: must be 0 for an orbit in closed form"):
             call()
-    with pytest.raises(vp.ParameterError, match="boundaries under a second harmonic"):
-        vp.boundary(TWO, "fold", ("nu", "f"), ((0.9, 1.1), (0.5, 1.0)))
 
 
 def test_errors_of_rows_hold():

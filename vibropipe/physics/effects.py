@@ -89,6 +89,13 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
     return further
 
 
+def check_first_harmonic(values: Mapping[str, Any]) -> None:
+    """Raise a ParameterError where a second harmonic acts alone: every orbit is then twice the same."""
+    if occurs(values.get("f2", 0.0)) and not occurs(values.get("f", 0.0)):
+        must = "must not be 0 beside f2: a second harmonic alone is a first one, with 2 nu and f2"
+        raise ParameterError("f", 0.0, must=must)
+
+
 def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> tuple[str, ...]:
     """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports.
 

@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
 from vibropipe.physics import limits
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import all_effects, check_first_harmonic
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
 from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric
@@ -56,7 +56,7 @@ def boundary(
         Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
         pitchforks.
     along : (str, str)
-        Two of nu, f, h, l, delta, R1, R2.
+        Two of nu, f, h, l, delta, R1, R2, load, f2, phi2.
     within : ((float, float), (float, float))
         Range of each.
     lines : int
@@ -110,9 +110,6 @@ def boundary(
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    if exciter.f2 != 0.0 or "f2" in names:
-        must = "must be 0: boundaries under a second harmonic are not computed by this version"
-        raise ParameterError("f2", exciter.f2, must=must)
     symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
     box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
@@ -155,6 +152,7 @@ def _check_box(
         for second in pairs[1]:
             all_effects(vars(Exciter(**{**vars(exciter), names[0]: first, names[1]: second})))
     ends = np.array(pairs, float)
+    check_first_harmonic({**vars(exciter), **dict(zip(names, ends, strict=True))})
     return ends[:, 0], ends[:, 1]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
 import numpy as np
@@ -11,14 +10,12 @@ from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touc
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.linear import linear_touch
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
 from vibropipe.orbits.row import row_parameters
-from vibropipe.physics.contact import support_offset
-from vibropipe.physics.linear import linear_amplitude
-from vibropipe.physics.turns import TWO_PI
 
 KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Weighted speed below which an impact has none, and difference of the parts of an orbit that are the same.
@@ -80,12 +77,7 @@ def _begin_linear(
     box: Box, ends: np.ndarray, values: np.ndarray
 ) -> tuple[BoundaryCurve, Point] | None:
     """Return the boundary of the motion without impacts near some parameters."""
-    p = row_parameters(values.reshape(1, -1), 0)
-    amplitude = linear_amplitude(p)
-    # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
-    top = (-cmath.phase(amplitude) / TWO_PI) % 1.0
-    side = 2 if support_offset(p) > 0.0 else 1
-    time = top if side == 1 else top + 0.5
+    side, time = linear_touch(row_parameters(values.reshape(1, -1), 0))
     sequence = Sequence(1, 0, np.zeros(0, np.int8))
     curve = BoundaryCurve(box, GRAZINGS, sequence, Touch(0, side), 1.0)
     return _settled(curve, np.array([time, *ends]))

@@ -189,6 +189,11 @@ def correct(
 def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
     """Return the clearance of an orbit that touches a support, but for that touch; as `clearance`."""
     n, touch = supports.size, u[2 * supports.size]
+    if n == 0 and p.f2 != 0.0:
+        # From one touch to the next.
+        until = touch + 1.0 - BEFORE_TOUCH
+        gap, time, support = flight_clearance(p, touch, until, side, 0.0, c)
+        return gap, time, support, -1
     if n == 0:
         sign = 1.0 if side == 1 else -1.0
         # Without an offset the linear motion touches both supports at once.

@@ -44,6 +44,17 @@ def linear_extremes(p: Parameters) -> dict[int, tuple[float, float]]:
     }
 
 
+def linear_touch(p: Parameters) -> tuple[int, float]:
+    """Return the support that the motion without impacts comes nearest to, and its phase there; 1 if both."""
+    if p.f2 != 0.0:
+        extremes = linear_extremes(p)
+        support = min(extremes, key=lambda each: extremes[each][0])
+        return support, extremes[support][1]
+    # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
+    top = (-cmath.phase(linear_amplitude(p)) / TWO_PI) % 1.0
+    return (2, top + 0.5) if support_offset(p) > 0.0 else (1, top)
+
+
 def linear_gap(problem: Problem, value: float) -> float:
     """Return the least distance of the motion without impacts from a support.
 
@@ -145,21 +156,12 @@ def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | 
         With its tangent towards impacts; one impact, or two where both supports are touched.
     """
     p = parameters_of(problem, value)
-    # x = 2 Re(X exp(i nu tau)) is largest where the phase of X is made up.
-    top = (-cmath.phase(linear_amplitude(p)) / TWO_PI) % 1.0
     offset, amplitude = support_offset(p), abs(linear_amplitude(p))
-    if p.f2 != 0.0:
-        extremes = linear_extremes(p)
-        support = min(extremes, key=lambda each: extremes[each][0])
-        supports, times = [support], [extremes[support][1]]
-        amplitude += 2.0 * abs(second_linear_amplitude(p))
-    elif offset != 0.0:
-        support = 1 if offset < 0.0 else 2
-        supports, times = [support], [top if support == 1 else (top + 0.5) % 1.0]
-    elif problem.symmetric:
-        supports, times = [1], [top]
-    else:
-        supports, times = [1, 2], [top, top + 0.5]
+    amplitude += 2.0 * abs(second_linear_amplitude(p)) if p.f2 != 0.0 else 0.0
+    support, time = linear_touch(p)
+    supports, times = [support], [time % 1.0]
+    if p.f2 == 0.0 and offset == 0.0 and not problem.symmetric:
+        supports, times = [1, 2], [time, time + 0.5]
     mirrored = int(problem.symmetric and offset == 0.0)
     # Impacts will have velocities of the order of the motion's largest one.
     speed = max(2.0 * p.nu * amplitude, p.l)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import all_effects, effect_names, effects_of
+from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names, effects_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.keys.base import BaseScene, each_once
@@ -116,6 +116,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
     try:
         Exciter(**scene.resolved_exciter())
         all_effects(scene.values())
+        check_first_harmonic(scene.values())
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
 

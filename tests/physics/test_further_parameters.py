@@ -137,19 +137,16 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
 
 @pytest.mark.parametrize("name", NOT_COMPUTED)
 def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> None:
-    computed = ("simulate", "newmark", "steady_state", "sweep", "basins") if name in PIECES else ()
+    computed = (
+        ("simulate", "newmark", "steady_state", "sweep", "boundary", "basins")
+        if name in PIECES
+        else ()
+    )
     for face, call in _faces(name, 0.5).items():
         if face in computed:
             continue
         with pytest.raises(vp.ParameterError, match=r"must be 0: .* not computed"):
             call()
-
-
-@pytest.mark.parametrize("kind", ["boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}"])
-def test_a_kind_refuses_what_it_does_not_compute(kind: str) -> None:
-    text = f"title: T\nexciter: {{l: 1, friction: 0.5}}\nscenes: {{s: {{kind: {kind}}}}}"
-    with pytest.raises(StudyError, match=r"must be 0: dry friction is not computed here, got 0.5"):
-        study_of_text(text, "s")
 
 
 def test_greek_letters_of_the_second_phase() -> None:

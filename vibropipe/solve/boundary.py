@@ -13,10 +13,11 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, check_first_harmonic
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
+from vibropipe.solve.boundary_of_pieces import boundaries_of_pieces, parameters_of
 from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.sweep import solve_shard
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +42,8 @@ def boundary(
     the derivative D of the return map (fold), det(D + 1) = 0 (flip; of the map to the mirror image of a symmetric
     orbit pitchfork), or a turning point on a support (grazing [2]_), which is the same curve as that on which the
     impact begins without velocity. Pseudo-arclength continuation [1]_ follows each curve to both ends. Points are
-    admissible orbits, stable or not: no flight leaves the supports.
+    admissible orbits, stable or not: no flight leaves the supports. With soft supports or friction an orbit is flown
+    through a given sequence of contacts, turns and sticks, and a march tells where that is no motion any more.
 
     Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
     `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
@@ -56,7 +58,7 @@ def boundary(
         Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
         pitchforks.
     along : (str, str)
-        Two of nu, f, h, l, delta, R1, R2, load, f2, phi2.
+        Any two parameters of an exciter.
     within : ((float, float), (float, float))
         Range of each.
     lines : int
@@ -85,7 +87,7 @@ def boundary(
 
         meeting_kind
             box (a side of it), cusp, grazing_fold, grazing_flip, grazing_pitchfork, double_grazing, degenerate_flip,
-            degenerate_pitchfork, chatter, rest, lost or points.
+            degenerate_pitchfork, chatter, rest, lost, points or, with friction, change: turns or sticks begin or end.
         meeting_<parameter>, meeting_point, meeting_ends
             Both parameters, the index of the point, and whether the curve ends there.
 
@@ -113,8 +115,14 @@ def boundary(
     symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
     box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
-    orbits = _settled(exciter, names, box, lines)
-    return boundary_dataset(box, find_boundaries(box, orbits, kinds))
+    rows = _settled(exciter, names, box, lines)
+    ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
+    effects = all_effects({**vars(exciter), **ends}, pieces=True)
+    if effects.has_pieces:
+        found = boundaries_of_pieces(box, rows, kinds, effects)
+    else:
+        found = find_boundaries(box, [orbit for each in rows for orbit in _orbits_of(each)], kinds)
+    return boundary_dataset(box, found)
 
 
 def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:
@@ -148,40 +156,35 @@ def _check_box(
                 raise ParameterError("within", value, f"{rule.text} for {name}")
         if not pair[0] < pair[1]:
             raise ParameterError("within", within, allowed)
+        if name in RIGID_AT_ZERO and pair[0] == 0.0:
+            raise ParameterError(name, 0.0, must=SOFT_ALONG)
     for first in pairs[0]:
         for second in pairs[1]:
-            all_effects(vars(Exciter(**{**vars(exciter), names[0]: first, names[1]: second})))
+            changed = {names[0]: first, names[1]: second}
+            all_effects(vars(Exciter(**{**vars(exciter), **changed})), pieces=True)
     ends = np.array(pairs, float)
     check_first_harmonic({**vars(exciter), **dict(zip(names, ends, strict=True))})
     return ends[:, 0], ends[:, 1]
 
 
-def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> list[Settled]:
-    """Return the orbits that settle at the crossings of a grid of lines."""
+def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> list[xr.Dataset]:
+    """Return what settles at the crossings of a grid of lines, from rest and from neighbours of each side."""
     middles = (np.arange(lines) + 0.5) / lines
     over = {
         name: low + middles * (high - low)
         for name, low, high in zip(names, box.low, box.high, strict=True)
     }
     first = Exciter(**{**vars(exciter), **{name: float(grid[0]) for name, grid in over.items()}})
-    orbits: list[Settled] = []
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
-    for follow in follows:
-        rows = solve_shard(first, over, 0, lines * lines, follow=follow, outputs=("impacts",))
-        orbits += _orbits_of(rows)
-    return orbits
+    asked = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
+    return [solve_shard(first, over, 0, lines * lines, follow=each, **asked) for each in follows]
 
 
 def _orbits_of(rows: xr.Dataset) -> list[Settled]:
     """Return the orbits of solved rows that can be followed by their impacts."""
     multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
     rests = rows["rests_per_orbit"].sum("support").values
-    parameters = np.array(
-        [
-            np.broadcast_to(rows[name].values if name in rows.coords else 0.0, multiples.shape)
-            for name in Parameters._fields
-        ]
-    )
+    parameters = parameters_of(rows)
     times = rows["impact_phase"].values + rows["impact_period"].values
     velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values
     ends = np.cumsum(sizes)

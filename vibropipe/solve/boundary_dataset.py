@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.pieces.curve import PieceBoundary
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.boundary_of_pieces import label_points
 from vibropipe.solve.branch_dataset import solve_points
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.origin_attrs import origin_attrs
@@ -29,6 +31,9 @@ KEPT = (
     "period_multiple", "impacts_per_orbit", "impact_velocity_max", "displacement_strobe",
     "velocity_strobe", "floquet_multiplier", "stable",
 )  # fmt: skip
+
+# Parameters that a motion without contacts and without friction does not know.
+NOT_LINEAR = [Parameters._fields.index(name) for name in ("k1", "k2", "h1", "h2", "friction")]
 
 
 def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
@@ -74,7 +79,7 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
         if other not in names
     }
     of_box = dict(zip(names, np.stack([box.low, box.high], axis=1), strict=True))
-    effects = all_effect_names({**Parameters(*box.values)._asdict(), **of_box})
+    effects = all_effect_names({**Parameters(*box.values)._asdict(), **of_box}, pieces=True)
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
@@ -84,11 +89,15 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
 def _label(box: Box, boundary: Boundary) -> Variables:
     """Return the steady states of the points of a boundary as variables over `row`."""
     curve, points = boundary.curve, boundary.points
+    if isinstance(curve, PieceBoundary):
+        return label_points(boundary)
     parameters = np.tile(box.values, (len(points), 1))
     parameters[:, box.along] = [point.u[-2:] for point in points]
     sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
     unknowns = parameters[:, :1]
     n = len(curve.sequence.supports)
+    if n == 0:
+        parameters[:, NOT_LINEAR] = 0.0
     if n:
         # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
         wholes = [whole_orbit(curve.sequence, np.append(point.u[: 2 * n], 0.0)) for point in points]
@@ -109,7 +118,7 @@ def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarra
 
 def _empty(box: Box) -> Variables:
     """Return the variables of no point."""
-    one = _solve(
-        ImpactSequence(1, 0, np.zeros(0, np.int8)), box.values.reshape(1, -1), np.zeros((1, 1))
-    )
+    parameters = box.values.reshape(1, -1).copy()
+    parameters[:, NOT_LINEAR] = 0.0
+    one = _solve(ImpactSequence(1, 0, np.zeros(0, np.int8)), parameters, np.zeros((1, 1)))
     return {name: (dims, values[:0]) for name, (dims, values) in one.items()}

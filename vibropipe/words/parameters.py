@@ -140,4 +140,4 @@ STANDARD_GRAVITY = 9.80665  # m/s^2
 
 RIGID_AT_ZERO = ("k1", "k2")
 """Stiffnesses of supports: 0 stands for a rigid one, which is the limit of large values."""
-SOFT_ALONG = "must be above 0 along a branch, since 0 stands for a rigid support"
+SOFT_ALONG = "must be above 0 where it varies, since 0 stands for a rigid support"

@@ -7,12 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.boundaries.system import GRAZINGS, advance, settle_at
+from vibropipe.orbits.boundaries.system import GRAZINGS, advance, parameters_of_point, settle_at
 from vibropipe.orbits.branches.curve import Curve, Point
 from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.steps import GAP, GAP_SIDE, SLOWEST, SPEED
+from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.forced_flow import acceleration
 
 # Weighted distance of two points that are one.
 SAME_POINT = 1e-6
+# Gap or impact speed next to which an orbit may touch twice at once, where the equations are singular.
+NEAR_END = 1e-4
+# Meetings with a support, by the kind of boundary.
+TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing")
 
 
 class Box(NamedTuple):
@@ -114,6 +122,33 @@ class BoundaryCurve(Curve):
             if found is not None and self.weighted(found.u - there) < SAME_POINT:
                 return True
         return False
+
+    def zero_of(self, point: Point, length: float, test: int) -> tuple[float, Point] | None:
+        """Return where in a step a test function is zero."""
+        return self.locate(point, (0.0, length), lambda each: float(each.tests[test]))
+
+    def near_end(self, point: Point) -> str:
+        """Return what a boundary meets next to a point from which no step succeeds, or ""."""
+        return TOUCHES[self.kind] if min(point.tests[GAP], point.tests[SPEED]) < NEAR_END else ""
+
+    def end_of(self, test: int, point: Point, beyond: Point) -> str:
+        """Return what a boundary meets where its orbit touches a support, or an impact loses its speed."""
+        n = len(self.sequence.supports)
+        if test == GAP:
+            if beyond.tests[GAP_SIDE] == 0 and n > 0:
+                return "rest"
+        else:
+            i = int(point.tests[SLOWEST])
+            support = int(self.sequence.supports[i])
+            p = parameters_of_point(self.box.values.reshape(1, -1).copy(), self.box.along, point.u)
+            pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
+            if (pull > 0.0) == (support == 1):
+                return "chatter"
+        return TOUCHES[self.kind]
+
+    def halves_at(self, point: Point) -> str:
+        """Return how both halves of an orbit agree: as `halves_agree`."""
+        return halves_agree(self.sequence, point.u, self.weights)
 
 
 def shifted(u: np.ndarray, n: int, touches: bool, near: np.ndarray) -> np.ndarray:

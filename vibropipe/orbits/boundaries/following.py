@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import SAME_POINT, BoundaryCurve
-from vibropipe.orbits.boundaries.system import GRAZINGS, parameters_of_point
+from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import is_no_motion
 from vibropipe.orbits.branches.following import (
@@ -19,18 +19,15 @@ from vibropipe.orbits.branches.following import (
     MIN_LENGTH,
     length_towards,
 )
-from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, GAP_SIDE, SLOWEST, SPEED
-from vibropipe.orbits.branches.symmetry import halves_agree
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.forced_flow import acceleration
+from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
 
 # A boundary with more points is left.
 MAX_POINTS = 5_000
-# Two impacts may begin at once: the equations are singular there. A boundary whose steps are as short as this, and gap
-# or impact speed as small, has reached such a point.
-SHORT_LENGTH, NEAR_END = 1e-6, 1e-4
-# Meetings with a support, by the kind of boundary.
-TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing")
+# Two impacts may begin at once: the equations are singular there. A boundary whose steps are as short as this, and that
+# is `near_end`, has reached such a point.
+SHORT_LENGTH = 1e-6
+# One whose steps are as short as this so many times in a row is left.
+CRAWL_LENGTH, MAX_CRAWLED = 1e-5, 50
 # Share of a step along the parameters, weighted, below which they do not change: a cusp.
 NO_CHANGE = 1e-5
 # Evaluations in the search for a zero between three points.
@@ -71,7 +68,7 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
     curve : BoundaryCurve
     start : Point
     """
-    path, length, lengths, searches = Path([start]), FIRST_LENGTH, [0.0], 0
+    path, length, lengths, searches, crawled = Path([start]), FIRST_LENGTH, [0.0], 0, 0
     end = ""
     while not end:
         point = path.points[-1]
@@ -113,6 +110,9 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
                 break
         if not end and len(path.points) >= MAX_POINTS:
             end = "points"
+        crawled = crawled + 1 if length < CRAWL_LENGTH else 0
+        if not end and crawled > MAX_CRAWLED:
+            end = curve.near_end(point) or "lost"
         if curve.cosine(point, new) > GROWTH_COSINE:
             length = min(GROWTH * length, curve.box.max_length)
     if not path.closed and not (path.meetings and path.meetings[-1].ends):
@@ -122,10 +122,8 @@ def follow(curve: BoundaryCurve, start: Point) -> Path:
 
 def _singular_end(curve: BoundaryCurve, point: Point, length: float) -> str:
     """Return what a boundary meets where its equations become singular, if its steps have become that short; or ""."""
-    is_near = min(point.tests[GAP], point.tests[SPEED]) < NEAR_END
-    if is_near and length < SHORT_LENGTH:
-        return TOUCHES[curve.kind]
-    return "lost" if length < MIN_LENGTH else ""
+    name = curve.near_end(point) if length < SHORT_LENGTH else ""
+    return name or ("lost" if length < MIN_LENGTH else "")
 
 
 def marks_within(
@@ -135,18 +133,18 @@ def marks_within(
     marks: list[Mark] = []
     for test in (SPEED, GAP):
         if point.tests[test] > 0.0 >= new.tests[test]:
-            found = _zero_of(curve, point, length, test)
+            found = curve.zero_of(point, length, test)
             if found is None:
                 return None
             # Where an impact loses its speed, the flight towards it turns at its end: one meeting.
             if not marks or found[0] < marks[0].length - 1e-6 * length:
-                marks.append(Mark(*found, _end_of(curve, test, found[1], new), True))
+                marks.append(Mark(*found, curve.end_of(test, found[1], new), True))
     if is_no_motion(new) and not marks:
         return None
     if curve.kind == GRAZINGS:
         for test, name in ((FOLD, "grazing_fold"), (DOUBLING, "grazing_flip")):
             if point.tests[test] * new.tests[test] < 0.0:
-                found = _zero_of(curve, point, length, test)
+                found = curve.zero_of(point, length, test)
                 if found is None:
                     return None
                 if test == DOUBLING and curve.sequence.mirrored:
@@ -163,33 +161,11 @@ def marks_within(
     return marks[: first_end + 1]
 
 
-def _zero_of(
-    curve: BoundaryCurve, point: Point, length: float, test: int
-) -> tuple[float, Point] | None:
-    """Return where in a step a test function is zero."""
-    return curve.locate(point, (0.0, length), lambda each: float(each.tests[test]))
-
-
 def _crossing(
     curve: BoundaryCurve, point: Point, length: float, column: int, limit: float
 ) -> tuple[float, Point] | None:
     """Return where in a step an unknown has a value."""
     return curve.locate(point, (0.0, length), lambda each: float(each.u[column] - limit))
-
-
-def _end_of(curve: BoundaryCurve, test: int, point: Point, beyond: Point) -> str:
-    """Return what a boundary meets where its orbit touches a support, or an impact loses its speed."""
-    if test == GAP:
-        if beyond.tests[GAP_SIDE] == 0 and len(curve.sequence.supports) > 0:
-            return "rest"
-    else:
-        n, i = len(curve.sequence.supports), int(point.tests[SLOWEST])
-        support = int(curve.sequence.supports[i])
-        p = parameters_of_point(curve.box.values.reshape(1, -1).copy(), curve.box.along, point.u)
-        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
-        if (pull > 0.0) == (support == 1):
-            return "chatter"
-    return TOUCHES[curve.kind]
 
 
 def _direction(curve: BoundaryCurve, point: Point) -> np.ndarray:
@@ -208,7 +184,7 @@ def _cusp_within(curve: BoundaryCurve, point: Point, new: Point, length: float) 
     if found is None or np.abs(_direction(curve, found[1])).max() > NO_CHANGE:
         return None
     # At a degenerate bifurcation doubled orbits shrink to their parent, and go back with their halves exchanged.
-    half = halves_agree(curve.sequence, found[1].u, curve.weights)
+    half = curve.halves_at(found[1])
     return Mark(*found, f"degenerate_{half}" if half else "cusp", bool(half))
 
 

@@ -64,7 +64,7 @@ def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) ->
             begun = begin(box, branch, event)
             if begun is None or _is_known(boundaries, *begun) or is_no_motion(begun[1]):
                 continue
-            boundaries.append(_follow_both_ways(*begun))
+            boundaries.append(follow_both_ways(*begun))
     return boundaries
 
 
@@ -155,7 +155,7 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
     )
 
 
-def _follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
+def follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
     """Follow a boundary from a point to both ends."""
     ahead = follow(curve, point)
     reverse = Point(point.u, -point.tangent, point.tests)

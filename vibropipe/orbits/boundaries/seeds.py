@@ -37,7 +37,7 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     values = branch.problem.values.copy()
     if branch.curve is None:
         values[branch.problem.along] = branch.values[event.point]
-        return _begin_linear(box, values[box.along], values)
+        return begin_linear(box, values[box.along], values)
     point, kind = branch.points[event.point], KINDS[event.kind]
     values[branch.problem.along] = point.value
     ends = values[box.along]
@@ -51,7 +51,7 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     elif event.reason == "speed":
         sequence, u, touch, time = _without_slow(sequence, u, speed)
         if len(sequence.supports) == 0:
-            return _begin_linear(box, ends, values)
+            return begin_linear(box, ends, values)
     elif event.reason == "doubled":
         sequence, u = halved(sequence, u, event.kind)
     if kind == GRAZINGS:
@@ -61,10 +61,10 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     # Velocities of the orbit itself: a branch may have begun with others.
     speed = float(np.abs(u[n : 2 * n]).max())
     curve = BoundaryCurve(box, kind, sequence, touch, speed)
-    return _settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
+    return settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
 
 
-def _settled(curve: BoundaryCurve, u: np.ndarray) -> tuple[BoundaryCurve, Point] | None:
+def settled(curve: BoundaryCurve, u: np.ndarray) -> tuple[BoundaryCurve, Point] | None:
     """Return a boundary and its point near u, with one of both parameters held; None if there is none."""
     for fixed in (-1, -2):
         point = curve.settle(u, fixed)
@@ -73,14 +73,14 @@ def _settled(curve: BoundaryCurve, u: np.ndarray) -> tuple[BoundaryCurve, Point]
     return None
 
 
-def _begin_linear(
+def begin_linear(
     box: Box, ends: np.ndarray, values: np.ndarray
 ) -> tuple[BoundaryCurve, Point] | None:
     """Return the boundary of the motion without impacts near some parameters."""
     side, time = linear_touch(row_parameters(values.reshape(1, -1), 0))
     sequence = Sequence(1, 0, np.zeros(0, np.int8))
     curve = BoundaryCurve(box, GRAZINGS, sequence, Touch(0, side), 1.0)
-    return _settled(curve, np.array([time, *ends]))
+    return settled(curve, np.array([time, *ends]))
 
 
 def _without_slow(

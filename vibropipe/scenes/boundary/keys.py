@@ -17,7 +17,7 @@ from vibropipe.scenes.keys.checks import Check
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange, is_allowed
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 BoundaryKinds = Annotated[
     list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)
@@ -101,6 +101,8 @@ def _parameters(scene: BoundaryScene) -> Iterator[Problem]:
             if not is_allowed(name, value):
                 yield Problem(("over", name), repr(value), PARAMETERS[name].range.text)
                 break
+        if name in RIGID_AT_ZERO and 0.0 in ends:
+            yield Problem(("over", name), "0", must=SOFT_ALONG)
         stated = scene.exciter.explicit()
         if name in stated:
             must = f"must be left out, since {name} stands in over"
@@ -115,7 +117,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         return
     try:
         Exciter(**scene.resolved_exciter())
-        all_effects(scene.values())
+        all_effects(scene.values(), pieces=True)
         check_first_harmonic(scene.values())
     except ParameterError as error:
         yield refused(("exciter", error.name), error)

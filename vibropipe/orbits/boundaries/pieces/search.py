@@ -1,0 +1,274 @@
+"""Boundaries of orbits with soft supports or friction, from the bifurcations of their branches."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
+from vibropipe.orbits.boundaries.pieces.curve import TOUCHES_BELOW, PieceBoundary
+from vibropipe.orbits.boundaries.pieces.flights import march_pieces, nearest_touch
+from vibropipe.orbits.boundaries.pieces.law import Law, law_of
+from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
+from vibropipe.orbits.boundaries.seeds import KINDS, begin_linear, settled
+from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.branches.curve import Point, Problem
+from vibropipe.orbits.branches.events import Event, is_no_motion
+from vibropipe.orbits.branches.pieces.curve import SECTION, PieceCurve
+from vibropipe.orbits.branches.pieces.following import follow_pieces
+from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
+from vibropipe.orbits.branches.switching import Branch, Seed
+from vibropipe.orbits.branches.tree import Rules, follow_tree
+from vibropipe.orbits.row import row_parameters
+from vibropipe.orbits.sensitivity.pieces.columns import new_variations
+from vibropipe.physics.effects import Effects
+
+PIECES = Rules(follow_pieces, limit_of_pieces, seeds_of_pieces)
+# Least gap of a flight, as a share of the size of the orbit, next to which a grazing is sought.
+NEAR_TOUCH = 1e-2
+# Relative difference of the states of two orbits of the same parameters that are one.
+SAME_STATE = 1e-6
+# Steps ahead of the end of a boundary at which it is sought with other events, weighted; they exceed the length within
+# which the end is located.
+AHEAD = (1e-6, 1e-5, 1e-4, 1e-3)
+# Boundaries after which no more are sought.
+MAX_BOUNDARIES = 256
+# Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
+MAX_CONTACTS = 24
+# Capacity of the variations of an orbit, in pieces.
+CAPACITY = 4096
+
+
+class SettledPieces(NamedTuple):
+    """An orbit that settled: its parameters, period multiple, (x, x') at the section, and scales of both."""
+
+    values: np.ndarray
+    m: int
+    state: np.ndarray
+    size: float
+    speed: float
+
+
+def find_boundaries_of_pieces(
+    box: Box,
+    orbits: Iterable[SettledPieces],
+    of: Collection[str],
+    effects: Effects,
+    march_room: tuple[Any, ...],
+) -> list[Boundary]:
+    """Follow all boundaries that pass through bifurcations of the branches of some orbits.
+
+    Arguments and result are those of `vibropipe.orbits.boundaries.search.find_boundaries`; march_room : as for
+    `march_orbit`.
+    """
+    boundaries: list[Boundary] = []
+    room = effects, march_room
+    for branch in _branches(box, orbits, *room):
+        for event in branch.events:
+            kind = "grazing" if event.kind == "change" else event.kind
+            if kind not in of or kind not in KINDS:
+                continue
+            waiting = [*_begin(box, branch, event, KINDS[kind], *room)]
+            while waiting and len(boundaries) < MAX_BOUNDARIES:
+                begun = waiting.pop()
+                if is_no_motion(begun[1]) or _is_known(boundaries, *begun):
+                    continue
+                boundaries.append(follow_both_ways(*begun))
+                waiting += _beyond(box, boundaries[-1], *room)
+    return boundaries
+
+
+def _branches(
+    box: Box, orbits: Iterable[SettledPieces], effects: Effects, march_room: tuple[Any, ...]
+) -> Iterator[Branch]:
+    """Yield the branches of orbits along both parameters, none twice."""
+    room = new_variations(CAPACITY, 0, 0, 0)
+    passed: dict[tuple[int, float], list[tuple[float, int, np.ndarray]]] = {}
+    ordered = list(orbits)
+    for index in (0, 1):
+        along = int(box.along[index])
+        for orbit in ordered:
+            value, held = float(orbit.values[along]), float(orbit.values[box.along[1 - index]])
+            known = passed.setdefault((index, held), [])
+            state = orbit.state
+            if _contains(known, value, orbit):
+                continue
+            at = tuple(
+                sorted(
+                    {
+                        float(o.values[along])
+                        for o in ordered
+                        if o.values[box.along[1 - index]] == held
+                    }
+                )
+            )
+            problem = Problem(
+                orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
+                box.max_length,
+            )  # fmt: skip
+            curve = PieceCurve(problem, orbit.m, orbit.size, orbit.speed, effects, march_room, room)
+            point = curve.settle(np.array([*state, value]))
+            known.append((value, orbit.m, state))
+            if point is None:
+                continue
+            seed = Seed(curve, point, value, (1.0, -1.0))
+            for branch in _with_children(problem, seed):
+                known += _passed(branch, set(at))
+                yield branch
+
+
+def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
+    """Yield the branch of a seed, and those that begin at its bifurcations."""
+    (parent,) = follow_tree(problem, seed, (), PIECES).branches
+    yield parent
+    for event in parent.events:
+        if event.kind in SWITCHED and not limit_of_pieces(parent, event):
+            for child in seeds_of_pieces(parent, event):
+                yield from follow_tree(problem, child, (), PIECES).branches
+
+
+def _passed(branch: Branch, at: set[float]) -> list[tuple[float, int, np.ndarray]]:
+    """Return value, period multiple and state at the section of a branch at some values."""
+    curve = branch.curve
+    assert isinstance(curve, PieceCurve)
+    m = curve.sequence.m
+    return [
+        (each.value, m, curve.state_at(each, float(visit)))
+        for each in branch.points
+        if each.value in at
+        for visit in range(m)
+    ]
+
+
+def _contains(
+    known: Iterable[tuple[float, int, np.ndarray]], value: float, orbit: SettledPieces
+) -> bool:
+    """Return whether an orbit is among some."""
+    scales = np.array([orbit.size, orbit.speed])
+    return any(
+        value == there
+        and orbit.m == m
+        and float(np.abs((state - orbit.state) / scales).max()) < SAME_STATE
+        for there, m, state in known
+    )
+
+
+def _begin(
+    box: Box,
+    branch: Branch,
+    event: Event,
+    kind: int,
+    effects: Effects,
+    march_room: tuple[Any, ...],
+) -> Iterator[tuple[Any, Point]]:
+    """Yield the boundary through a bifurcation of a branch, if there is one, and its point there."""
+    curve = branch.curve
+    assert isinstance(curve, PieceCurve)
+    near = branch.points[event.point : event.point + (2 if event.kind == "change" else 1)]
+    for point in near:
+        values = branch.problem.values.copy()
+        values[branch.problem.along] = point.value
+        m = curve.sequence.m
+        if event.reason == "doubled" and kind == FLIPS:
+            m //= 2
+        slow = TOUCHES_BELOW * curve.speed if kind == GRAZINGS else 0.0
+        turns, ends = float(point.tests[SECTION]), values[box.along]
+        p = row_parameters(values.reshape(1, -1), 0)
+        if not march_pieces(effects, p, turns, point.u[0], point.u[1], 2.0 * m, march_room):
+            continue
+        law = law_of(march_room[0].pieces, m, box.symmetric, slow, p.friction > 0.0)
+        if law is None:
+            if kind == GRAZINGS and p.friction == 0.0:
+                found = begin_linear(box, ends, values)
+                if found is not None:
+                    yield found
+                    return
+            continue
+        of_half = kind == PITCHFORKS
+        if law.n_contacts > MAX_CONTACTS or (kind != GRAZINGS and of_half != bool(law.mirrored)):
+            continue
+        begun = begin_at(box, kind, law, ends, (curve.size, curve.speed), effects, march_room)
+        if begun is not None:
+            yield begun
+            return
+
+
+def _beyond(
+    box: Box, boundary: Boundary, effects: Effects, march_room: tuple[Any, ...]
+) -> Iterator[tuple[Any, Point]]:
+    """Yield the boundaries that go on, by other events, where one ends, and their points there."""
+    curve = boundary.curve
+    if not isinstance(curve, PieceBoundary):
+        return
+    for meeting in boundary.meetings:
+        if not meeting.ends or meeting.name in ("box", "closed", "points", "rest"):
+            continue
+        point = boundary.points[meeting.point]
+        way = 1.0 if meeting.point > 0 else -1.0
+        for length in AHEAD:
+            ahead = point.u + way * length * point.tangent
+            # The orbit of the end is, next to it, close to that of other events.
+            if not curve.replayed(point):
+                break
+            turns, x, v = curve.state_inside(point.u)
+            p = curve.parameters(ahead)
+            if not march_pieces(effects, p, turns, x, v, 2.0 * curve.law.m, march_room):
+                continue
+            slow = TOUCHES_BELOW * curve.speed if curve.kind == GRAZINGS else 0.0
+            law = law_of(march_room[0].pieces, curve.law.m, box.symmetric, slow, p.friction > 0.0)
+            if law is None or law.mirrored != curve.law.mirrored or law.n_contacts > MAX_CONTACTS:
+                continue
+            scales = (curve.size, curve.speed)
+            found = begin_at(box, curve.kind, law, ahead[-2:], scales, effects, march_room)
+            if found is not None and not is_no_motion(found[1]):
+                yield found
+                break
+
+
+def begin_at(
+    box: Box,
+    kind: int,
+    law: Law,
+    ends: np.ndarray,
+    scales: tuple[float, float],
+    effects: Effects,
+    march_room: tuple[Any, ...],
+) -> tuple[BoundaryCurve, Point] | None:
+    """Return the boundary of a law near both parameters `ends`, and its point there; None if there is none."""
+    touch, timed = NO_TOUCH, []
+    room = effects, march_room
+    if kind == GRAZINGS:
+        flown = PieceBoundary(box, FLIPS, law, NO_TOUCH, *scales, *room)
+        flown.sought.guess[:] = law.spans
+        u = np.array([law.at, law.start, *ends])
+        found = np.empty(4)
+        if not flown.flies(u):
+            return None
+        nearest_touch(effects, flown.parameters(u), flown.sought.pieces, found)
+        if not abs(found[0]) < NEAR_TOUCH * scales[0]:
+            return None
+        touch, timed = Touch(int(found[1]), int(found[2])), [found[3]]
+    curve = PieceBoundary(box, kind, law, touch, *scales, *room)
+    return settled(curve, np.array([law.at, law.start, *timed, *ends]))
+
+
+def _is_known(boundaries: Iterable[Boundary], curve: Any, point: Point) -> bool:
+    """Return whether a point lies on a boundary that is known."""
+    for each in boundaries:
+        if type(each.curve) is not type(curve) or each.curve.kind != curve.kind:
+            continue
+        if not isinstance(curve, PieceBoundary):
+            if each.curve.touch.side == curve.touch.side and each.curve.passes(
+                each.points, point.u
+            ):
+                return True
+        elif (
+            isinstance(each.curve, PieceBoundary)
+            and each.curve.law.m == curve.law.m
+            and sorted(each.curve.contacts()) == sorted(curve.contacts())
+            and each.curve.passes(each.points, point)
+        ):
+            return True
+    return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,42 @@ def test_free_friction_loses_twice_itself_at_every_turn() -> None:
     assert float(motion["displacement_end"]) == pytest.approx(0.0, abs=1e-15)
     assert motion["stick_start"].values[-1] == pytest.approx(5 * math.pi)
     assert motion["stick_end"].values[-1] == math.inf
+
+
+def test_a_force_that_exceeds_the_friction_by_less_than_rounding() -> None:
+    # The spring alone pulls as much as the friction holds; what the force adds is far below rounding.
+    exciter = vp.Exciter(
+        l=0.5, nu=0.3, f=-2.5e-139, h=0.42556842202358447, delta=-0.08639514326948855,
+        friction=0.038946636351345994,
+    )  # fmt: skip
+    motion = vp.simulate(exciter, 12.0, exciter.friction, 2.2e-38, samples_per_period=0)
+    assert int(motion["status"]) == 0
+    assert motion.sizes["turn"] < 10
+    assert float(motion["displacement_end"]) == pytest.approx(exciter.friction, abs=1e-15)
+
+
+def test_a_mass_that_hardly_touches_a_soft_support_under_tiny_friction_is_not_held() -> None:
+    # The contact at the start takes 1e-20 of a step; to hold the mass for that step moved its end by 0.02.
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=1.0, delta=-0.24803788093940768, R1=1.0, R2=1.0, k2=1.0)
+    free = vp.simulate(exciter, 12.0, exciter.lower, -1e-20, samples_per_period=0)
+    held = vp.simulate(
+        replace(exciter, friction=1e-8), 12.0, exciter.lower, -1e-20, samples_per_period=0
+    )
+    for name in ("displacement_end", "velocity_end"):
+        assert float(held[name]) == pytest.approx(float(free[name]), abs=1e-6)
+
+
+def test_newmark_lists_a_stick_that_begins_with_a_step() -> None:
+    # A slip whose step does not begin to move is held for a step, and then sticks again.
+    exciter = vp.Exciter(
+        l=0.5, nu=0.97065423, f=-1.38405872, h=0.08427633, delta=-0.34925027, R1=0.22700973, R2=0.1888813,
+        k1=36484.683, k2=3.59865593, h1=166.858875, h2=0.0917849666, friction=0.0461322542,
+    )  # fmt: skip
+    task = exciter, 20.0, -0.42437759, 0.65212625
+    exact = vp.simulate(*task, samples_per_period=0)
+    motion = vp.simulate(*task, samples_per_period=0, method="newmark", steps_per_period=500)
+    assert motion.sizes["stick"] >= exact.sizes["stick"] > 0
+    assert (motion["stick_end"].values >= motion["stick_start"].values).all()
 
 
 def test_at_rest_on_a_support_and_stuck_are_two_things() -> None:

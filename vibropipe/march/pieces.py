@@ -44,6 +44,7 @@ from vibropipe.march.piece_log import (
     RELEASE,
     REST_BEGINS,
     SLIP,
+    STICK,
     TOUCH,
     extend_piece,
     is_full_of_pieces,
@@ -79,6 +80,8 @@ from vibropipe.words.status import Status
 
 # One part of a step; a numpy integer, as the causes of pieces.
 ONE_PART = np.int64(1)
+# Time, in steps, within which a mass has not started to move if it stops again.
+SHORTEST = 2.0**-52
 # Largest number of events of a march, turning points included, which no limit of contacts bounds.
 MAX_TURNS = 100_000_000
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
@@ -111,21 +114,41 @@ def next_instant(grid, at, theta):
 
 @jit
 def hold(e, p, grid, state, limit, log, samples, c):
-    """Hold a mass until `limit` whose Newmark step does not start to move within this step.
-
-    Returns what `advance_piece` returns.
-    """
+    """Hold a mass until `limit` that does not start to move within this step; return what `advance_piece` returns."""
     for n in range(1, c.size):
         c[n] = 0.0
     at_step = state.period * grid.steps + state.step
     record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, limit, ONE_PART)
-    extend_piece(log.pieces, (limit - state.theta) * grid.dt, state.y, 0.0)
+    span = (limit - state.theta) * grid.dt
+    extend_piece(log.pieces, span, state.y, 0.0)
+    if is_in_contact(e, p, state):
+        log.pieces.contact[ELAPSED] += span
     period, step, theta = next_instant(grid, state, limit)
     after = resume(e, p, grid, Instant(period, step, theta), state.home, state.y)
     log.counts[STEPS] += 1
-    log.counts[SHORT_FLIGHTS] += 1
-    begin(e, p, grid, log, TOUCH, after)
+    if grid.exact is None:
+        log.counts[SHORT_FLIGHTS] += 1
+    begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
     return after, OK, False
+
+
+@jit
+def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
+    """Return whether a mass without velocity does not start to move the way that its mode says.
+
+    Newmark's step may begin to move later. By the exact method the force then grows beyond the friction by less than
+    rounding per step, which gives the coefficient any sign: the mass would stop at once, again and again.
+    """
+    if (
+        piece.velocity_power == 0
+        or c[min(piece.velocity_power + 1, c.size - 1)] * piece.direction > 0.0
+    ):
+        return False
+    if grid.exact is None:
+        return True
+    if event == NOTHING or theta > SHORTEST:
+        return False
+    return event == ZERO or is_soft(e, p, support_at(state.home, event == NEAR))
 
 
 @jit
@@ -152,11 +175,10 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     )
     if kind == STRIDE_LIMIT:
         return state, ROOT_BOUND, False
-    if grid.exact is None:
-        if piece.velocity_power > 0 and not c[2] * piece.direction > 0.0:
-            return hold(e, p, grid, state, limit, log, samples, c)
-        if event != NOTHING:
-            theta = end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c)
+    if does_not_start(e, p, grid, state, piece, event, theta, c):
+        return hold(e, p, grid, state, limit, log, samples, c)
+    if grid.exact is None and event != NOTHING:
+        theta = end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c)
     y, w = evaluate(grid, c, theta)
     w *= parts
     if event == NOTHING:

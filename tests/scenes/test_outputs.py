@@ -51,7 +51,7 @@ SWEEPS = {
     "two": {"over": {"nu": [0.8, 1, 1.2], "delta": [0, 0.01]}},
     "three": {"over": {"nu": [0.8, 1.2], "delta": [0, 0.01], "R1": [0, 0.5, 1]}},
     "far_and_near": {"over": {"l": [0.2, 30]}},
-    "unstruck": {"over": {"nu": [0.5, 0.6]}, "exciter": {"l": 1.8}},
+    "unstruck": {"over": {"nu": [3.0, 3.2]}},
     "followed": {"over": {"nu": [1, 1.2], "f": [1, 2]}, "follow": {"along": "nu", "direction": "up"}},
     "accurate": {"over": {"nu": [1, 1.2]}, "solver": {"accuracy": 1e-6}},
     "map": {"over": {"nu": RANGE, "f": RANGE}},

@@ -110,7 +110,10 @@ def test_a_study_file_names_its_results(study, tmp_path):
     )
 
 
-STUDY = "title: Small\nscenes: {map: {kind: sweep, exciter: {l: 0.5}, over: {nu: [1.0, 1.2]}}}\n"
+STUDY = """title: Small
+exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes: {map: {kind: sweep, over: {nu: [1.0, 1.2]}}}
+"""
 
 
 def test_the_page_of_an_edited_study_says_that_its_results_are_old(tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit_allocating
 from vibropipe.march.loop import OK
-from vibropipe.march.state import initial_state
+from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.return_map import clear_log, march_periods, state_xv
 
@@ -33,7 +33,7 @@ def map_back(e, p, grid, states, log, c, before) -> None:
     """
     for i in range(states.shape[0]):
         clear_log(log)
-        state = initial_state(e, p, grid, 0.0, states[i, 0], -states[i, 1])
+        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], -states[i, 1])
         state, status = march_periods(e, p, grid, state, ONE_PERIOD, log, c, MAX_IMPACTS)
         x, v = state_xv(p, state)
         before[i, 0], before[i, 1] = x, -v

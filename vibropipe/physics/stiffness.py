@@ -37,8 +37,8 @@ def is_soft(e, p, support) -> bool:
 
 @jit
 def piece_rate(stiffness: float, damping: float) -> float:
-    """Return the largest rate of y'' + damping y' + stiffness y = 0: the root of s^2 = damping s + stiffness."""
-    return 0.5 * (damping + math.sqrt(damping * damping + 4.0 * stiffness))
+    """Return the largest rate of y'' + damping y' + stiffness y = 0: the root of s^2 = |damping| s + stiffness."""
+    return 0.5 * (abs(damping) + math.sqrt(damping * damping + 4.0 * stiffness))
 
 
 @jit

@@ -88,7 +88,7 @@ def basins(
             States of these orbits at the section; `border_point_orbit` has the orbit of each.
         stable_set_displacement, stable_set_velocity (stable_set_point)
             The borders themselves: starts at phase 0 whose motions approach one of these orbits, along pieces of curves
-            that NaN parts; `stable_set_orbit` has the orbit. Of a set without end the beginning.
+            that NaN parts; `stable_set_orbit` has the orbit. Of a set without end the beginning, with friction none.
 
         and over `attractor_id` all that `attractors` returns. With `over`, the parameter is the first dimension of all
         these. An attractor is carried along from value to value and keeps its number while its states at the section

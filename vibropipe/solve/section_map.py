@@ -86,8 +86,15 @@ def _map_piece(
 
 
 @jit_nogil
-def _map_back_piece(e: Effects, p: Parameters, states: np.ndarray, before: np.ndarray) -> None:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY), np.empty(DEGREE + 1)
+def _map_back_piece(
+    e: Effects,
+    p: Parameters,
+    states: np.ndarray,
+    before: np.ndarray,
+    pieces: PieceLog | None,
+    plain: int | None,
+) -> None:
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     map_back(e, p, exact_grid(e, p), states, log, c, before)
 
 
@@ -160,17 +167,19 @@ class SectionMap:
         """Return the states (n, 2) a forcing period before states at the section.
 
         They are NaN where the march forward does not lead back: after a rest, with R = 0 or with friction there is no
-        one state before. With soft supports they are not computed.
+        one state before.
         """
         before, known = np.full_like(states, np.nan), np.isfinite(states).all(axis=1)
         e, p = self._parameters
-        if not e.has_pieces and p.R1 > 0.0 and p.R2 > 0.0:
+        rebounds = {f"R{n}": getattr(p, f"R{n}") for n in (1, 2) if getattr(p, f"k{n}") == 0.0}
+        if p.friction == 0.0 and min(rebounds.values(), default=1.0) > 0.0:
             # Backward in time damping and impacts give what they took, and sines change their sign.
-            given = {name: -getattr(p, name) for name in ("f", "h", "f2", "phi2")}
-            backward = p._replace(R1=1.0 / p.R1, R2=1.0 / p.R2, **given)
+            given = {name: -getattr(p, name) for name in ("f", "h", "h1", "h2", "f2", "phi2")}
+            given |= {name: 1.0 / value for name, value in rebounds.items()}
+            backward = p._replace(**given)
             found = np.empty((np.count_nonzero(known), 2))
             starts = states[known] - self._equilibrium
-            _map_back_piece(e, backward, starts, found)
+            _map_back_piece(e, backward, starts, found, *self._pieces())
             before[known] = found - self._origin
         known = np.flatnonzero(np.isfinite(before).all(axis=1))
         images, _contacts = self.images(before[known], 1)

@@ -193,6 +193,14 @@ def test_simulate_prints_the_impacts_of_the_motion(capsys):
     assert lines[-1].startswith("end: displacement ")
 
 
+def test_simulate_starts_where_the_mass_is_at_rest(capsys):
+    """Without a force it stays there: at the equilibrium, or on the support that it is pressed on."""
+    for options, x in ((["--load", 0.2], 0.2), (["--delta", 0.6], 0.1), (["--delta", -0.6], -0.1)):
+        assert run("simulate", "--l", 0.5, *options) == 0
+        end = capsys.readouterr().out.splitlines()[-1]
+        assert end.startswith(f"end: displacement {x}, velocity 0")
+
+
 def test_simulate_prints_the_accuracy_it_reached(capsys):
     options = ["--l", 0.5, "--f", 1, "--h", 0.1, "--R1", 0.8, "--R2", 0.8, "--accuracy", 1e-6]
     assert run("simulate", *options) == 0

@@ -98,7 +98,13 @@ def simulate(
     friction: Annotated[float, parameter_option("friction")] = DEFAULTS["friction"],
     f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
     phi2: Annotated[float, parameter_option("phi2")] = DEFAULTS["phi2"],
-    x0: Annotated[float, typer.Option("--x0", help="Displacement at tau = 0.")] = 0.0,
+    x0: Annotated[
+        float | None,
+        typer.Option(
+            "--x0",
+            help="Displacement at tau = 0 (default: the equilibrium, or the support nearest to it).",
+        ),
+    ] = None,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
     tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
     method: Annotated[str, typer.Option("--method", help=f"{' or '.join(METHODS)}.")] = METHODS[0],

@@ -114,10 +114,9 @@ def motion_text(motion: xr.Dataset, max_events: int = MAX_EVENTS) -> str:
     parameters = "  ".join(
         f"{name} = {float(motion[name]):g}" for name in PARAMETERS if name in motion
     )
-    end = (
-        f"end: displacement {float(motion['displacement_end']):.12g},"
-        f" velocity {float(motion['velocity_end']):.12g}"
-    )
+    # -0.0 + 0.0 is 0.0
+    x, v = (float(motion[f"{name}_end"]) + 0.0 for name in ("displacement", "velocity"))
+    end = f"end: displacement {x:.12g}, velocity {v:.12g}"
     status = Status(int(motion["status"]))
     lines = [
         parameters,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.orbits.boundaries.pieces import search
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.boundaries import Meeting
 
@@ -93,6 +94,17 @@ def test_the_first_grazing_is_that_of_the_linear_motion():
     nu, f = borders["nu"].values[linear], borders["f"].values[linear]
     assert nu.size > 30
     np.testing.assert_allclose(f, SOFT.l * np.hypot(1.0 - nu**2, SOFT.h * nu), rtol=1e-12)
+
+
+def test_curves_beyond_the_most_of_a_call_are_told(monkeypatch):
+    task = SOFT, ("grazing", "fold"), ("nu", "f"), BOX
+    whole = vp.boundary(*task, lines=2)
+    assert "incomplete" not in whole.attrs
+    monkeypatch.setattr(search, "MAX_BOUNDARIES", 1)
+    with pytest.warns(vp.UnsolvedWarning, match="1 curves are followed"):
+        part = vp.boundary(*task, lines=2)
+    assert "there are more" in part.attrs["incomplete"]
+    assert np.unique(part["curve_id"]).size == 1 < np.unique(whole["curve_id"]).size
 
 
 def test_friction_holds_the_first_grazing_off():

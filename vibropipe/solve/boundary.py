@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.sweep import solve_shard
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,14 +60,14 @@ def boundary(
         Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
         pitchforks.
     along : (str, str)
-        Any two parameters of an exciter.
+        Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support.
     within : ((float, float), (float, float))
         Range of each.
     lines : int
-        Number of lines along each parameter from which curves are sought.
+        Number of lines along each parameter from which curves are sought, from 1 to 200.
     max_step : float
-        Largest distance of neighbouring points, where 1 is the range of a parameter, a forcing period, or the largest
-        impact velocity of the first orbit of the curve.
+        Largest distance of neighbouring points, up to 0.1, where 1 is the range of a parameter, a forcing period, or
+        the largest impact velocity of the first orbit of the curve.
 
     Returns
     -------
@@ -91,12 +93,18 @@ def boundary(
         meeting_<parameter>, meeting_point, meeting_ends
             Both parameters, the index of the point, and whether the curve ends there.
 
-        A curve without an end is closed. Mirror images of one another are given once.
+        A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
+        so if 256 curves with soft supports or friction do not suffice.
+
+    Warns
+    -----
+    UnsolvedWarning
+        If curves are left.
 
     Raises
     ------
     ParameterError
-        If an argument is out of range.
+        If an argument is out of range, or a second harmonic acts without a first one (f = 0).
 
     References
     ----------
@@ -118,11 +126,18 @@ def boundary(
     rows = _settled(exciter, names, box, lines)
     ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
     effects = all_effects({**vars(exciter), **ends}, pieces=True)
-    if effects.has_pieces:
-        found = boundaries_of_pieces(box, rows, kinds, effects)
-    else:
-        found = find_boundaries(box, [orbit for each in rows for orbit in _orbits_of(each)], kinds)
-    return boundary_dataset(box, found)
+    if not effects.has_pieces:
+        orbits = [orbit for each in rows for orbit in _orbits_of(each)]
+        return boundary_dataset(box, find_boundaries(box, orbits, kinds))
+    found, is_complete = boundaries_of_pieces(box, rows, kinds, effects)
+    dataset = boundary_dataset(box, found)
+    if not is_complete:
+        dataset.attrs["incomplete"] = (
+            f"{len(found)} curves are followed, the most of one call; there are more"
+        )
+        remedy = "Choose a smaller box, or fewer kinds of bifurcation."
+        warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
+    return dataset
 
 
 def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:

@@ -26,8 +26,8 @@ L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
 
 def boundaries_of_pieces(
     box: Box, rows: list[xr.Dataset], of: tuple[str, ...], effects: Effects
-) -> list[Boundary]:
-    """Return the boundaries that are reached from solved rows.
+) -> tuple[list[Boundary], bool]:
+    """Return the boundaries that are reached from solved rows, and whether these are all.
 
     Parameters
     ----------

@@ -30,6 +30,7 @@ def describe_boundaries(
         "Colours: regimes that settle; where they change without a curve, another orbit attracts the start"
         if regimes is not None
         else "",
+        dataset.attrs.get("incomplete", ""),
     )
 
 

@@ -57,11 +57,11 @@ def find_boundaries_of_pieces(
     of: Collection[str],
     effects: Effects,
     march_room: tuple[Any, ...],
-) -> list[Boundary]:
+) -> tuple[list[Boundary], bool]:
     """Follow all boundaries that pass through bifurcations of the branches of some orbits.
 
-    Arguments and result are those of `vibropipe.orbits.boundaries.search.find_boundaries`; march_room : as for
-    `march_orbit`.
+    Arguments are those of `vibropipe.orbits.boundaries.search.find_boundaries`; march_room : as for `march_orbit`.
+    Returns the boundaries, and whether all were followed: they are left at MAX_BOUNDARIES.
     """
     boundaries: list[Boundary] = []
     room = effects, march_room
@@ -71,13 +71,15 @@ def find_boundaries_of_pieces(
             if kind not in of or kind not in KINDS:
                 continue
             waiting = [*_begin(box, branch, event, KINDS[kind], *room)]
-            while waiting and len(boundaries) < MAX_BOUNDARIES:
+            while waiting:
                 begun = waiting.pop()
                 if is_no_motion(begun[1]) or _is_known(boundaries, *begun):
                     continue
+                if len(boundaries) == MAX_BOUNDARIES:
+                    return boundaries, False
                 boundaries.append(follow_both_ways(*begun))
                 waiting += _beyond(box, boundaries[-1], *room)
-    return boundaries
+    return boundaries, True
 
 
 def _branches(

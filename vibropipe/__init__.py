@@ -1,4 +1,4 @@
-"""vibropipe: motions of a vibration exciter that strikes one or both of two rigid supports."""
+"""vibropipe: motions of a vibration exciter that strikes one or both of two supports."""
 
 from __future__ import annotations
 

@@ -76,7 +76,8 @@ def simulate_rows(
     Raises
     ------
     ParameterError
-        If a value is out of range, or a sequence has another length than exciters.
+        If a value is out of range, a sequence has another length than exciters, or an exciter has soft supports,
+        friction or a second harmonic.
 
     Notes
     -----

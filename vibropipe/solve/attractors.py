@@ -40,7 +40,7 @@ def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr
     ----------
     exciter : Exciter
     starts : int
-        Number of starts, a Halton sequence [2]_ of displacements between the supports and velocities up to
+        Number of starts, up to 1e7, a Halton sequence [2]_ of displacements between the supports and velocities up to
         `reachable_velocity`, at tau = 0.
     harmonics : int
         Number of harmonics, from 1 to 1000.

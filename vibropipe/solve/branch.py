@@ -64,7 +64,7 @@ def branch(
     exciter : Exciter
         The start; its own value of `along` lies on the branch.
     along : str
-        The parameter that varies: any of an exciter.
+        The parameter that varies: any of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support.
     to : float or (float, float)
         Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
         ways. A branch is left where it leaves this range.
@@ -77,10 +77,10 @@ def branch(
         on: the orbits of twice the period, both asymmetric ones, and those with an impact more or less. At most 64
         branches are followed, none of more than 128 impacts or 32 forcing periods.
     harmonics : int
-        Number of harmonics.
+        Number of harmonics, from 1 to 1,000.
     max_step : float
-        Largest distance of neighbouring points, where 1 is the range of the parameter, a forcing period, or the
-        largest impact velocity of the start.
+        Largest distance of neighbouring points, up to 0.1, where 1 is the range of the parameter, a forcing period, or
+        the largest impact velocity of the start.
     outputs : sequence of str
         Any of harmonics, impacts, stability, energy, subharmonics, sensitivity, as for `steady_state`.
 
@@ -122,7 +122,7 @@ def branch(
     Raises
     ------
     ParameterError
-        If an argument is out of range, or the motion from (x0, v0) settles on no orbit of the force.
+        If an argument is out of range, or the motion from (x0, v0) settles on no orbit that repeats with the force.
 
     References
     ----------

@@ -29,11 +29,11 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     Parameters
     ----------
     exciter : Exciter
-        With delta = 0 and R1 = R2; its own nu and f are not used.
+        With delta = load and R1 = R2; its own nu and f are not used.
     nu : array_like
         Frequencies of excitation, > 0.
     m : int
-        Period multiple, odd.
+        Period multiple, odd, up to 999.
 
     Returns
     -------
@@ -43,7 +43,8 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     Raises
     ------
     ParameterError
-        If the exciter is not mirror-symmetric, or an argument is out of range.
+        If the exciter is not mirror-symmetric, or has soft supports, friction or a second harmonic, or an argument is
+        out of range.
     """
     return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0), m), nu)
 
@@ -62,7 +63,7 @@ def one_sided_orbit_boundaries(
     support : int
         The support struck, 1 or 2.
     m : int
-        Period multiple.
+        Period multiple, up to 1,000.
 
     Returns
     -------
@@ -80,7 +81,7 @@ def one_sided_orbit_boundaries(
     Raises
     ------
     ParameterError
-        If an argument is out of range.
+        If an argument is out of range, or the exciter has soft supports, friction or a second harmonic.
     """
     return _boundaries(one_sided_family(dataclasses.replace(exciter, f=1.0), support, m), nu)
 

@@ -31,9 +31,9 @@ def symmetric_orbit(exciter: Exciter, m: int = 1) -> xr.Dataset:
     Parameters
     ----------
     exciter : Exciter
-        With delta = 0, R1 = R2 and f other than 0.
+        With delta = load, R1 = R2 and f other than 0.
     m : int
-        Period multiple, odd.
+        Period multiple, odd, up to 999.
 
     Returns
     -------
@@ -45,7 +45,8 @@ def symmetric_orbit(exciter: Exciter, m: int = 1) -> xr.Dataset:
     Raises
     ------
     ParameterError
-        If the exciter is not mirror-symmetric or not forced, or m is out of range.
+        If the exciter is not mirror-symmetric or not forced, or has soft supports, friction or a second harmonic, or m
+        is not odd and from 1 to 999.
 
     References
     ----------
@@ -67,7 +68,7 @@ def one_sided_orbit(exciter: Exciter, support: int = 1, m: int = 1) -> xr.Datase
     support : int
         The support struck, 1 or 2.
     m : int
-        Period multiple.
+        Period multiple, up to 1,000.
 
     Returns
     -------
@@ -94,7 +95,8 @@ def one_sided_orbit(exciter: Exciter, support: int = 1, m: int = 1) -> xr.Datase
     Raises
     ------
     ParameterError
-        If the exciter is not forced, `support` or m is out of range, or a flight takes more than 1e8 steps.
+        If the exciter is not forced, or has soft supports, friction or a second harmonic, `support` is not 1 or 2, m is
+        not from 1 to 1,000, or a flight takes more than 1e8 steps.
 
     References
     ----------

@@ -147,7 +147,7 @@ def amplitude_frequency(exciter: Exciter, amplitude: Any, harmonics: int = 3) ->
     Raises
     ------
     ParameterError
-        If an argument is out of range.
+        If an argument is out of range, or the exciter has soft supports, friction or a second harmonic.
 
     References
     ----------

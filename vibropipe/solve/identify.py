@@ -93,7 +93,7 @@ def identify(
     noise : mapping of str to float, optional
         Standard deviation of each measured quantity; needed for several. Otherwise it is estimated from the misfit.
     samples : int
-        Number of samples.
+        Number of samples, from 8 to 1e6.
 
     Returns
     -------

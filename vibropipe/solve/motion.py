@@ -66,8 +66,9 @@ def simulate(
     max_impacts : int
         Largest number of impacts, rests and grazings; the motion stops there.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest (default: all). A specialised kernel without
-        the others marches the motion; it is compiled on first use.
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
+        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
+        others marches the motion; it is compiled on first use.
     energy : bool
         Whether to compute the energy balance from start to end.
     progress : callable, optional
@@ -86,11 +87,16 @@ def simulate(
             Rests on a support; `rest_end` is inf without a release before `tau_end`.
         grazing_tau, grazing_support (grazing)
             Contacts of zero velocity.
+        contact_duration, contact_force_max, contact_depth_max (impact)
+            With soft supports: duration of each contact, and largest force of the support and depth in it; NaN for an
+            impact on a rigid one.
+        turn_tau (turn), stick_start, stick_end (stick)
+            With friction: turning points, and times for which it holds the mass; inf for a stick without end.
         displacement_end, velocity_end
             State at `tau_end`, after an impact at `tau_end` itself.
-        energy_input, energy_damping, energy_impact (support), energy_change, energy_residual
-            With `energy`: work of the force, losses, change of stored energy (of motion, spring and load), and the
-            residual of the balance, which is rounding.
+        energy_input, energy_damping, energy_impact (support), energy_friction, energy_change, energy_residual
+            With `energy`: work of the force, losses (by friction if there is any), change of stored energy (of motion,
+            spring and load), and the residual of the balance, which is rounding.
         status
             `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
             support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from

@@ -46,7 +46,7 @@ def steady_state(
     effects : sequence of str, optional
         Effects of the kernel, as for `sweep`.
     patience : int
-        Forcing periods after which a chaotic motion is given up, as for `sweep`.
+        Forcing periods, from 128 to 1,000, after which a chaotic motion is given up, as for `sweep`.
     outputs : sequence of str
         Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
         not computed.
@@ -101,8 +101,11 @@ def steady_state(
             by a friction of 0.
         residual
             Residual of the return map, relative to the norm of the motion.
-        energy_input, energy_damping, energy_impact (support), energy_residual
-            Energies per orbit: work of the force, losses, and the residual of the balance.
+        displacement, velocity (phase)
+            With the output motion: an orbit, sampled over the fraction `phase` of it.
+        energy_input, energy_damping, energy_impact (support), energy_friction, energy_residual
+            Energies per orbit: work of the force, losses (by friction if there is any), and the residual of the
+            balance.
         chaos
             none, transient or lasting. Transient: a motion that settled after more than 64 forcing periods had
             amplified its rounding to 1e-4 of its size, so that rounding may have decided on which of several attractors
@@ -117,7 +120,7 @@ def steady_state(
     Raises
     ------
     ParameterError
-        If the start lies beyond a support, or an argument is out of range.
+        If the start lies beyond a rigid support, or an argument is out of range.
 
     Warns
     -----

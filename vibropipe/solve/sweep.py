@@ -56,14 +56,14 @@ def sweep(
     exciter : Exciter
         The parameters that are the same in every row.
     over : mapping of str to array_like
-        Values (an array, a dask array or a list; one-dimensional) of each swept parameter, any of nu f h l delta R1 R2,
-        or of a part of the start, x0 or v0, in the order of the dimensions of the result.
+        Values (an array, a dask array or a list; one-dimensional) of each swept parameter of the
+        exciter, or of a part of the start, x0 or v0, in the order of the dimensions of the result.
     x0, v0 : float, optional
         Start of every row: displacement and velocity (default 0) at tau = 0. The default of x0 is the equilibrium or,
         if the equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
         Each can be swept instead.
     harmonics : int
-        Number of harmonics of displacement and velocity.
+        Number of harmonics of displacement and velocity, from 1 to 1,000.
     follow : (str, str), optional
         A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
         ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
@@ -75,16 +75,17 @@ def sweep(
         Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
         status `inaccurate`.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest (default: all). A specialised kernel without
-        the others marches the rows; it is compiled on first use. A row that reaches a support left out has status
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
+        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
+        others marches the rows; it is compiled on first use. A row that reaches a support left out has status
         `support_reached`.
     client : dask.distributed.Client, optional
         The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
         same kind the result is bitwise identical.
     patience : int
-        Forcing periods after which a damped row may be left as chaotic: if a perturbation grew by more than e^6 over
-        the last 50 of them, unless areas of the section shrink slowly or a motion without impacts exists. Such rows,
-        and all others, are marched for longer (docs/numerics.md). With 1,000 none is left before.
+        Forcing periods, from 128 to 1,000, after which a damped row may be left as chaotic: if a perturbation grew by
+        more than e^6 over the last 50 of them, unless areas of the section shrink slowly or a motion without impacts
+        exists. Such rows, and all others, are marched for longer (docs/numerics.md). With 1,000 none is left before.
 
     Returns
     -------

@@ -66,11 +66,11 @@ def tolerance(
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     samples : int
-        Number of samples, a Sobol' sequence [1]_.
+        Number of samples, from 16 to 1e7, a Sobol' sequence [1]_.
     worst : float
-        The worst case is sought within so many standard deviations of each parameter.
+        The worst case is sought within so many standard deviations, above 0, of each parameter.
     harmonics : int
-        Number of harmonics.
+        Number of harmonics, from 1 to 1,000.
     progress : callable, optional
         Called as progress(samples solved).
 

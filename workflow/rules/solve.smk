@@ -23,7 +23,7 @@ rule solve:
         " --output {output.data:q} > {log} 2>&1"
 
 
-# A shard of a sweep that is too long for one job; deleted after the join.
+# A shard of a scene that is too long for one job; deleted after the join.
 rule solve_shard:
     output:
         data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),

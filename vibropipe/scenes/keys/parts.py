@@ -149,8 +149,8 @@ class Start(StudyModel):
 
     x0: Annotated[float | None, NumberOrUnit()] = Field(
         default=None,
-        description="Initial displacement, between the supports (default: the equilibrium or, if that lies beyond a "
-        "support, the support).",
+        description="Initial displacement, not beyond a rigid support (default: the equilibrium or, if that lies "
+        "beyond a support, the support).",
     )
     v0: Measured = Field(default=0.0, description="Initial velocity.")
 

@@ -87,9 +87,9 @@ def design(
     allow : mapping of str to float, optional
         How far each target may be off: asks for the tolerances that the parameters need.
     samples : int
-        Samples of a round; there are up to three rounds, until a design is met.
+        Samples of a round, from 8 to 1e6; there are up to three rounds, until a design is met.
     designs : int
-        Largest number of designs returned; a front has up to 16.
+        Largest number of designs returned, from 1 to 100; a front has up to 16.
     progress : callable, optional
         Called as progress(done, total), in steps of the search.
 

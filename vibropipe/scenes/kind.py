@@ -40,6 +40,11 @@ if TYPE_CHECKING:
     from vibropipe.scenes.recompute import Recomputed
 
 
+def showing(options: Any, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the key `show` of the figure options, empty without options, as a keyword of a picture."""
+    return {"show": tuple(options.show) if options is not None else ()}
+
+
 @dataclass(frozen=True)
 class Picture:
     """One picture of a kind of scene.
@@ -48,52 +53,28 @@ class Picture:
     ----------
     name : str
         Name in the key `figure.pictures`.
+    drawn, described : callable
+        Take the dataset and keywords; return the figure, and its caption.
     fits : callable
-        Takes a dataset; returns whether the picture can show it.
-    draw, describe : callable
-        Take the dataset, the scene's figure options (or None) and the study's datasets by scene; return the
-        figure, and its caption.
+        Takes a dataset; returns whether the picture can show it (default: any).
+    keywords : callable
+        Takes the scene's figure options (or None) and the study's datasets by scene; returns the keywords of both
+        (default: none).
     """
 
     name: str
-    fits: Callable[[xr.Dataset], bool]
-    draw: Callable[[xr.Dataset, Any, Mapping[str, xr.Dataset]], Figure]
-    describe: Callable[[xr.Dataset, Any, Mapping[str, xr.Dataset]], str]
+    drawn: Callable[..., Figure]
+    described: Callable[..., str]
+    fits: Callable[[xr.Dataset], bool] = lambda dataset: True
+    keywords: Callable[[Any, Mapping[str, xr.Dataset]], dict[str, Any]] = lambda options, others: {}
 
+    def draw(self, dataset: xr.Dataset, options: Any, others: Mapping[str, xr.Dataset]) -> Figure:
+        """Return the figure."""
+        return self.drawn(dataset, **self.keywords(options, others))
 
-def only_picture(
-    name: str,
-    draw: Callable[[xr.Dataset], Figure],
-    describe: Callable[[xr.Dataset], str],
-    fits: Callable[[xr.Dataset], bool] = lambda dataset: True,
-) -> Picture:
-    """Return a picture without options."""
-    return Picture(
-        name,
-        fits,
-        lambda dataset, options, others: draw(dataset),
-        lambda dataset, options, others: describe(dataset),
-    )
-
-
-def shown(options: Any) -> tuple[str, ...]:
-    """Return the quantities that the figure options of a scene name in `show`; none without options."""
-    return tuple(options.show) if options is not None else ()
-
-
-def showing_picture(
-    name: str,
-    draw: Callable[[xr.Dataset, tuple[str, ...]], Figure],
-    describe: Callable[[xr.Dataset, tuple[str, ...]], str],
-    fits: Callable[[xr.Dataset], bool] = lambda dataset: True,
-) -> Picture:
-    """Return a picture whose only option is `show`, by default empty."""
-    return Picture(
-        name,
-        fits,
-        lambda dataset, options, others: draw(dataset, shown(options)),
-        lambda dataset, options, others: describe(dataset, shown(options)),
-    )
+    def describe(self, dataset: xr.Dataset, options: Any, others: Mapping[str, xr.Dataset]) -> str:
+        """Return the caption."""
+        return self.described(dataset, **self.keywords(options, others))
 
 
 def _no_sections(datasets: Mapping[str, xr.Dataset]) -> list[Section]:

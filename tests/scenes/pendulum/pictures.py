@@ -1,7 +1,7 @@
 """The pictures of a pendulum."""
 
 from vibropipe.figures.style import new_figure
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.kind import Picture
 
 
 def draw(dataset):
@@ -10,4 +10,4 @@ def draw(dataset):
     return figure
 
 
-PICTURES = (only_picture("period", draw, lambda dataset: "The period grows with the amplitude."),)
+PICTURES = (Picture("period", draw, lambda dataset: "The period grows with the amplitude."),)

@@ -21,7 +21,7 @@ from vibropipe.scenes.accuracy.times import (
     installed,
     style_of,
 )
-from vibropipe.scenes.kind import showing_picture
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Outcome
 
 FEW_MOTIONS = 8  # as many as fill a page in two columns; more stand in three
@@ -129,6 +129,6 @@ def on_line(corners: NDArray) -> NDArray:
 
 
 PICTURES = (
-    showing_picture("work_precision", draw_work_precision, describe_work_precision),
-    showing_picture("times", draw_times, describe_times),
+    Picture("work_precision", draw_work_precision, describe_work_precision, keywords=showing),
+    Picture("times", draw_times, describe_times, keywords=showing),
 )

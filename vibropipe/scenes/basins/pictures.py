@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import xarray as xr
 
@@ -13,28 +14,22 @@ from vibropipe.scenes.basins.share_bands import draw_shares
 from vibropipe.scenes.basins.share_maps import draw_share_maps
 from vibropipe.scenes.basins.shares_text import describe_share_maps, describe_shares
 from vibropipe.scenes.basins.text import describe_basins
-from vibropipe.scenes.kind import Picture, only_picture, showing_picture
+from vibropipe.scenes.kind import Picture, showing
 
 
-def _branches(options: BasinsFigure | None, others: Mapping[str, xr.Dataset]) -> xr.Dataset | None:
-    """Return the data of the scene that `branches` names."""
-    return None if options is None or options.branches is None else others[options.branches]
+def is_swept(dataset: xr.Dataset) -> bool:
+    """Return whether the starts are those at several values of a parameter."""
+    return swept_name(dataset) is not None
+
+
+def branches(options: BasinsFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the data of the scene that `branches` names, as a keyword of the pictures of shares."""
+    named = None if options is None or options.branches is None else others[options.branches]
+    return {"branches": named}
 
 
 PICTURES = (
-    showing_picture(
-        "basins", draw_basins, describe_basins, lambda dataset: swept_name(dataset) is None
-    ),
-    Picture(
-        "shares",
-        lambda dataset: swept_name(dataset) is not None,
-        lambda dataset, options, others: draw_shares(dataset, _branches(options, others)),
-        lambda dataset, options, others: describe_shares(dataset, _branches(options, others)),
-    ),
-    only_picture(
-        "maps",
-        draw_share_maps,
-        describe_share_maps,
-        lambda dataset: swept_name(dataset) is not None,
-    ),
+    Picture("basins", draw_basins, describe_basins, lambda dataset: not is_swept(dataset), showing),
+    Picture("shares", draw_shares, describe_shares, is_swept, branches),
+    Picture("maps", draw_share_maps, describe_share_maps, is_swept),
 )

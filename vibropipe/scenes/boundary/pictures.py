@@ -13,18 +13,11 @@ from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.kind import Picture
 
 
-def arguments(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+def keywords(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return the keywords of `draw_boundaries` and `describe_boundaries`."""
     options = options or BoundaryFigure()
     regimes = None if options.map is None else others[options.map]
     return {"regimes": regimes, "show": options.show}
 
 
-PICTURES = (
-    Picture(
-        "boundaries",
-        lambda dataset: True,
-        lambda dataset, options, others: draw_boundaries(dataset, **arguments(options, others)),
-        lambda dataset, options, others: describe_boundaries(dataset, **arguments(options, others)),
-    ),
-)
+PICTURES = (Picture("boundaries", draw_boundaries, describe_boundaries, keywords=keywords),)

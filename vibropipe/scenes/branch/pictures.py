@@ -13,18 +13,11 @@ from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.kind import Picture
 
 
-def arguments(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return the keywords of `draw_branches` and `describe_branches`."""
     options = options or BranchFigure()
     backbone = None if options.backbone is None else others[options.backbone]
     return {"show": options.show, "backbone": backbone}
 
 
-PICTURES = (
-    Picture(
-        "branches",
-        lambda dataset: True,
-        lambda dataset, options, others: draw_branches(dataset, **arguments(options, others)),
-        lambda dataset, options, others: describe_branches(dataset, **arguments(options, others)),
-    ),
-)
+PICTURES = (Picture("branches", draw_branches, describe_branches, keywords=keywords),)

@@ -8,11 +8,11 @@ from vibropipe.scenes.design.captions import (
 )
 from vibropipe.scenes.design.panels import draw_designs, draw_front, is_front
 from vibropipe.scenes.design.spread_pictures import draw_sensitivities, draw_tornado
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.kind import Picture
 
 PICTURES = (
-    only_picture("front", draw_front, describe_front, is_front),
-    only_picture("designs", draw_designs, describe_designs),
-    only_picture("tornado", draw_tornado, describe_tornado),
-    only_picture("sensitivities", draw_sensitivities, describe_sensitivities),
+    Picture("front", draw_front, describe_front, is_front),
+    Picture("designs", draw_designs, describe_designs),
+    Picture("tornado", draw_tornado, describe_tornado),
+    Picture("sensitivities", draw_sensitivities, describe_sensitivities),
 )

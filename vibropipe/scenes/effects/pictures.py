@@ -21,7 +21,7 @@ from vibropipe.figures.style import (
     new_figure,
 )
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.kind import showing_picture
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series, share
 
@@ -137,4 +137,4 @@ def missed_text(one: xr.Dataset) -> str:
     return f"{name} ({ratio} of {reference}, target {format_number(float(one['target']), 3)})"
 
 
-PICTURES = (showing_picture("costs", draw_effects, describe_effects),)
+PICTURES = (Picture("costs", draw_effects, describe_effects, keywords=showing),)

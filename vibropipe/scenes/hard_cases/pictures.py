@@ -20,7 +20,7 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.scenes.kind import showing_picture
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
 
@@ -110,4 +110,4 @@ def describe_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return f"{total}, {verdict}. {short} of {motions} had flights shorter than the step."
 
 
-PICTURES = (showing_picture("margins", draw_hard_cases, describe_hard_cases),)
+PICTURES = (Picture("margins", draw_hard_cases, describe_hard_cases, keywords=showing),)

@@ -17,7 +17,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.scenes.kind import only_picture
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 
 PANEL_CM, FRAME_CM = 4.2, 2.6
@@ -111,4 +111,4 @@ def describe_fit(dataset: xr.Dataset) -> str:
     )
 
 
-PICTURES = (only_picture("fit", draw_fit, describe_fit),)
+PICTURES = (Picture("fit", draw_fit, describe_fit),)

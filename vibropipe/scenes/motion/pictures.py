@@ -1,7 +1,14 @@
 """Pictures of a motion."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
 from vibropipe.figures.text import clock
-from vibropipe.scenes.kind import Picture, only_picture
+from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.balance import (
     describe_energy,
     describe_spectra,
@@ -22,30 +29,35 @@ from vibropipe.scenes.motion.phase_plane import (
     fits_section,
 )
 
+
+def is_sampled(dataset: xr.Dataset) -> bool:
+    """Return whether a motion has samples."""
+    return bool(dataset.sizes.get(clock(dataset)))
+
+
+def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the keywords of `draw_motion`."""
+    options = options or MotionFigure()
+    return {"show": options.show, "periods": options.periods}
+
+
 PICTURES = (
     Picture(
         "panels",
-        lambda dataset: bool(dataset.sizes.get(clock(dataset))),
-        lambda dataset, options, _: draw_motion(
-            dataset, (options or MotionFigure()).show, (options or MotionFigure()).periods
-        ),
-        lambda dataset, options, _: describe_motion(dataset, (options or MotionFigure()).show),
+        draw_motion,
+        lambda dataset, show, periods: describe_motion(dataset, show),
+        is_sampled,
+        keywords,
     ),
-    Picture(
-        "impacts",
-        lambda dataset: True,
-        lambda dataset, options, _: draw_impacts_only(dataset),
-        lambda dataset, options, _: describe_impacts(dataset),
-    ),
+    Picture("impacts", draw_impacts_only, describe_impacts),
     Picture(
         "portrait",
-        lambda dataset: bool(dataset.sizes.get(clock(dataset))),
-        lambda dataset, options, _: draw_phase_portrait(
-            dataset, (options or MotionFigure()).periods
-        ),
-        lambda dataset, options, _: describe_portrait(dataset),
+        lambda dataset, show, periods: draw_phase_portrait(dataset, periods),
+        lambda dataset, show, periods: describe_portrait(dataset),
+        is_sampled,
+        keywords,
     ),
-    only_picture("section", draw_section, describe_section, fits_section),
-    only_picture("spectrum", draw_spectra, describe_spectra, fits_spectrum),
-    only_picture("energy", draw_energy, describe_energy, fits_energy),
+    Picture("section", draw_section, describe_section, fits_section),
+    Picture("spectrum", draw_spectra, describe_spectra, fits_spectrum),
+    Picture("energy", draw_energy, describe_energy, fits_energy),
 )

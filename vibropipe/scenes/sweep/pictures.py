@@ -5,7 +5,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.kind import Picture, shown
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.bifurcation import (
     describe_bifurcation,
     draw_bifurcation,
@@ -40,9 +40,9 @@ def is_map(dataset: xr.Dataset) -> bool:
     return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
-def shown_of_rows(options: SweepFigure | None) -> tuple[str, ...]:
-    """Return the quantities to show that have one value for each row: those of curves and maps."""
-    return tuple(name for name in shown(options) if name not in POINTS)
+def showing_rows(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Return the quantities to show that have one value for each row, those of maps, as a keyword."""
+    return {"show": tuple(n for n in showing(options, others)["show"] if n not in POINTS)}
 
 
 def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
@@ -54,56 +54,37 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
             f"figure.backbone: must be a scene of the study ({known}), got {options.backbone!r}"
         )
     backbone = None if options.backbone is None else others[options.backbone]
-    return {"show": shown_of_rows(options), "backbone": backbone}
+    return {**showing_rows(options, others), "backbone": backbone}
 
 
 PICTURES = (
-    Picture(
-        "map",
-        is_map,
-        lambda dataset, options, others: draw_regime_map(dataset, shown_of_rows(options)),
-        lambda dataset, options, others: describe_map(dataset, shown_of_rows(options)),
-    ),
-    Picture(
-        "curves",
-        lambda dataset: True,
-        lambda dataset, options, others: draw_sweep(dataset, **curve_options(options, others)),
-        lambda dataset, options, others: describe_sweep(dataset, **curve_options(options, others)),
-    ),
-    Picture(
-        "bifurcation",
-        fits_bifurcation,
-        lambda dataset, options, others: draw_bifurcation(dataset, shown(options)),
-        lambda dataset, options, others: describe_bifurcation(dataset, shown(options)),
-    ),
+    Picture("map", draw_regime_map, describe_map, is_map, showing_rows),
+    Picture("curves", draw_sweep, describe_sweep, keywords=curve_options),
+    Picture("bifurcation", draw_bifurcation, describe_bifurcation, fits_bifurcation, showing),
     Picture(
         "section",
+        draw_sections,
+        lambda dataset: describe_rows(dataset, SECTION_TEXT, chosen_visits(dataset)),
         lambda dataset: "poincare_displacement" in dataset,
-        lambda dataset, options, others: draw_sections(dataset),
-        lambda dataset, options, others: describe_rows(
-            dataset, SECTION_TEXT, chosen_visits(dataset)
-        ),
     ),
     Picture(
         "portrait",
+        draw_portraits,
+        lambda dataset: describe_rows(dataset, PORTRAIT_TEXT, portrait_rows(dataset)),
         lambda dataset: "phase" in dataset.dims,
-        lambda dataset, options, others: draw_portraits(dataset),
-        lambda dataset, options, others: describe_rows(
-            dataset, PORTRAIT_TEXT, portrait_rows(dataset)
-        ),
     ),
     Picture(
         "spectrum",
+        draw_spectra,
+        lambda dataset, show: describe_rows(dataset, SPECTRUM_TEXT, spectrum_rows(dataset, show)),
         lambda dataset: "displacement_amplitude" in dataset,
-        lambda dataset, options, others: draw_spectra(dataset, shown(options)),
-        lambda dataset, options, others: describe_rows(
-            dataset, SPECTRUM_TEXT, spectrum_rows(dataset, shown(options))
-        ),
+        showing,
     ),
     Picture(
         "energy",
+        draw_sweep,
+        describe_sweep,
         lambda dataset: "energy_input" in dataset,
-        lambda dataset, options, others: draw_sweep(dataset, ENERGY_SHOW),
-        lambda dataset, options, others: describe_sweep(dataset, ENERGY_SHOW),
+        lambda options, others: {"show": ENERGY_SHOW},
     ),
 )

@@ -10,7 +10,7 @@ from vibropipe.physics.limits import STEPS_PER_PERIOD
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
-from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.values import Name, NumberRange
 from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod
 
@@ -34,9 +34,6 @@ class AccuracyFigure(FigureOptions):
         AfterValidator(each_once),
     ] = Field(default=[], description="Errors of which the largest is drawn (default: all).")
 
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
-
 
 class AccuracyScene(SetOfMotions):
     """Work-precision data: error and time of several methods on several motions."""
@@ -46,10 +43,7 @@ class AccuracyScene(SetOfMotions):
     kind: Literal["accuracy"] = Field(
         description="Error and time of several methods (work-precision)."
     )
-    figure: AccuracyFigure = Field(
-        default_factory=AccuracyFigure,
-        description="Options of the pictures; data do not depend on them.",
-    )
+    figure: AccuracyFigure = figure_key(AccuracyFigure)
     motions: Annotated[dict[Name, MotionKeys], Field(min_length=1, max_length=24)] = Field(
         description="Motions by name, each with `exciter`, `start` and `periods`."
     )

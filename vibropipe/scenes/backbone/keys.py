@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS, without_absent
@@ -39,10 +39,7 @@ class BackboneScene(BaseScene):
     GRIDS: ClassVar[tuple[str, ...]] = ("delta_over_l", "tau_bar", "amplitude")
 
     kind: Literal["backbone"] = Field(description="Free motion without force and losses.")
-    figure: BackboneFigure = Field(
-        default_factory=BackboneFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: BackboneFigure = figure_key(BackboneFigure, "picture")
     delta_over_l: Annotated[Grid | None, NotNull] = Field(
         default=None, description="Relative offsets of the curves of eq. (10), within (-1, 1)."
     )

@@ -20,7 +20,7 @@ from vibropipe.scenes.keys.checks import (
     corners,
 )
 from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import FigureOptions, SweptName
+from vibropipe.scenes.keys.parts import FigureOptions, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, required
 from vibropipe.scenes.keys.values import NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, STARTS
@@ -48,9 +48,6 @@ class BasinsFigure(FigureOptions):
         description="Scene of kind `branch` along the parameter in `over`, drawn under the amplitudes.",
     )
 
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
-
 
 class BasinsScene(BaseScene):
     """Coexisting motions of one exciter, and which of them each start of a grid settles on."""
@@ -59,10 +56,7 @@ class BasinsScene(BaseScene):
         description="Coexisting motions, and the starts that settle on them."
     )
     COMPUTES_PIECES = True
-    figure: BasinsFigure = Field(
-        default_factory=BasinsFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: BasinsFigure = figure_key(BasinsFigure, "picture")
     over: dict[SweptName, Grid] = Field(
         description="Grids of the starts, `x0` (not beyond a rigid support) and `v0`, and of one parameter or none."
     )

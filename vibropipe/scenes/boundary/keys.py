@@ -14,7 +14,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, figure_key
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange, is_allowed
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -40,10 +40,7 @@ class BoundaryScene(BaseScene):
     """Curves of bifurcations in two parameters."""
 
     kind: Literal["boundary"] = Field(description="Curves of bifurcations in two parameters.")
-    figure: BoundaryFigure = Field(
-        default_factory=BoundaryFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: BoundaryFigure = figure_key(BoundaryFigure, "picture")
     of: Annotated[BoundaryKinds, Field(min_length=1)] = Field(description="Kinds of bifurcations.")
     over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
         description="Ends of both parameters, in the order of the axes."

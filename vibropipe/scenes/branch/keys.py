@@ -15,7 +15,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import Check, check_changes
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -79,10 +79,7 @@ class BranchScene(BaseScene):
 
     COMPUTES_PIECES = True
     kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
-    figure: BranchFigure = Field(
-        default_factory=BranchFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: BranchFigure = figure_key(BranchFigure, "picture")
     along: Annotated[dict[ParameterName, Along], Field(min_length=1, max_length=1)] = Field(
         description="The parameter along which orbits are followed."
     )

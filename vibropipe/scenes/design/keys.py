@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
     Interval,
@@ -85,19 +85,13 @@ class DesignFigure(FigureOptions):
         "its tolerance, or the share that each has in the spread (default: the front or the designs, as fits).",
     )
 
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
-
 
 class DesignScene(VariedScene):
     """Parameters that give a wanted law of motion."""
 
     COMPUTES_PIECES = True
     kind: Literal["design"] = Field(description="Parameters that give a wanted law of motion.")
-    figure: DesignFigure = Field(
-        default_factory=DesignFigure,
-        description="Options of the pictures; data do not depend on them.",
-    )
+    figure: DesignFigure = figure_key(DesignFigure)
     vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
         description="Ends of each parameter that may be varied."
     )

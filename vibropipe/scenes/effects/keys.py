@@ -14,7 +14,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
-from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.effects import COMMON_EFFECTS
@@ -56,10 +56,7 @@ class EffectsScene(SetOfMotions):
 
     COMPUTES_PIECES = True
     kind: Literal["effects"] = Field(description="Cost of each physical effect and each output.")
-    figure: EffectsFigure = Field(
-        default_factory=EffectsFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: EffectsFigure = figure_key(EffectsFigure, "picture")
     motions: Annotated[dict[Name, TimedMotion], Field(min_length=1, max_length=40)] = Field(
         description="Motions and rows to time, by name; one of them is `full`."
     )

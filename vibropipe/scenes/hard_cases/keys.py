@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import Check, no_exciter
-from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
 from vibropipe.words.effects import COMMON_EFFECTS
@@ -29,10 +29,7 @@ class HardCasesScene(BaseScene):
     kind: Literal["hard_cases"] = Field(
         description="Motions with known properties on which numerical methods fail, by every method."
     )
-    figure: HardCasesFigure = Field(
-        default_factory=HardCasesFigure,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: HardCasesFigure = figure_key(HardCasesFigure, "picture")
     cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
         default=[], description="Names of the cases (default: all)."
     )

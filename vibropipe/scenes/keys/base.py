@@ -15,7 +15,7 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys
+from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys, figure_key
 from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS, without_absent
@@ -56,10 +56,7 @@ class BaseScene(StudyModel):
         default=None,
         description="Parameters of this scene with units; for a study with `physical`.",
     )
-    figure: FigureOptions = Field(
-        default_factory=FigureOptions,
-        description="Options of the picture; data do not depend on them.",
-    )
+    figure: FigureOptions = figure_key(FigureOptions, "picture")
     # Whether the kind computes soft supports and friction.
     COMPUTES_PIECES: ClassVar[bool] = False
     if TYPE_CHECKING:  # each kind describes this key itself

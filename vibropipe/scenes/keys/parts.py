@@ -194,7 +194,7 @@ class FigureOptions(StudyModel):
 
     def chosen(self) -> tuple[str, ...]:
         """Return the names of the chosen pictures; empty for the first one that fits the data."""
-        return ()
+        return tuple(getattr(self, "pictures", ()))
 
     def shown_scenes(self) -> tuple[str, ...]:
         """Return the names of other scenes whose data the pictures show: the options that are names."""
@@ -204,3 +204,9 @@ class FigureOptions(StudyModel):
             if any(isinstance(rule, NameRule) for rule in field.metadata)
         ]
         return tuple(name for name in names if name is not None)
+
+
+def figure_key(options: type[FigureOptions], pictures: str = "pictures") -> Any:
+    """Return the key `figure` of a kind of scenes, of which one or several pictures are drawn."""
+    text = f"Options of the {pictures}; data do not depend on them."
+    return Field(default_factory=options, description=text)

@@ -20,7 +20,7 @@ from vibropipe.scenes.keys.checks import (
     check_start,
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
-from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start
+from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.keys.values import NumberOrUnit, NumberRange
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
@@ -45,19 +45,13 @@ class MotionFigure(FigureOptions):
         description="Forcing periods to draw, up to the end of the record (default: all).",
     )
 
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
-
 
 class MotionScene(ForcedScene):
     """One motion from a given start."""
 
     COMPUTES_PIECES = True
     kind: Literal["motion"] = Field(description="One motion from a given start.")
-    figure: MotionFigure = Field(
-        default_factory=MotionFigure,
-        description="Options of the pictures; data do not depend on them.",
-    )
+    figure: MotionFigure = figure_key(MotionFigure)
     tau_end: Annotated[float, NumberOrUnit(0, MAX_TAU, above=True)] = Field(
         default=60.0,
         description="Length of the record, after the transient; with `physical` in s or with a unit.",

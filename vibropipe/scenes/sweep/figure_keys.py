@@ -77,9 +77,6 @@ class SweepFigure(FigureOptions):
         description="Backbone scene over `amplitude`, drawn under the curves (formerly `beside`).",
     )
 
-    def chosen(self) -> tuple[str, ...]:  # noqa: D102 - as FigureOptions
-        return tuple(self.pictures)
-
 
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""

@@ -24,7 +24,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import Follow, Solver, Start, SweptName
+from vibropipe.scenes.keys.parts import Follow, Solver, Start, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
@@ -38,10 +38,7 @@ class SweepScene(ForcedScene):
 
     COMPUTES_PIECES = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
-    figure: SweepFigure = Field(
-        default_factory=SweepFigure,
-        description="Options of the pictures; data do not depend on them.",
-    )
+    figure: SweepFigure = figure_key(SweepFigure)
     over: Annotated[dict[SweptName, Grid], Field(min_length=1)] = Field(
         description="Grid of each swept parameter, or of x0 and v0 of the start, in the order of the dimensions."
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from vibropipe.figures.style import (
     SUPPORT_MARKERS,
     rasterise_many,
 )
+from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]
 FAR_SUPPORT = 3.0  # supports farther than this multiple of the largest displacement are not drawn
@@ -90,10 +92,20 @@ def impact_style(support: int, amount: int) -> dict[str, Any]:
     }
 
 
+def walls_of(dataset: xr.Dataset) -> dict[int, float]:
+    """Return the displacements of both supports of a motion or of a row, eq. (1)."""
+    return dict(enumerate(support_positions(float(dataset["l"]), float(dataset["delta"])), 1))
+
+
+def near_walls(low: float, high: float, walls: dict[int, float]) -> dict[int, float]:
+    """Return the supports that are near a range of displacements."""
+    reach = max(abs(low), abs(high), 1e-300)
+    return {support: x for support, x in walls.items() if abs(x) <= FAR_SUPPORT * reach}
+
+
 def draw_walls(ax: Axes, low: float, high: float, walls: dict[int, float]) -> None:
     """Shade what is beyond the supports that are near a range of displacements, and set the limits."""
-    reach = max(abs(low), abs(high), 1e-300)
-    near = {s: x for s, x in walls.items() if abs(x) <= FAR_SUPPORT * reach}
+    near = near_walls(low, high, walls)
     ends = [low, high, *near.values()]
     margin = WALL_SHARE * (max(ends) - min(ends) or 1.0)
     limits = (min(ends) - margin, max(ends) + margin)

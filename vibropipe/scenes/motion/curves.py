@@ -7,16 +7,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.jumps import certain_jumps, with_breaks
+from vibropipe.figures.phase_plane import walls_of
 from vibropipe.figures.text import clock, times_of
-from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]
-
-
-def supports(dataset: xr.Dataset) -> dict[int, float]:
-    """Return the positions of the supports, eq. (1)."""
-    upper, lower = support_positions(float(dataset["l"]), float(dataset["delta"]))
-    return {1: upper, 2: lower}
 
 
 def acceleration_bound(dataset: xr.Dataset) -> float:
@@ -54,7 +48,7 @@ def curve(dataset: xr.Dataset, name: str) -> tuple[Floats, Floats]:
     if name == "velocity":
         before, after = velocities_at_impacts(dataset)
         return with_breaks(tau, values, at, before[inside], after[inside])
-    where = supports(dataset)
+    where = walls_of(dataset)
     struck = dataset["impact_support"].values[inside]
     corner = np.where(struck == 1, where[1], where[2])
     indices = np.searchsorted(tau, at, side="left")

@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from vibropipe.figures.phase_plane import impact_style
 from vibropipe.figures.style import (
     NEUTRAL,
     SUPPORT_COLOURS,
@@ -25,7 +26,7 @@ from vibropipe.figures.text import (
     parameter_line,
     times_of,
 )
-from vibropipe.scenes.motion.panels import GRAZING_STYLE, MANY_IMPACTS, shade_rests
+from vibropipe.scenes.motion.panels import GRAZING_STYLE, shade_rests
 from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
 
@@ -51,7 +52,7 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
             "color": SUPPORT_COLOURS[support],
             "marker": SUPPORT_MARKERS[support],
         }
-        size = 4.5 if tau.size <= MANY_IMPACTS else 2.5
+        size = impact_style(support, tau.size)["markersize"]
         ax.vlines(tau[struck], 0.0, velocity[struck], color=style["color"], linewidth=0.8)
         ax.plot(tau[struck], velocity[struck], linestyle="none", markersize=size, **style)
         text = f"{count(int(struck.sum()), 'impact')} on support {support}"

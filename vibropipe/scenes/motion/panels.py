@@ -17,6 +17,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from vibropipe.figures.phase_plane import (
+    JUMP_LINE,
+    impact_style,
+    near_walls,
+    portrait_handles,
+    walls_of,
+)
 from vibropipe.figures.style import (
     BLACK,
     EXACT_COLOUR,
@@ -26,7 +33,6 @@ from vibropipe.figures.style import (
     REST_COLOUR,
     SMALL_FONT_SIZE,
     SUPPORT_COLOURS,
-    SUPPORT_MARKERS,
     legend,
     new_figure,
 )
@@ -38,13 +44,11 @@ from vibropipe.figures.text import (
     parameter_line,
     times_of,
 )
-from vibropipe.scenes.motion.curves import Floats, curve, jumps, supports, velocities_at_impacts
+from vibropipe.scenes.motion.curves import Floats, curve, jumps, velocities_at_impacts
 
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
 WALL_SHARE = 0.13  # of the height of the displacement panel, on each side
-FAR_SUPPORT = 3.0  # supports farther than this multiple of the largest displacement are not drawn
-MANY_IMPACTS = 80  # markers shrink beyond this
 
 
 def panel_names(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
@@ -131,14 +135,10 @@ def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) 
     """Draw x with the supports, impacts and grazings."""
     draw_exact(ax, dataset, "displacement")
     ax.plot(*curve(dataset, "displacement"), color=BLACK, zorder=2)
-    where = supports(dataset)
-    reach = max(float(np.abs(dataset["displacement"]).max()), 1e-300)
-    near = {s: x for s, x in where.items() if abs(x) <= FAR_SUPPORT * reach}
-    bounds = [
-        *near.values(),
-        float(dataset["displacement"].min()),
-        float(dataset["displacement"].max()),
-    ]
+    where = walls_of(dataset)
+    ends = float(dataset["displacement"].min()), float(dataset["displacement"].max())
+    near = near_walls(*ends, where)
+    bounds = [*near.values(), *ends]
     margin = WALL_SHARE * (max(bounds) - min(bounds) or 1.0)
     ax.set_ylim(min(bounds) - margin, max(bounds) + margin)
     for support, x in near.items():
@@ -163,23 +163,13 @@ def draw_displacement(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) 
 
 def draw_impacts(ax: Axes, support: int, tau: Floats, values: Floats) -> None:
     """Mark impacts on a support at (tau, values)."""
-    ax.plot(
-        tau,
-        values,
-        linestyle="none",
-        marker=SUPPORT_MARKERS[support],
-        markersize=4.5 if tau.size <= MANY_IMPACTS else 2.5,
-        markerfacecolor=SUPPORT_COLOURS[support],
-        markeredgecolor="white",
-        markeredgewidth=0.4,
-        zorder=3,
-    )
+    ax.plot(tau, values, **impact_style(support, tau.size) | {"zorder": 3})
 
 
 def draw_grazings(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
     """Mark each grazing by a ring, and label the first one on each support."""
     for support, index in events(dataset, "grazing", view).items():
-        tau, x = times_of(dataset, "grazing").values[index], supports(dataset)[support]
+        tau, x = times_of(dataset, "grazing").values[index], walls_of(dataset)[support]
         ax.plot(tau, np.full(tau.size, x), **GRAZING_STYLE)
         # Beyond the support, where no curve is drawn.
         ax.annotate(
@@ -211,9 +201,7 @@ def draw_velocity(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> N
     for support, index in events(dataset, "impact", view).items():
         tau = times_of(dataset, "impact").values[index]
         before, after = (velocity[index] for velocity in velocities_at_impacts(dataset))
-        ax.vlines(
-            tau, before, after, color=SUPPORT_COLOURS[support], linestyle=(0, (1, 1.5)), zorder=1
-        )
+        ax.vlines(tau, before, after, color=SUPPORT_COLOURS[support], linestyle=JUMP_LINE, zorder=1)
         draw_impacts(ax, support, tau, before)
 
 
@@ -240,17 +228,7 @@ def legend_handles(dataset: xr.Dataset, view: tuple[float, float]) -> list[Line2
     if "displacement_exact" in dataset:
         handles.append(Line2D([], [], color=BLACK, label=method or "motion"))
         handles.append(Line2D([], [], color=EXACT_COLOUR, linewidth=4.0, label="exact solution"))
-    for support in events(dataset, "impact", view):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                linestyle=(0, (1, 1.5)),
-                color=SUPPORT_COLOURS[support],
-                marker=SUPPORT_MARKERS[support],
-                label=f"impact on support {support}",
-            )
-        )
+    handles += portrait_handles({*events(dataset, "impact", view)})
     if events(dataset, "grazing", view):
         handles.append(Line2D([], [], label="grazing (zero velocity)", **GRAZING_STYLE))
     if "rest_start" in dataset and any(

@@ -16,6 +16,7 @@ from vibropipe.figures.phase_plane import (
     draw_walls,
     path,
     portrait_handles,
+    walls_of,
 )
 from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, legend, new_figure
 from vibropipe.figures.text import (
@@ -26,7 +27,7 @@ from vibropipe.figures.text import (
     sentences,
     times_of,
 )
-from vibropipe.scenes.motion.curves import curve, supports, velocities_at_impacts
+from vibropipe.scenes.motion.curves import curve, velocities_at_impacts
 from vibropipe.scenes.motion.panels import window
 from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
@@ -50,7 +51,7 @@ def draw_phase_portrait(dataset: xr.Dataset, periods: float | None = None) -> Fi
     kept = (time >= first) & (time <= last)
     x, v = dataset["displacement"].values[kept], dataset["velocity"].values[kept]
     impacts = impacts_of(dataset).within(time[kept][0], time[kept][-1])
-    walls = supports(dataset)
+    walls = walls_of(dataset)
     figure = new_figure(PORTRAIT_CM)
     ax = figure.subplots()
     if "impact_support" in dataset:
@@ -105,7 +106,7 @@ def draw_section(dataset: xr.Dataset) -> Figure:
         at, ax = visits(dataset), axes["state"]
         x, v = dataset["displacement"].values[at], dataset["velocity"].values[at]
         draw_points(ax, x, v)
-        draw_walls(ax, float(x.min()), float(x.max()), supports(dataset))
+        draw_walls(ax, float(x.min()), float(x.max()), walls_of(dataset))
         ax.set(xlabel=axis_label(dataset["displacement"]), ylabel=axis_label(dataset["velocity"]))
         ax.set_title("states, once per forcing period")
     ax, impacts = axes["impact"], impacts_of(dataset)

@@ -7,7 +7,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.phase_plane import Impacts
-from vibropipe.physics.start import support_positions
 
 
 def rows_of_impacts(dataset: xr.Dataset) -> NDArray[np.intp]:
@@ -26,12 +25,6 @@ def row_at(dataset: xr.Dataset, index: int) -> xr.Dataset:
     sizes = dataset["row_size"].transpose(*dims).values.ravel()
     first = int(sizes[:index].sum())
     return row.isel(impact=slice(first, first + int(sizes[index])))
-
-
-def walls_of(row: xr.Dataset) -> dict[int, float]:
-    """Return the positions of the supports of one row, eq. (1)."""
-    upper, lower = support_positions(float(row["l"]), float(row["delta"]))
-    return {1: upper, 2: lower}
 
 
 def orbit_impacts(row: xr.Dataset) -> Impacts:

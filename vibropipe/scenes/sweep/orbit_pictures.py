@@ -15,11 +15,12 @@ from vibropipe.figures.phase_plane import (
     draw_walls,
     path,
     portrait_handles,
+    walls_of,
 )
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
 from vibropipe.figures.style import legend, new_figure, write_centred
 from vibropipe.figures.text import axis_label, parameter_line, plain_value, sentences, value_text
-from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at, walls_of
+from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.laws import Law, chosen_rows
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series

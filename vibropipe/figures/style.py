@@ -37,6 +37,11 @@ YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, NEUTRAL = "#7F7F7F", "#D8D8D8"
 SUPPORT_COLOURS = {1: VERMILLION, 2: BLUE}
 SUPPORT_MARKERS = {1: "^", 2: "v"}
+# Text on regions of a map and on bands.
+REGION_LABEL: Mapping[str, Any] = {
+    "ha": "center", "va": "center", "fontsize": SMALL_FONT_SIZE,
+    "bbox": {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+}  # fmt: skip
 EXACT_COLOUR = "#A9D3F2"
 REST_COLOUR = YELLOW
 
@@ -49,6 +54,7 @@ LINES: tuple[Mapping[str, Any], ...] = (
     {"color": SKY, "linestyle": (0, (8, 2))},
     {"color": BLACK, "linestyle": (0, (3, 1))},
 )
+DOTTED: Any = (0, (1, 1.2))  # of unstable motions
 LINE_MARKERS = ("o", "s", "D", "^", "v", "P", "X")
 
 SETTINGS: Mapping[str, Any] = {

@@ -23,8 +23,8 @@ from vibropipe.figures.style import (
     GREEN,
     LINE_MARKERS,
     PURPLE,
+    REGION_LABEL,
     SKY,
-    SMALL_FONT_SIZE,
     VERMILLION,
     YELLOW,
     legend,
@@ -127,12 +127,8 @@ def write_numbers(ax: Axes, dataset: xr.Dataset, attractor: NDArray[np.int32]) -
     for index in range(dataset.sizes["attractor_id"]):
         spot = widest_spot(attractor == index)
         if spot is not None:
-            ax.text(
-                dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]], str(index),
-                ha="center", va="center", fontsize=SMALL_FONT_SIZE,
-                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
-                      "alpha": 0.85},
-            )  # fmt: skip
+            at = dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]]
+            ax.text(*at, str(index), **REGION_LABEL)
 
 
 def draw_attractors(ax: Axes, dataset: xr.Dataset) -> None:

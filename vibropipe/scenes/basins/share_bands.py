@@ -14,9 +14,10 @@ from matplotlib.patches import Patch
 
 from vibropipe.figures.style import (
     BLACK,
+    DOTTED,
     GREY,
     LINE_MARKERS,
-    SMALL_FONT_SIZE,
+    REGION_LABEL,
     legend,
     new_figure,
     write_centred,
@@ -41,10 +42,6 @@ CHANGE_STYLE: dict[str, Any] = {
     "zorder": 0.5,
 }
 BRANCH_STYLE: dict[str, Any] = {"color": GREY, "zorder": 1}
-NUMBER_STYLE: dict[str, Any] = {
-    "ha": "center", "va": "center", "fontsize": SMALL_FONT_SIZE,
-    "bbox": {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
-}  # fmt: skip
 
 
 def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figure:
@@ -119,7 +116,7 @@ def draw_branches(ax: Axes, branches: xr.Dataset, name: str) -> None:
         line: dict[str, Any] = (
             {"linewidth": 3.0, "alpha": 0.5}
             if piece.is_stable
-            else {"linewidth": 1.2, "linestyle": (0, (1, 1.2))}
+            else {"linewidth": 1.2, "linestyle": DOTTED}
         )
         ax.plot(
             branches[name].values[piece.points], amplitude[piece.points], **line, **BRANCH_STYLE
@@ -165,7 +162,7 @@ def write_number(
     places = np.flatnonzero(high & tall)
     at = places[places.size // 2]
     ends = {0: "left", values.size - 1: "right"}
-    style = {**NUMBER_STYLE, "ha": ends.get(int(at), "center")}
+    style = {**REGION_LABEL, "ha": ends.get(int(at), "center")}
     ax.text(values[at], 0.5 * (bottom + top)[at], str(index), **style)
 
 
@@ -188,6 +185,5 @@ def handles_of(
         handles.append(none_handle())
     if branches is not None:
         handles.append(Line2D([], [], linewidth=3.0, alpha=0.5, label="stable orbit", color=GREY))
-        dotted: Any = (0, (1, 1.2))
-        handles.append(Line2D([], [], linestyle=dotted, label="unstable orbit", color=GREY))
+        handles.append(Line2D([], [], linestyle=DOTTED, label="unstable orbit", color=GREY))
     return handles

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from vibropipe.figures.style import (
     BLACK,
     BLUE,
+    DOTTED,
     GREEN,
     GREY,
     ORANGE,
@@ -212,7 +213,7 @@ def draw_pieces(
         style: dict[str, Any] = (
             {"linestyle": "-", "linewidth": 1.5}
             if piece.is_stable
-            else {"linestyle": (0, (1, 1.2)), "linewidth": 1.0}
+            else {"linestyle": DOTTED, "linewidth": 1.0}
         )
         colour = colours[piece.value if over else piece.law]
         ax.plot(x[piece.points], y[piece.points], color=colour, **style)
@@ -282,7 +283,7 @@ def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
     """Return legend entries of stability and of the bifurcations."""
     stability = [
         Line2D([], [], color=BLACK, linewidth=1.5, label="stable"),
-        Line2D([], [], color=BLACK, linewidth=1.0, linestyle=(0, (1, 1.2)), label="unstable"),
+        Line2D([], [], color=BLACK, linewidth=1.0, linestyle=DOTTED, label="unstable"),
     ]
     return stability + [
         Line2D([], [], **mark_style(name), label=name) for name in kinds_present(dataset)

@@ -21,7 +21,7 @@ from vibropipe.figures.map_shapes import borders, cell_edges, frame, scale_of, w
 from vibropipe.figures.style import (
     BLACK,
     GREY,
-    SMALL_FONT_SIZE,
+    REGION_LABEL,
     freeze_layout,
     legend,
     rasterise_many,
@@ -178,10 +178,7 @@ def draw_laws(ax: Axes, part: xr.Dataset, laws: list[Law], x: str, y: str) -> No
         spot = widest_spot(mask)
         if spot is not None:
             ax.text(
-                part[x].values[spot[1]], part[y].values[spot[0]], law.short,
-                ha="center", va="center", fontsize=SMALL_FONT_SIZE, gid=REGION,
-                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
-                      "alpha": 0.85},
+                part[x].values[spot[1]], part[y].values[spot[0]], law.short, gid=REGION, **REGION_LABEL
             ).set_in_layout(False)  # fmt: skip
     draw_borders(ax, codes, grid, BLACK)
     frame(ax)

@@ -18,6 +18,7 @@ from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (
     ERROR_SUFFIX,
+    FLAGS,
     PLAIN_SYMBOLS,
     REGIMES,
     VOCABULARY,
@@ -129,6 +130,29 @@ def plain_value(array: xr.DataArray) -> str:
 def with_units(array: xr.DataArray, number: str) -> str:
     """Write a number with the units of an array."""
     return f"{number} {unit_text(_words(array)['units'])}".strip()
+
+
+def in_brackets(text: str, array: xr.DataArray) -> str:
+    """Write a text with the units of an array in brackets, if it has any."""
+    units = with_units(array, "")
+    return f"{text} ({units})" if units else text
+
+
+def orbit_text(m: int, p1: float, p2: float) -> str:
+    """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods."""
+    return f"({m}; {p1:g}, {p2:g})"
+
+
+def orbit_texts(dataset: xr.Dataset, dim: str) -> list[str]:
+    """Return the orbit (m; p1, p2) at each point or of each design of a dataset."""
+    impacts = dataset["impacts_per_orbit"].transpose(dim, "support").values
+    multiples = dataset["period_multiple"].values
+    return [orbit_text(int(m), *pair) for m, pair in zip(multiples, impacts, strict=True)]
+
+
+def flag_texts(flags: str) -> dict[int, str]:
+    """Return the text of each integer of a flag variable: the name of its meaning, with spaces."""
+    return {code: name.replace("_", " ") for name, code in FLAGS[flags].items()}
 
 
 def plain_symbol(name: str) -> str:

@@ -29,10 +29,10 @@ from vibropipe.figures.text import (
     ORDINALS,
     REGIME_TEXT,
     axis_label,
+    in_brackets,
     parameter_line,
     regime_name,
     symbol_of,
-    with_units,
 )
 
 PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
@@ -63,19 +63,18 @@ def rows_of(
     mean, peak = f"{name}_mean", f"{name}_amplitude"
     rows = []
     if not show or mean in show:
-        rows.append((f"constant part\n{with_unit(dataset[mean])}", dataset[mean].values))
+        rows.append(
+            (
+                f"constant part\n{in_brackets(symbol_of(dataset[mean]), dataset[mean])}",
+                dataset[mean].values,
+            )
+        )
     if not show or peak in show:
         for k in range(min(3, dataset.sizes["harmonic"])):
-            symbol = with_unit(dataset[peak], k + 1)
+            symbol = in_brackets(symbol_of(dataset[peak], k + 1), dataset[peak])
             values = dataset[peak].isel(harmonic=k).transpose("amplitude").values
             rows.append((f"{ORDINALS[k]} harmonic\n{symbol}", values))
     return rows
-
-
-def with_unit(array: xr.DataArray, index: int | None = None) -> str:
-    """Return the symbol of a quantity with its units, if it has any."""
-    units = with_units(array, "")
-    return f"{symbol_of(array, index)} ({units})" if units else symbol_of(array, index)
 
 
 def draw_parts(

@@ -22,7 +22,7 @@ from vibropipe.figures.style import (
     new_figure,
     write_centred,
 )
-from vibropipe.figures.text import ORDINALS, axis_label, parameter_line, symbol_of, with_units
+from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, parameter_line, symbol_of
 from vibropipe.scenes.basins.basin_map import COLOURS, none_handle
 from vibropipe.scenes.basins.laws import changes_of, laws_text, swept_name
 from vibropipe.scenes.branch.curves import pieces_of
@@ -91,8 +91,7 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     """Draw the first harmonic of each attractor, solid for orbits and dotted without one."""
     values = dataset[name].values
     array = dataset["displacement_amplitude"]
-    units = f" ({text})" if (text := with_units(array, "")) else ""
-    ax.set_ylabel(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}{units}")
+    ax.set_ylabel(in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array))
     amplitude = array.sel(harmonic=1).transpose(name, "attractor_id")
     has_orbit = dataset["period_multiple"].transpose(name, "attractor_id").values > 0
     for index in range(dataset.sizes["attractor_id"]):

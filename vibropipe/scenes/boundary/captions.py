@@ -7,9 +7,8 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import plain_symbol, sentences
+from vibropipe.figures.text import flag_texts, plain_symbol, sentences
 from vibropipe.scenes.boundary.curves import kinds_present, marks, of_kinds, plane
-from vibropipe.words.vocabulary import FLAGS
 from vibropipe.words.wording import count, series
 
 
@@ -49,11 +48,9 @@ def curves_text(dataset: xr.Dataset) -> str:
 def meetings_text(dataset: xr.Dataset) -> str:
     """Write which bifurcations meet."""
     codes = dataset["meeting_kind"].values[marks(dataset)]
-    names = {code: name.replace("_", " and ") for name, code in FLAGS["meeting_kind"].items()}
-    names |= {
-        code: name.replace("_", " ")
-        for name, code in FLAGS["meeting_kind"].items()
-        if name.startswith(("double", "degenerate"))
+    names = {
+        code: text if text.startswith(("double", "degenerate")) else text.replace(" ", " and ")
+        for code, text in flag_texts("meeting_kind").items()
     }
     listed = series(
         f"{names[int(code)]} ({int(n)})"

@@ -5,19 +5,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number
+from vibropipe.figures.text import flag_texts, format_number, orbit_texts
 from vibropipe.figures.units import unit_text
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.boundary.curves import plane
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.vocabulary import FLAGS
 
 # Rows of a table; the others are in the dataset.
 MAX_ROWS = 24
-KINDS = {code: name for name, code in FLAGS["boundary_kind"].items()}
-MEETINGS = {code: name.replace("_", " ") for name, code in FLAGS["meeting_kind"].items()}
+KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
 
 
 def sections(datasets: Datasets) -> list[Section]:
@@ -30,13 +28,11 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table:
     """Return a table of the curves of a scene."""
     x, y = plane(dataset)
     ids, ends = dataset["curve_id"].values, ends_of(dataset)
-    curves = np.unique(ids)
+    curves, laws = np.unique(ids), orbit_texts(dataset, "point")
     rows = []
     for number in curves[:MAX_ROWS]:
         points = np.flatnonzero(ids == number)
         first = int(points[0])
-        p1, p2 = dataset["impacts_per_orbit"].transpose("point", "support").values[first]
-        law = f"({int(dataset['period_multiple'][first])}; {p1:g}, {p2:g})"
         places = [
             f"({format_number(float(dataset[x][n]), 6)}, {format_number(float(dataset[y][n]), 6)})"
             for n in (first, int(points[-1]))
@@ -45,7 +41,7 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table:
         rows.append(
             [
                 KINDS[int(dataset["boundary_kind"][first])],
-                law,
+                laws[first],
                 places[0],
                 names[0],
                 places[1],

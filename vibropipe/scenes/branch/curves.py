@@ -29,14 +29,16 @@ from vibropipe.figures.style import (
 from vibropipe.figures.text import (
     ORDINALS,
     axis_label,
+    flag_texts,
+    in_brackets,
     mathtext,
+    orbit_texts,
     parameter_line,
     parameter_names,
     symbol_of,
     value_text,
-    with_units,
 )
-from vibropipe.words.vocabulary import FLAGS, quantity
+from vibropipe.words.vocabulary import quantity
 
 PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
@@ -82,18 +84,6 @@ def swept(dataset: xr.Dataset) -> str | None:
     return next((name for name in names if name != along), None)
 
 
-def law_text(m: int, p1: float, p2: float) -> str:
-    """Write a law of motion as (m; p1, p2): impacts on each support in m forcing periods."""
-    return f"({m}; {p1:g}, {p2:g})"
-
-
-def laws_of(dataset: xr.Dataset) -> list[str]:
-    """Return the law of motion at each point."""
-    impacts = dataset["impacts_per_orbit"].transpose("point", "support").values
-    multiples = dataset["period_multiple"].values
-    return [law_text(int(m), *pair) for m, pair in zip(multiples, impacts, strict=True)]
-
-
 def panels_of(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> list[Panel]:
@@ -101,14 +91,13 @@ def panels_of(
     panels: list[Panel] = []
     for name in show:
         entry, array = quantity(name), dataset[name]
-        units = f" ({text})" if (text := with_units(array, "")) else ""
         if name == "impact_velocity":
-            text = f"impact velocity\nof each impact{units}"
+            text = in_brackets("impact velocity\nof each impact", array)
             panels.append(Panel(text, velocities_of(dataset)))
         elif "harmonic" in entry.dims:
             free = free_values(backbone, name, harmonic=1)
             values = array.sel(harmonic=1).values[:, None]
-            text = f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}{units}"
+            text = in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array)
             panels.append(Panel(text, values, free))
         elif "support" in entry.dims:
             text = SHORT_TEXT.get(name, entry.long_name)
@@ -116,10 +105,11 @@ def panels_of(
                 values = array.sel(support=support).values[:, None]
                 if np.isfinite(values).any():
                     free = free_values(backbone, name, support=support)
-                    panels.append(Panel(f"{text}\non support {support}{units}", values, free))
+                    label = in_brackets(f"{text}\non support {support}", array)
+                    panels.append(Panel(label, values, free))
         else:
             free = free_values(backbone, name)
-            text = f"{entry.long_name}\n{symbol_of(array)}{units}"
+            text = in_brackets(f"{entry.long_name}\n{symbol_of(array)}", array)
             panels.append(Panel(text, array.values[:, None], free))
     return panels
 
@@ -145,7 +135,7 @@ def velocities_of(dataset: xr.Dataset) -> np.ndarray:
 def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
     """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
     branches, stable = dataset["branch_id"].values, dataset["stable"].values
-    laws, over = laws_of(dataset), swept(dataset)
+    laws, over = orbit_texts(dataset, "point"), swept(dataset)
     values = dataset[over].values if over else np.zeros(branches.size)
     keys = list(zip(branches, stable, laws, strict=True))
     cuts = [0, *(n + 1 for n in range(len(keys) - 1) if keys[n] != keys[n + 1]), len(keys)]
@@ -241,7 +231,7 @@ def draw_values(ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece])
 def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Return the mask of each kind of bifurcation that occurs."""
     codes = dataset["bifurcation_kind"].values
-    masks = {name: codes == code for name, code in FLAGS["bifurcation_kind"].items()}
+    masks = {name: codes == code for code, name in flag_texts("bifurcation_kind").items()}
     return {name: mask for name, mask in masks.items() if mask.any()}
 
 

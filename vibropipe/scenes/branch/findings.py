@@ -9,11 +9,10 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, with_units
+from vibropipe.figures.text import flag_texts, format_number, with_units
 from vibropipe.report.findings import Finding, symbol_text, value_text
 from vibropipe.report.table import Datasets
 from vibropipe.scenes.branch.curves import followed, kinds_present, pieces_of, swept
-from vibropipe.words.vocabulary import FLAGS
 from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind, intervals and jumps that a sentence lists; of more, the widest and the largest.
@@ -32,7 +31,7 @@ CAUSES = {
     "change": "gains or loses a contact, turn or stick (change)",
 }
 UNKNOWN = "a motion that is not followed here"
-KINDS = {code: name for name, code in FLAGS["bifurcation_kind"].items()}
+KINDS = flag_texts("bifurcation_kind")
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
 SAME = 1e-6
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, with_units
+from vibropipe.figures.text import flag_texts, format_number, in_brackets, orbit_texts
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.branch.curves import followed, laws_of, swept
+from vibropipe.scenes.branch.curves import followed, swept
 from vibropipe.scenes.branch.findings import findings
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.vocabulary import FLAGS
 
 # Rows of a table; the others are in the dataset.
 MAX_ROWS = 24
-KINDS = {code: name for name, code in FLAGS["bifurcation_kind"].items()}
-REASONS = {code: name.replace("_", " ") for name, code in FLAGS["end_reason"].items()}
+KINDS, REASONS = flag_texts("bifurcation_kind"), flag_texts("end_reason")
 
 
 def sections(datasets: Datasets) -> list[Section]:
@@ -33,19 +31,13 @@ def bifurcation_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if points.size == 0:
         return None
     along, over = followed(dataset), swept(dataset)
-    laws = laws_of(dataset)
+    laws = orbit_texts(dataset, "point")
     shown = np.lexsort((points, dataset["branch_id"].values[points]))[:MAX_ROWS]
     rows = [row(dataset, int(n), laws[int(points[n])], along, over) for n in shown]
-    head = ["bifurcation", *(head_of(dataset[name]) for name in (along, over) if name)]
+    head = ["bifurcation", *(in_brackets(name, dataset[name]) for name in (along, over) if name)]
     rest = f"; {points.size - MAX_ROWS} more are in the dataset" if points.size > MAX_ROWS else ""
     caption = f"Bifurcations of {scene}: where, law of motion (m; p1, p2), and what the branch does{rest}."
     return Table([*head, "law", "branch", "goes on"], rows, caption, left=1)
-
-
-def head_of(array: xr.DataArray) -> str:
-    """Return the head of a parameter's column, with its unit."""
-    units = with_units(array, "")
-    return f"{array.name} ({units})" if units else str(array.name)
 
 
 def row(dataset: xr.Dataset, n: int, law: str, along: str, over: str | None) -> list[str]:

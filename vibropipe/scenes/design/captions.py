@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol, sentences, with_units
+from vibropipe.figures.text import format_number, orbit_texts, plain_symbol, sentences, with_units
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
-    law_text,
     objectives,
     part_of,
     spread_parts,
@@ -62,7 +61,7 @@ def describe_designs(dataset: xr.Dataset) -> str:
         f"Designs with {wanted_text(dataset)}: varied parameters, wanted quantities, and below the distance to the "
         "nearest change of the law of motion, in shares of the ranges",
         reached_text(dataset),
-        f"Design 1, of law {law_text(dataset, 0)}, has {place_text(dataset, 0)} and {best}",
+        f"Design 1, of law {orbit_texts(dataset, 'design')[0]}, has {place_text(dataset, 0)} and {best}",
     )
 
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import symbol_of
-from vibropipe.figures.units import unit_text
+from vibropipe.figures.text import in_brackets, symbol_of
 from vibropipe.words.vocabulary import PHYSICAL_NAMES
 
 # Quantities shown where no goal names any.
@@ -50,9 +49,8 @@ class Part(NamedTuple):
 
     def label_text(self, dataset: xr.Dataset, short: bool = False) -> str:
         """Return the label of an axis: words or symbol, and the unit."""
-        unit = unit_text(str(dataset[self.variable].attrs.get("units", "1")))
         text = self.short(dataset) if short else self.words(dataset)
-        return f"{text} ({unit})" if unit else text
+        return in_brackets(text, dataset[self.variable])
 
     def end(self, dataset: xr.Dataset, which: str) -> float:
         """Return its target, lower or upper bound; NaN without one."""
@@ -118,12 +116,6 @@ def varied(dataset: xr.Dataset) -> list[str]:
 def numbers(dataset: xr.Dataset) -> np.ndarray:
     """Return the numbers of the designs, from 1."""
     return np.arange(1, dataset.sizes["design"] + 1)
-
-
-def law_text(dataset: xr.Dataset, row: int) -> str:
-    """Write the law of motion (m; p1, p2) of a design."""
-    p1, p2 = dataset["impacts_per_orbit"].transpose("design", "support").values[row]
-    return f"({int(dataset['period_multiple'].values[row])}; {p1:g}, {p2:g})"
 
 
 def has_spread(dataset: xr.Dataset) -> bool:

@@ -21,10 +21,9 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.figures.text import parameter_line, symbol_of
+from vibropipe.figures.text import orbit_texts, parameter_line, symbol_of
 from vibropipe.scenes.design.data import (
     Part,
-    law_text,
     numbers,
     objectives,
     part_of,
@@ -50,7 +49,8 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
     axes[-1].plot(place, dataset["law_margin"], marker="D", **POINT)
     axes[-1].set_yscale("log")
     axes[-1].set_ylabel(symbol_of(dataset["law_margin"]))
-    ticks = [f"{number}\n{law_text(dataset, row)}" for row, number in enumerate(place)]
+    laws = orbit_texts(dataset, "design")
+    ticks = [f"{number}\n{law}" for number, law in zip(place, laws, strict=True)]
     axes[-1].set_xticks(place, ticks)
     axes[-1].set_xlim(place[0] - 0.5, place[-1] + 0.5)
     axes[-1].set_xlabel("design, and its law of motion $(m;\\ p_1, p_2)$")
@@ -117,7 +117,7 @@ def draw_front(dataset: xr.Dataset) -> Figure:
     assert second is not None
     x, y = first.of(dataset).values, second.of(dataset).values
     ax.plot(x, y, color=GREY, linewidth=0.8, zorder=0)
-    laws = [law_text(dataset, row) for row in range(x.size)]
+    laws = orbit_texts(dataset, "design")
     drawn = []
     for n, law in enumerate(dict.fromkeys(laws)):
         chosen = np.array([each == law for each in laws])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol, with_units
+from vibropipe.figures.text import format_number, in_brackets, orbit_texts, plain_symbol, with_units
 from vibropipe.report.findings import Finding
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
@@ -19,7 +19,6 @@ from vibropipe.scenes.design.captions import (
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
-    law_text,
     numbers,
     spread_parts,
     varied,
@@ -55,10 +54,11 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table:
     names, parts = varied(dataset), wanted_parts(dataset)
     head = ["design", "law", *(with_symbol(dataset[name]) for name in names)]
     head += [with_symbol(part.of(dataset), part) for part in parts] + ["margin"]
+    laws = orbit_texts(dataset, "design")
     rows = [
         [
             str(number),
-            law_text(dataset, row),
+            laws[row],
             *(format_number(float(dataset[name].values[row]), 5) for name in names),
             *(format_number(float(part.of(dataset).values[row]), 5) for part in parts),
             format_number(float(dataset["law_margin"].values[row]), 2),
@@ -126,9 +126,7 @@ def share_text(best: xr.Dataset, part: Part, name: str) -> str:
 
 def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
     """Return the head of a column: the name with index, and the unit."""
-    unit = with_units(values, "")
-    name = breakable(part.name) if part else str(values.name)
-    return f"{name} ({unit})" if unit else name
+    return in_brackets(breakable(part.name) if part else str(values.name), values)
 
 
 def findings(datasets: Datasets) -> list[Finding]:

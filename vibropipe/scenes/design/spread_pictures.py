@@ -13,7 +13,6 @@ from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, BLUE, NEUTRAL, ORANGE, legend, new_figure, write_centred
 from vibropipe.figures.text import format_number, symbol_of, with_units
-from vibropipe.figures.units import unit_text
 from vibropipe.scenes.design.data import Part, has_spread, spread_parts
 from vibropipe.solve.tolerance import WORST
 
@@ -128,8 +127,7 @@ def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
 def row_text(best: xr.Dataset, part: Part) -> str:
     """Write a quantity with its symbol and standard deviation."""
     std = float(part.of(best, "_std").sel(estimate="first_order"))
-    unit = unit_text(str(best[part.variable].attrs.get("units", "1")))
-    return f"{part.words(best)}\n± {format_number(std, 2)} {unit}".rstrip()
+    return f"{part.words(best)}\n± {with_units(best[part.variable], format_number(std, 2))}"
 
 
 def empty(text: str) -> Figure:

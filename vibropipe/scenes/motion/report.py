@@ -12,6 +12,7 @@ from vibropipe.figures.text import (
     REGIME_TEXT,
     departure,
     format_number,
+    in_brackets,
     regime_name,
     scalar_parameters,
     with_units,
@@ -79,8 +80,8 @@ def steady_table(datasets: Datasets) -> Table:
 
 def with_unit(text: str, dataset: xr.Dataset, name: str = "") -> str:
     """Return the name of a row with the unit of a variable in brackets (default: of the variable of that name)."""
-    units = unit_of(dataset, name or text)
-    return f"{text} ({units})" if units else text
+    name = name or text
+    return in_brackets(text, dataset[name]) if name in dataset.variables else text
 
 
 def differing(datasets: Datasets) -> dict[str, list[float]]:

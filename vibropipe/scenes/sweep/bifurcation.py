@@ -21,7 +21,14 @@ from vibropipe.figures.style import (
     legend,
     write_centred,
 )
-from vibropipe.figures.text import axis_label, parameter_line, plain_symbol, sentences, symbol_of
+from vibropipe.figures.text import (
+    axis_label,
+    in_brackets,
+    parameter_line,
+    plain_symbol,
+    sentences,
+    symbol_of,
+)
 from vibropipe.scenes.sweep.captions import combinations_text, follow_text, unresolved_text
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, lay_out
@@ -31,7 +38,6 @@ from vibropipe.scenes.sweep.quantities import (
     Panel,
     Series,
     axis_and_others,
-    with_units_in_brackets,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
 from vibropipe.words.regimes import Regime
@@ -67,7 +73,7 @@ def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Pane
                 Panel(
                     text,
                     (Series(name),),
-                    with_units_in_brackets(dataset[name], symbol_of(dataset[name])),
+                    in_brackets(symbol_of(dataset[name]), dataset[name]),
                 )
             )
             continue
@@ -79,7 +85,7 @@ def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Pane
                 Panel(
                     axis_label(own, width=LABEL_WIDTH),
                     (Series(name, "support", support - 1),),
-                    f"{with_units_in_brackets(own, symbol_of(own))}\nsupport {support}",
+                    f"{in_brackets(symbol_of(own), own)}\nsupport {support}",
                 )
             )
     return panels

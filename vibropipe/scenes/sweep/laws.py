@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from vibropipe.figures.style import REGIME_STYLES
-from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.figures.text import REGIME_TEXT, orbit_text, regime_name
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
 
@@ -53,7 +53,7 @@ class Law:
             return f"other {REGIME_TEXT[name].partition(',')[0]}"
         if self.m == 0 or (name == "no_impact" and self.m == 1):
             return REGIME_TEXT[name].replace(", support", "")
-        return f"({self.m}; {self.p1}, {self.p2})"
+        return orbit_text(self.m, self.p1, self.p2)
 
     @property
     def text(self) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.text import axis_label, symbol_of, with_units
+from vibropipe.figures.text import axis_label, in_brackets, symbol_of
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
 
@@ -154,7 +154,7 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
         series = series_of(dataset, name)
         if joined:
             text = axis_label(dataset[name], width=LABEL_WIDTH)
-            short = with_units_in_brackets(dataset[name], symbol_of(dataset[name]))
+            short = in_brackets(symbol_of(dataset[name]), dataset[name])
             panels.append(Panel(text, tuple(series), short))
             continue
         panels += [
@@ -168,15 +168,9 @@ def short_label(dataset: xr.Dataset, series: Series) -> str:
     """Return the symbol of one element of a quantity, with the number of the support where it has one."""
     array = dataset[series.name]
     if series.dim != "support" or series.position is None:
-        return with_units_in_brackets(array, series.text)
-    symbol = with_units_in_brackets(array, symbol_of(array, series.position + 1))
+        return in_brackets(series.text, array)
+    symbol = in_brackets(symbol_of(array, series.position + 1), array)
     return f"{symbol}\n{series.text}"
-
-
-def with_units_in_brackets(array: xr.DataArray, symbol: str) -> str:
-    """Write a symbol with the units of its quantity."""
-    units = with_units(array, "")
-    return f"{symbol} ({units})" if units else symbol
 
 
 def element_label(dataset: xr.Dataset, series: Series) -> str:

@@ -15,13 +15,14 @@ from vibropipe.scenes.keys.checks import (
     EXCITER_CHECK,
     SUPPORTS,
     Check,
+    check_named,
     check_rows,
     check_swept,
     corners,
 )
 from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, SweptName, figure_key
-from vibropipe.scenes.keys.problems import Problem, did_you_mean, required
+from vibropipe.scenes.keys.problems import Problem, required
 from vibropipe.scenes.keys.values import NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, STARTS
 
@@ -147,14 +148,10 @@ def check_branches(
     scene: BasinsScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
     """Check that the branches drawn under the amplitudes are followed along the parameter of the shares."""
-    wanted = scene.figure.branches
-    if wanted is None or scene.swept is None or wanted in broken:
+    if scene.swept is None:
         return
     fits = [name for name, each in scenes.items() if getattr(each, "followed", "") == scene.swept]
-    if wanted not in fits:
-        none = "the study has none"
-        allowed = f"a branch scene along {scene.swept} ({', '.join(fits) or none})"
-        yield Problem(("figure", "branches"), repr(wanted), allowed, did_you_mean(wanted, fits))
+    yield from check_named(scene, "branches", f"a branch scene along {scene.swept}", fits, broken)
 
 
 CHECKS = (

@@ -13,10 +13,10 @@ from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.keys.base import BaseScene, each_once
-from vibropipe.scenes.keys.checks import Check
+from vibropipe.scenes.keys.checks import Check, check_named, check_numbers
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, figure_key
-from vibropipe.scenes.keys.problems import Problem, did_you_mean, refused, required
-from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange, is_allowed
+from vibropipe.scenes.keys.problems import Problem, refused, required
+from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 BoundaryKinds = Annotated[
@@ -93,17 +93,10 @@ class BoundaryScene(BaseScene):
 
 def _parameters(scene: BoundaryScene) -> Iterator[Problem]:
     """Check that the box is in range and that no parameter is given twice."""
+    yield from check_numbers(scene, "over", scene.over)
     for name, ends in scene.over.items():
-        for value in ends:
-            if not is_allowed(name, value):
-                yield Problem(("over", name), repr(value), PARAMETERS[name].range.text)
-                break
         if name in RIGID_AT_ZERO and 0.0 in ends:
             yield Problem(("over", name), "0", must=SOFT_ALONG)
-        stated = scene.exciter.explicit()
-        if name in stated:
-            must = f"must be left out, since {name} stands in over"
-            yield Problem(("exciter", name), repr(stated[name]), must=must)
 
 
 def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
@@ -139,10 +132,6 @@ def check_map(
     scene: BoundaryScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
     """Check that the map drawn under the curves is a scene over the same two parameters."""
-    wanted = scene.figure.map
     fits = [name for name, other in scenes.items() if set(other.grids()) == set(scene.over)]
-    if wanted is not None and wanted not in (*fits, *broken):
-        allowed = (
-            f"a sweep over {' and '.join(scene.over)} ({', '.join(fits) or 'the study has none'})"
-        )
-        yield Problem(("figure", "map"), repr(wanted), allowed, did_you_mean(wanted, fits))
+    what = f"a sweep over {' and '.join(scene.over)}"
+    yield from check_named(scene, "map", what, fits, broken)

@@ -204,13 +204,19 @@ SOLVER = Check((("solver",),), check_solver)
 EXCITER_CHECK = Check(SUPPORTS, check_exciter)
 
 
+def check_named(
+    scene: Any, key: str, what: str, fits: Collection[str], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that a key of the picture names a scene that fits, or a broken one; `what` says which scenes fit."""
+    wanted = getattr(scene.figure, key)
+    if wanted is not None and wanted not in (*fits, *broken):
+        allowed = f"{what} ({', '.join(fits) or 'the study has none'})"
+        yield Problem(("figure", key), repr(wanted), allowed, did_you_mean(wanted, fits))
+
+
 def check_backbone(
     scene: Any, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
     """Check that the backbone drawn under a picture is a backbone scene over amplitude."""
-    wanted = scene.figure.backbone
     fits = [name for name, other in scenes.items() if other.gives_backbone]
-    if wanted is not None and wanted not in (*fits, *broken):
-        allowed = f"a backbone scene over amplitude ({', '.join(fits) or 'the study has none'})"
-        hint = did_you_mean(wanted, fits)
-        yield Problem(("figure", "backbone"), repr(wanted), allowed, hint)
+    yield from check_named(scene, "backbone", "a backbone scene over amplitude", fits, broken)

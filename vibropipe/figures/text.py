@@ -24,6 +24,7 @@ from vibropipe.words.vocabulary import (
     VOCABULARY,
     quantity,
 )
+from vibropipe.words.wording import series
 
 REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
     "one_sided_1": "one-sided, support 1",
@@ -57,6 +58,15 @@ def regime_name(code: int) -> str:
         if value == code:
             return name
     raise KeyError(f"{code} is not a regime (vibropipe/words/vocabulary.py)")
+
+
+def reasons_text(status: np.ndarray) -> str:
+    """Write why rows are unresolved, with the number of rows of each reason."""
+    codes, amounts = np.unique(status, return_counts=True)
+    return series(
+        f"{UNRESOLVED_TEXT.get(Status(code), Status(code).name.lower())} ({amount})"
+        for code, amount in zip(codes.tolist(), amounts.tolist(), strict=True)
+    )
 
 
 def format_number(value: float | str, digits: int = 4) -> str:

@@ -10,11 +10,11 @@ import xarray as xr
 from vibropipe.figures.text import (
     NO_CURVES,
     REGIME_TEXT,
-    UNRESOLVED_TEXT,
     format_number,
     grid_with_units,
     plain_symbol,
     plain_value,
+    reasons_text,
     regime_name,
     sentences,
     with_units,
@@ -32,7 +32,6 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.words.regimes import Regime
-from vibropipe.words.status import Status
 from vibropipe.words.wording import count, series
 
 MANY_ORBITS = 4  # orbits that a caption names
@@ -125,11 +124,7 @@ def unresolved_text(dataset: xr.Dataset) -> str:
     unresolved = dataset["regime"].values == Regime.UNRESOLVED
     if not unresolved.any() or "status" not in dataset:
         return ""
-    codes, amounts = np.unique(dataset["status"].values[unresolved], return_counts=True)
-    reasons = series(
-        f"{UNRESOLVED_TEXT.get(Status(code), Status(code).name.lower())} ({amount})"
-        for code, amount in zip(codes.tolist(), amounts.tolist(), strict=True)
-    )
+    reasons = reasons_text(dataset["status"].values[unresolved])
     total = count(dataset["regime"].size, "row")
     return f"Unresolved: {int(unresolved.sum())} of {total}: {reasons}"
 

@@ -14,8 +14,8 @@ import xarray as xr
 
 from vibropipe.figures.text import (
     REGIME_TEXT,
-    UNRESOLVED_TEXT,
     format_number,
+    reasons_text,
     regime_name,
 )
 from vibropipe.report.findings import (
@@ -30,7 +30,6 @@ from vibropipe.report.findings import (
 )
 from vibropipe.report.table import Datasets
 from vibropipe.words.regimes import Regime
-from vibropipe.words.status import Status
 from vibropipe.words.wording import series
 
 # Up to so many lines, the impacts and the jumps of each are named; more lines are described together, as a map.
@@ -249,20 +248,9 @@ def unresolved_text(dataset: xr.Dataset) -> str:
         mask = codes == code
         if mask.any():
             verb = "is" if mask.sum() == 1 else "are"
-            reasons = reasons_text(dataset, mask) if code == Regime.UNRESOLVED else ""
+            has_reasons = code == Regime.UNRESOLVED and "status" in dataset
+            reasons = f": {reasons_text(dataset['status'].values[mask])}" if has_reasons else ""
             texts.append(
                 f"{int(mask.sum())} of {codes.size} rows {verb} {code.name.lower()}{reasons}"
             )
     return series(texts)
-
-
-def reasons_text(dataset: xr.Dataset, mask: np.ndarray) -> str:
-    """Write the reasons of unresolved rows with their numbers."""
-    if "status" not in dataset:
-        return ""
-    statuses, amounts = np.unique(dataset["status"].values[mask], return_counts=True)
-    reasons = series(
-        f"{UNRESOLVED_TEXT.get(Status(code), Status(code).name.lower())} ({amount})"
-        for code, amount in zip(statuses.tolist(), amounts.tolist(), strict=True)
-    )
-    return f": {reasons}"

@@ -11,7 +11,6 @@ from vibropipe.figures.text import (
     grid_text,
     mathtext,
     parameter_line,
-    plain_parameters,
     regime_name,
 )
 from vibropipe.words.vocabulary import REGIMES
@@ -46,7 +45,6 @@ def test_mathtext_raises_powers_of_ten():
 def test_amounts_lists_and_names():
     assert [count(1, "row"), count(3, "row")] == ["1 row", "3 rows"]
     assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
-    assert plain_parameters({"delta": 0.01, "R1": 0.7}) == "δ = 0.01, R₁ = 0.7"
     assert [regime_name(code) for code in REGIMES.values()] == list(REGIMES)
     with pytest.raises(KeyError, match="99"):
         regime_name(99)

@@ -6,7 +6,7 @@ import numpy as np
 from figures.sample_datasets import Scene, motion, sweep
 
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import figure_names, remove_unchosen, scenes_drawn, shown_datasets
+from vibropipe.jobs.drawing import figure_names, remove_unchosen, scenes_drawn
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import study_of_text
 
@@ -25,7 +25,7 @@ def test_pictures_no_longer_chosen_are_removed(tmp_path):
 
 def test_datasets_without_units_are_drawn_as_they_are():
     dataset = sweep()
-    assert shown_datasets({"line": dataset})["line"] is dataset
+    assert display_units({"line": dataset})["line"] is dataset
 
 
 def test_datasets_of_a_study_have_the_same_prefixes():
@@ -33,10 +33,10 @@ def test_datasets_of_a_study_have_the_same_prefixes():
     for dataset, scale in ((small, 1e-4), (large, 1e-2)):
         dataset["displacement"] = dataset["displacement"] * scale
         dataset["displacement"].attrs |= {"units": "m"}
-    shown = shown_datasets({"small": small, "large": large})
+    shown = display_units({"small": small, "large": large})
     assert shown["small"]["displacement"].attrs["units"] == "mm"
     assert np.array_equal(shown["small"]["displacement"], 1e3 * small["displacement"])
-    again = shown_datasets(shown)
+    again = display_units(shown)
     assert np.array_equal(again["large"]["displacement"], shown["large"]["displacement"])
 
 

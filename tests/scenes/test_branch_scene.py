@@ -9,7 +9,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.figures.style import house_style
-from vibropipe.jobs.drawing import shown_datasets
+from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
@@ -185,7 +185,7 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     }
     assert data.attrs["follow"] == "omega both"
     free = kind_of(study.scenes["free"]).solve(study.scenes["free"])
-    shown = shown_datasets({"free": free, "response": data})
+    shown = display_units({"free": free, "response": data})
     (picture,) = kind_of(scene).pictures
     with house_style():
         figure = picture.draw(shown["response"], scene.figure, shown)

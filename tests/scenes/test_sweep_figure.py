@@ -6,12 +6,12 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from drawing import draw
+from drawing import draw, lightness
 from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
-from vibropipe.figures.style import LINES, REGIME_STYLES, house_style, lightness
+from vibropipe.figures.style import LINES, REGIME_STYLES, house_style
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.sweep.figure_keys import MAX_LINES, SweepFigure
 from vibropipe.scenes.sweep.lines import isolated

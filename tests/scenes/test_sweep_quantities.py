@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import xarray as xr
-from drawing import draw
+from drawing import draw, lightness
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
 from sampling import sampled
@@ -19,7 +19,6 @@ from vibropipe.figures.style import (
     PRINT_WIDTH_CM,
     SMALL_FONT_SIZE,
     house_style,
-    lightness,
 )
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep

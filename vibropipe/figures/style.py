@@ -17,7 +17,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
@@ -126,9 +125,10 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def new_figure(height_cm: float, width_cm: float = PRINT_WIDTH_CM) -> Figure:
-    """Return an empty figure of a printed size with constrained layout."""
-    figure = Figure(figsize=(width_cm / CM_PER_INCH, height_cm / CM_PER_INCH), layout="constrained")
+def new_figure(height_cm: float) -> Figure:
+    """Return an empty figure of the printed width with constrained layout."""
+    size = PRINT_WIDTH_CM / CM_PER_INCH, height_cm / CM_PER_INCH
+    figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -157,13 +157,6 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         if drawn.get_window_extent().width <= width or columns == 1:
             return
         drawn.remove()
-
-
-def lightness(colour: str) -> float:
-    """Return CIE L* of a colour, 0 to 100: how bright it is in print without colours."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
-    luminance = float(np.dot((0.2126, 0.7152, 0.0722), linear))
-    return 116 * luminance ** (1 / 3) - 16 if luminance > 216 / 24389 else luminance * 24389 / 27
 
 
 def write_centred(ax: Axes, *lines: str) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -223,11 +223,6 @@ def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     left_out = set(leave_out)
     names = [name for name in scalar_parameters(dataset) if name not in left_out]
     return ",  ".join(value_text(dataset[name]) for name in names)
-
-
-def plain_parameters(values: Mapping[str, float | str]) -> str:
-    """Write parameters as plain text, for a sentence of the report."""
-    return ", ".join(f"{plain_symbol(name)} = {format_number(v)}" for name, v in values.items())
 
 
 def mathtext(value: float | str) -> str:

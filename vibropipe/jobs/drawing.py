@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibropipe.compiler.sources import PACKAGE
+from vibropipe.figures.units import display_units
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import read_scenes
@@ -71,7 +72,7 @@ def draw_scene(
     """
     from vibropipe.figures.style import house_style, save
 
-    shown = shown_datasets({**others, scene.name: dataset})
+    shown = display_units({**others, scene.name: dataset})
     dataset, others = shown[scene.name], shown
     pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
     paths: list[Path] = []
@@ -81,13 +82,6 @@ def draw_scene(
         with house_style():
             paths += save(picture.draw(dataset, scene.figure, others), folder, name)
     return paths
-
-
-def shown_datasets(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
-    """Return the datasets of a study in units for display, as pictures, captions and the report show them."""
-    from vibropipe.figures.units import display_units
-
-    return display_units(datasets)
 
 
 def remove_unchosen(scene: BaseScene, folder: Path) -> list[Path]:
@@ -136,7 +130,7 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
         if not names or not {*figure_names(scene)}.isdisjoint(names)
     ]
     needed = dict.fromkeys(name for scene in scenes for name in scenes_drawn(study, scene))
-    datasets = shown_datasets(read_scenes(folder, needed, study.fingerprints))
+    datasets = display_units(read_scenes(folder, needed, study.fingerprints))
     return [
         path
         for scene in scenes

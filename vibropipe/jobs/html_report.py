@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from vibropipe.jobs.drawing import shown_datasets
+from vibropipe.figures.units import display_units
 from vibropipe.jobs.run import Run
 from vibropipe.store import StoreError, read_scenes
 from vibropipe.study import Study
@@ -56,7 +56,7 @@ def captions_from_data(study: Study, results: Path) -> dict[str, str]:
         datasets = read_scenes(results / study.name, study.scenes, study.fingerprints)
     except StoreError:
         return {}
-    shown = shown_datasets(datasets)
+    shown = display_units(datasets)
     return {entry["name"]: entry["caption"] for entry in figure_entries(study, shown)}
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.jobs.drawing import figure_names, remove_unchosen, shown_datasets
+from vibropipe.figures.units import display_units
+from vibropipe.jobs.drawing import figure_names, remove_unchosen
 from vibropipe.report import typeset
 from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
 from vibropipe.report.data import (
@@ -83,7 +84,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     datasets, sidecars : mapping
         Dataset and sidecar of each scene by name.
     """
-    datasets = shown_datasets(datasets)
+    datasets = display_units(datasets)
     parts = [
         (
             kind,
@@ -138,7 +139,7 @@ def scene_title(study: Study, name: str) -> str:
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
     """Yield each figure: name, path, title, caption, and the alternative text for screen readers.
 
-    The datasets are in units for display (`shown_datasets`).
+    The datasets are in units for display (`display_units`).
     """
     for scene_name, dataset in datasets.items():
         scene = study.scenes[scene_name]

@@ -99,15 +99,15 @@ def bytes_text(size: float) -> str:
     return f"{size:.0f} B"
 
 
-def motion_text(motion: xr.Dataset, max_events: int = MAX_EVENTS) -> str:
+def motion_text(motion: xr.Dataset) -> str:
     """Return a motion as a table: parameters, impacts, grazings and rests in order of time, end state.
+
+    Of more than MAX_EVENTS events, only the first and the last ones are shown.
 
     Parameters
     ----------
     motion : xarray.Dataset
         A result of `vp.simulate`.
-    max_events : int
-        Of more events, only the first and the last ones are shown.
     """
     head = ("tau", "event", "support", "velocity before", "after")
     body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]
@@ -121,7 +121,7 @@ def motion_text(motion: xr.Dataset, max_events: int = MAX_EVENTS) -> str:
     lines = [
         parameters,
         *_accuracy_text(motion),
-        *_shortened(aligned([head, *body]), max_events),
+        *_shortened(aligned([head, *body]), MAX_EVENTS),
         end,
     ]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])

@@ -132,17 +132,15 @@ def parse_config(
     return config
 
 
-def config_of_files(studies: Any, results: Any, folder: Path = Path("config")) -> Config:
+def config_of_files(studies: Any, results: Any) -> Config:
     """Return a list of studies from their files.
 
     Parameters
     ----------
     studies : list of str, or str
-        Files of studies, or names of studies in `folder` (no suffix); a string holds them separated by commas.
+        Files of studies, or names of studies in `config` (no suffix); a string holds them separated by commas.
     results : str
         Folder of all results.
-    folder : Path
-        Folder of the studies that are given by name.
 
     Raises
     ------
@@ -152,7 +150,8 @@ def config_of_files(studies: Any, results: Any, folder: Path = Path("config")) -
     entries = [str(entry) for entry in _separate(studies)]
     files = {Path(entry).stem: Path(entry) for entry in entries if Path(entry).suffix}
     names = [Path(entry).stem for entry in entries]
-    config = parse_config({"studies": names, "results": results}, folder, source="the studies")
+    tree = {"studies": names, "results": results}
+    config = parse_config(tree, Path("config"), source="the studies")
     config._files = files
     return config
 

@@ -13,7 +13,8 @@ from matplotlib.collections import PolyCollection, QuadMesh
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES, REGIME_STYLES, house_style
 from vibropipe.figures.text import REGIME_TEXT, regime_name
-from vibropipe.scenes.sweep.figure_keys import MAX_LINES, SweepFigure
+from vibropipe.scenes.keys.parts import MAX_LINES
+from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.lines import isolated
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.words.vocabulary import REGIMES

@@ -22,7 +22,7 @@ from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
 from vibropipe.study.pydantic_errors import plain_path
 from vibropipe.study.tables import PHASE
-from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, Range
+from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, STARTS, Range
 from vibropipe.words.units import UnitError, to_si
 from vibropipe.words.vocabulary import quantity
 
@@ -50,7 +50,6 @@ VARIED = ("over", "along", "vary", "tolerance")
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
 GOALS = ("target", "subject_to", "allow", MEASURED, "noise")
-STARTS = ("x0", "v0")
 STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
 STAND_INS: dict[str, Any] = {
     "over": [STAND_IN],

@@ -17,13 +17,13 @@ from vibropipe.scenes.sweep.impacts import row_at
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.pictures import is_map
 from vibropipe.scenes.sweep.quantities import (
-    DIRECTION,
     Series,
     axis_and_others,
     series_of,
     with_impacts_per_period,
 )
 from vibropipe.scenes.sweep.regime_map import map_axes
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.results import is_basins
 from vibropipe.view.words import label_of
 from vibropipe.words.regimes import Regime

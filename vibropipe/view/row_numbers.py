@@ -19,8 +19,8 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
-from vibropipe.scenes.sweep.quantities import DIRECTION
 from vibropipe.solve.contacts import log_of
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import ELEMENTS
 from vibropipe.view.rebuild import Motion, mass_and_stiffness
 from vibropipe.view.words import html, number, symbol

@@ -13,8 +13,9 @@ from bokeh.palettes import cividis
 from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import parameter_names
-from vibropipe.scenes.sweep.quantities import DIRECTION, Series
+from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.solve.physical import convert
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.drawing import MASS
 from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import even_cells, flag_colours, limits_of

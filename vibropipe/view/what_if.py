@@ -17,11 +17,11 @@ from bokeh.models import Button, Spacer, Spinner, Toggle
 from vibropipe.figures.text import format_number, parameter_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
-from vibropipe.scenes.sweep.quantities import DIRECTION
 from vibropipe.solve.basins import basins
 from vibropipe.solve.physical import stored
 from vibropipe.solve.steady import steady_state
 from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of, without_units
 from vibropipe.view.words import symbol, unit_of

@@ -15,7 +15,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import Check, check_changes
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
+from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -25,8 +25,6 @@ _NUMBER = {"type": "number"}
 ENDS_SCHEMA = {
     "anyOf": [_NUMBER, {"type": "array", "items": _NUMBER, "minItems": 1, "maxItems": 2}]
 }
-# Lines of a panel: as many as there are styles of lines.
-MAX_LINES = 7
 
 
 def _as_list(value: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, steady_bytes
+from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
     from vibropipe.scenes.design.keys import DesignScene
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
 # Seconds of a sample, of a search from one, of the margin and spread of a design; searches of a front.
 SAMPLE_SECONDS, SEARCH_SECONDS, DESIGN_SECONDS = 1e-4, 0.15, 0.1
 SEARCHES, FRONT_SEARCHES = 12, 40
-OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 
 
 def plan(scene: DesignScene) -> Work:
@@ -24,9 +24,9 @@ def plan(scene: DesignScene) -> Work:
         size=f"{scene.samples} samples over {names}",
         rows=scene.row_count,
         method="exact",
-        outputs=OUTPUTS,
+        outputs=OF_STEADY_STATE,
         seconds=seconds + scene.designs * DESIGN_SECONDS,
-        bytes=HEAD_BYTES + scene.designs * steady_bytes(OUTPUTS, 3),
+        bytes=HEAD_BYTES + scene.designs * steady_bytes(OF_STEADY_STATE, 3),
     )
 
 

@@ -23,6 +23,8 @@ from vibropipe.scenes.keys.values import (
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
 
+# Lines of a panel: as many as there are styles of lines.
+MAX_LINES = 7
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
 SweptName = Annotated[Literal[words.ParameterName, "x0", "v0"], BeforeValidator(latin)]
 

@@ -33,13 +33,13 @@ from vibropipe.scenes.sweep.captions import combinations_text, follow_text, unre
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, lay_out
 from vibropipe.scenes.sweep.quantities import (
-    DIRECTION,
     LABEL_WIDTH,
     Panel,
     Series,
     axis_and_others,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 
 Floats = NDArray[np.float64]

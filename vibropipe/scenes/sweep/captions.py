@@ -22,7 +22,6 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES
 from vibropipe.scenes.sweep.quantities import (
-    DIRECTION,
     axis_and_others,
     combinations,
     directions,
@@ -31,6 +30,7 @@ from vibropipe.scenes.sweep.quantities import (
     swept,
     with_impacts_per_period,
 )
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 

@@ -40,7 +40,6 @@ from vibropipe.scenes.sweep.legends import (
 )
 from vibropipe.scenes.sweep.lines import branches_differ, draw_arrows, draw_line, lines_of
 from vibropipe.scenes.sweep.quantities import (
-    DIRECTION,
     SIGNED,
     WITH_ZERO_LINE,
     Panel,
@@ -51,6 +50,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
+from vibropipe.solve.sweep_grid import DIRECTION
 
 HIGH_SHARE, HIGH = (
     0.99,

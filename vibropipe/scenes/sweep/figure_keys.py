@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import each_once
-from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NameRule
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
-
-# Lines of a panel: as many as there are styles of lines.
-MAX_LINES = 7
 
 Shown = Literal[
     "displacement_mean",

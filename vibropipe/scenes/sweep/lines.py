@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from vibropipe.figures.style import rasterise_many
 from vibropipe.figures.text import value_text
 from vibropipe.scenes.sweep.legends import DIRECTION_MARKERS, ROW_MARKS
-from vibropipe.scenes.sweep.quantities import DIRECTION, directions, row_kinds
+from vibropipe.scenes.sweep.quantities import directions, row_kinds
+from vibropipe.solve.sweep_grid import DIRECTION
 
 MANY_POINTS = 200  # marks shrink beyond this
 SMALL_MARKS = 0.6

@@ -5,6 +5,7 @@ from typing import Any
 
 import xarray as xr
 
+from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.bifurcation import (
     describe_bifurcation,
@@ -13,7 +14,7 @@ from vibropipe.scenes.sweep.bifurcation import (
 )
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.figure_keys import MAX_LINES, POINTS, SweepFigure
+from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
 from vibropipe.scenes.sweep.orbit_pictures import (
     chosen_visits,
     describe_rows,

@@ -11,10 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.text import axis_label, in_brackets, symbol_of
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
 
-DIRECTION = "direction"
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 DEFAULT_SHOW = (
     "displacement_mean",

@@ -30,7 +30,6 @@ from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.sweep.laws import Law, laws_of
 from vibropipe.scenes.sweep.map_layout import Map, Placed, figure_of_many, figure_of_one
 from vibropipe.scenes.sweep.quantities import (
-    DIRECTION,
     SIGNED,
     Series,
     combinations,
@@ -39,6 +38,7 @@ from vibropipe.scenes.sweep.quantities import (
     swept,
     with_impacts_per_period,
 )
+from vibropipe.solve.sweep_grid import DIRECTION
 
 VALUE_COLOURS = "cividis"  # as bright in grey as the value is large
 HIGHEST_SHARE = (

@@ -8,8 +8,8 @@ import pytest
 from vibropipe.jobs import progress
 from vibropipe.jobs.progress import progress_text, show_progress
 from vibropipe.jobs.solving import solve_scene
-from vibropipe.scenes.motion.solve import accumulate_progress
 from vibropipe.study import parse_study
+from vibropipe.words.progress import WorkCount
 
 SCENES = {
     "marched": {"kind": "motion", "tau_end": 5, "settle_periods": 4000},
@@ -117,10 +117,10 @@ def test_work_of_unknown_length_shows_points_and_rate(clock, monkeypatch):
     for stream in (io.StringIO(), Terminal()):
         clock[0] = 0.0
         with show_progress("motion", "periods", stream) as on_progress:
-            piece = accumulate_progress(on_progress, 0)
+            marched = WorkCount(0, on_progress)
             for _ in range(12):
                 clock[0] += 1.0
-                piece(1000)
+                marched.add(1000)
         assert "10,000 periods, 1,000 periods/s" in stream.getvalue()
         assert "left" not in stream.getvalue()
 
@@ -132,10 +132,10 @@ def test_reports_of_a_march_cost_less_than_one_percent(study):
     solve_scene(study, "marched", progress=lambda *counts: calls.append(counts))
     worked = time.process_time() - begin
     with show_progress("marched", "periods", io.StringIO()) as on_progress:
-        piece = accumulate_progress(on_progress, 10**9)
+        marched = WorkCount(10**9, on_progress)
         begin = time.process_time()
         for _ in range(10_000):
-            piece(1)
+            marched.add(1)
         each = (time.process_time() - begin) / 10_000
     assert len(calls) * each < 0.01 * worked
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.neighbourhood import MAX_RADIUS, Ellipse, spectral_radius, trapping_ellipse
 from vibropipe.solve.section_map import SectionMap
 from vibropipe.solve.sweep import MAX_PERIODS
+from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 
 # Forcing periods after which starts not yet assigned wait until some of them have been solved as steady states, since
@@ -95,7 +96,7 @@ class AttractorSet:
         self,
         starts: np.ndarray,
         phase: float = 0.0,
-        progress: Callable[[int], None] | None = None,
+        progress: Progress | None = None,
         assigned: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Find the attractor that each start settles on; unknown ones are added.
@@ -107,7 +108,7 @@ class AttractorSet:
         phase : float
             Phase of the force at the start, in turns.
         progress : callable, optional
-            Called as progress(starts assigned).
+            Called as progress(done, total), in starts assigned.
         assigned : (array, array), optional
             What `assigned` returns for these starts, if that is known.
 
@@ -131,7 +132,7 @@ class AttractorSet:
         while True:
             undecided = np.flatnonzero(owner == UNDECIDED)
             if progress is not None:
-                progress(len(starts) - undecided.size)
+                progress(len(starts) - undecided.size, len(starts))
             if not undecided.size:
                 break
             sample = starts[undecided[:: max(1, undecided.size // SAMPLE)]]
@@ -146,6 +147,8 @@ class AttractorSet:
             # Newton's method closes from afar an orbit that motions approach very slowly.
             owner[undecided] = self._discover(starts[undecided], phase, orbits_only=True)
             periods[undecided] = limit
+        if undecided.size and progress is not None:
+            progress(len(starts), len(starts))
         return owner, periods
 
     def attractor_of(self, state: np.ndarray) -> int:

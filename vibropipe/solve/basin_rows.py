@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vibropipe.solve.attractor_set import Attractor, AttractorSet
 from vibropipe.solve.attractors import scattered_starts
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import STARTS
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 # Exciters whose attractors a process keeps, since its shards need those of one or few of them.
 SEARCHES_KEPT = 4
-# Starts of a shard that are marched before progress is told.
+# Starts of a shard that are marched before progress is reported.
 ROWS_AT_ONCE = 1 << 15
 
 Assigned = tuple[np.ndarray, np.ndarray]
@@ -90,7 +91,7 @@ class BasinRows:
         return AttractorSet(self.exciters[k], _searched(self.exciters[k], self.searched))
 
     def settle(
-        self, k: int, assigned: Assigned | None, progress: Any
+        self, k: int, assigned: Assigned | None, progress: Progress | None
     ) -> tuple[AttractorSet, Assigned]:
         """Return all attractors of the exciter `k`, and that of each of its starts.
 
@@ -108,9 +109,7 @@ class BasinRows:
             yield self.known(k).assigned(self.starts(k, np.arange(start, end)), self.phase)
             start = end
 
-    def shard(
-        self, start: int, stop: int, progress: Callable[[int], None] | None = None
-    ) -> xr.Dataset:
+    def shard(self, start: int, stop: int, progress: Progress | None = None) -> xr.Dataset:
         """Return what `assign` yields over the dimension `row`, with the parameters of the rows."""
         import xarray as xr
 
@@ -119,7 +118,7 @@ class BasinRows:
             parts.append(part)
             done += len(part[0])
             if progress is not None:
-                progress(done)
+                progress(done, stop - start)
         owner, periods = joined_rows(parts)
         variables = {
             "attractor_assigned": ("row", owner.astype(np.int32)),

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from vibropipe.solve.checks import check_over, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import FRACTION, PARAMETERS
+from vibropipe.words.progress import Progress, part_of
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def basins(
     phase: float = 0.0,
     harmonics: int = 6,
     starts: int = STARTS,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     over: Mapping[str, Any] | None = None,
     client: Any = None,
 ) -> xr.Dataset:
@@ -61,7 +61,7 @@ def basins(
     starts : int
         Number of scattered starts that look for attractors first, as for `attractors`.
     progress : callable, optional
-        Called as progress(starts assigned).
+        Called as progress(done, total), in starts assigned.
     over : mapping of str to array_like, optional
         Increasing values of one parameter: the basins at each of them.
     client : dask.distributed.Client, optional
@@ -160,7 +160,7 @@ def assigned_in(shard: xr.Dataset) -> Assigned:
 def solve_basins(
     rows: BasinRows,
     harmonics: int,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     assigned: Assigned | None = None,
 ) -> xr.Dataset:
     """Return the dataset of `basins`; `assigned` is what is known of all rows, from shards."""
@@ -185,14 +185,14 @@ def _over_values(
     rows: BasinRows,
     name: str,
     harmonics: int,
-    progress: Callable[[int], None] | None,
+    progress: Progress | None,
     assigned: Assigned | None,
 ) -> xr.Dataset:
     """Return the basins of exciters that differ in one parameter."""
     sets, owners, times = [], [], []
     for k in range(len(rows.exciters)):
-        tell = None if progress is None else partial(_add, progress, k * rows.starts_each)
-        found, (owner, periods) = rows.settle(k, assigned, tell)
+        part = part_of(progress, k * rows.starts_each, rows.grid.rows)
+        found, (owner, periods) = rows.settle(k, assigned, part)
         sets.append(found)
         owners.append(owner)
         times.append(periods)
@@ -200,10 +200,6 @@ def _over_values(
     text = f"{_starts_text(rows)}, at each value"
     dataset, numbers = shares_dataset(sets, families, owners, name, harmonics, text)
     return _with_starts(dataset, rows, numbers, np.array(times), (name,))
-
-
-def _add(progress: Callable[[int], None], before: int, done: int) -> None:
-    progress(before + done)
 
 
 def _with_starts(

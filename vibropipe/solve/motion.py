@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.march.grid import StepGrid, newmark_grid
@@ -15,6 +15,7 @@ from vibropipe.solve.motion_dataset import to_dataset
 from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.methods import METHODS
+from vibropipe.words.progress import Progress, WorkCount
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,7 @@ def simulate(
     max_impacts: int = 10_000_000,
     effects: Sequence[str] | None = None,
     energy: bool = False,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
 
@@ -72,7 +73,8 @@ def simulate(
     energy : bool
         Whether to compute the energy balance from start to end.
     progress : callable, optional
-        Called repeatedly with the number of forcing periods marched since the last call.
+        Called repeatedly as progress(done, total), in forcing periods marched; total is 0, unknown, with `accuracy`. A
+        motion in closed form never calls it.
 
     Returns
     -------
@@ -126,9 +128,12 @@ def simulate(
        (2000) 43.
     """
     x, v = exciter.check_start(x0, v0)
-    span_in_turns(exciter, tau_start, tau_end)
+    turns = span_in_turns(exciter, tau_start, tau_end)
     values, span = exciter.parameters()._asdict(), tau_end - tau_start
     is_exact = method == "exact" and accuracy is None
+    # Newmark's energy balance marches the motion with its samples a second time.
+    marches = 2 if energy and not is_exact and samples_per_period > 0 else 1
+    n_periods = marches * (int(turns[1]) - int(turns[0])) if accuracy is None else 0
     request = MotionRequest(
         tau_start,
         tau_end,
@@ -138,7 +143,7 @@ def simulate(
         max_impacts,
         effects=resolve_effects(effects, values, x - exciter.load, v, span, exact=is_exact),
         energy=energy,
-        progress=progress,
+        marched=None if progress is None else WorkCount(n_periods, progress),
     )
     if accuracy is not None:
         if method != "exact" or steps_per_period is not None:

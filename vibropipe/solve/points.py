@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +17,7 @@ from vibropipe.solve.rows import Start, solve_rows
 from vibropipe.solve.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep_grid import row_blocks
 from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -78,7 +79,7 @@ def solve_points(
     start: Start,
     outputs: tuple[str, ...],
     harmonics: int,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Points:
     """Solve points, with the same kernel as `sweep` and bitwise the same on any number of threads.
 
@@ -92,7 +93,7 @@ def solve_points(
         In the order of `OUTPUTS`.
     harmonics : int
     progress : callable, optional
-        Called as progress(points solved).
+        Called as progress(done, total), in points.
     """
 
     def rows(first: int, stop: int) -> list[np.ndarray]:

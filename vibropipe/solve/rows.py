@@ -48,6 +48,7 @@ from vibropipe.solve.row_results import (
 )
 from vibropipe.solve.threads import Calls, Threads
 from vibropipe.solve.unsolved import mask_unsolved
+from vibropipe.words.progress import Progress
 
 # Seconds between two progress reports.
 PROGRESS_INTERVAL = 0.25
@@ -163,7 +164,7 @@ def solve_rows(
     patience: int,
     harmonics: int,
     outputs: tuple[str, ...],
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     effects: Effects = ALL_EFFECTS,
 ) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks on all threads of numba.
@@ -190,7 +191,7 @@ def solve_rows(
     outputs : tuple of str
         Requested outputs.
     progress : callable, optional
-        Called as progress(rows solved).
+        Called as progress(done, total), in rows.
     effects : Effects
         Effects of the compiled kernel, the same for all rows.
 
@@ -200,6 +201,7 @@ def solve_rows(
         The end of a block and its solutions, in order.
     """
     pieces = [ends for block in blocks for ends in block]
+    n_rows = pieces[-1][-1]
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
     solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows)
@@ -210,7 +212,7 @@ def solve_rows(
             for ends in block:
                 parts += solver.piece(ends)
                 if progress is not None:
-                    progress(ends[-1])
+                    progress(ends[-1], n_rows)
             yield block[-1][-1], concatenate_solutions(parts)
         return
     # Compile or load the kernel once, before several threads request it.
@@ -225,13 +227,13 @@ def solve_rows(
                 following := next(unstarted, None)
             ):
                 waiting.append(threads.submit([partial(solver.piece, ends) for ends in following]))
-            yield block[-1][-1], _gather(waiting.popleft(), block, progress)
+            yield block[-1][-1], _gather(waiting.popleft(), block, progress, n_rows)
     finally:  # also if the caller stops, and on Ctrl-C
         threads.stop()
 
 
 def _gather(
-    calls: Solving, block: Sequence[Sequence[int]], progress: Callable[[int], None] | None
+    calls: Solving, block: Sequence[Sequence[int]], progress: Progress | None, n_rows: int
 ) -> list[RowResults]:
     """Wait for the pieces of a block and return its solutions."""
     # Wait for all pieces at once: waking up for each takes time from the solving threads.
@@ -240,5 +242,5 @@ def _gather(
         if progress is not None:
             pairs = zip(calls.results, block, strict=True)
             solved = sum(ends[-1] - ends[0] for piece, ends in pairs if piece is not None)
-            progress(block[0][0] + solved)
+            progress(block[0][0] + solved, n_rows)
     return concatenate_solutions([part for piece in calls.take() for part in piece])

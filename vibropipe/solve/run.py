@@ -28,6 +28,7 @@ from vibropipe.solve.conservative_motion import contacts, positions
 from vibropipe.solve.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
 from vibropipe.solve.energy import work_of_flights, work_of_steps
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
+from vibropipe.words.progress import WorkCount
 from vibropipe.words.status import Status
 
 # Columns of a log that count as contacts.
@@ -43,6 +44,8 @@ class MotionRequest(NamedTuple):
     ----------
     x_uncertainty, v_uncertainty : float
         Error bounds of the start.
+    marched : WorkCount, optional
+        Counts the forcing periods marched.
 
     Other attributes are those of `simulate`.
     """
@@ -57,7 +60,7 @@ class MotionRequest(NamedTuple):
     v_uncertainty: float = 0.0
     effects: Effects = ALL_EFFECTS
     energy: bool = False
-    progress: Callable[[int], None] | None = None
+    marched: WorkCount | None = None
 
 
 class MotionResult(NamedTuple):
@@ -264,8 +267,8 @@ def _march(
             add_energies(e, p, log, terms)
         parts.append(drain_log(log))
         events += sum(len(parts[-1][name]) for name in EVENTS)
-        if request.progress is not None:
-            request.progress(int(state.period) - reported_period)
+        if request.marched is not None:
+            request.marched.add(int(state.period) - reported_period)
             reported_period = int(state.period)
         if events > request.max_impacts:
             status = Status.MAX_IMPACTS

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from vibropipe.solve.sweep_grid import Follow, SweepGrid, row_blocks
 from vibropipe.solve.sweep_starts import check_corners, check_swept_start, starts_of_rows
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import SWEEP_DEFAULT
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def solve_blocks(
     harmonics: int = 3,
     follow: Follow = None,
     outputs: Sequence[str] = SWEEP_DEFAULT,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
@@ -179,7 +180,7 @@ def solve_blocks(
     block_rows : int
         Least number of rows per block.
     progress : callable, optional
-        Called as progress(rows solved).
+        Called as progress(done, total), in rows from `row_start` to `row_stop`.
 
     Yields
     ------

@@ -19,6 +19,7 @@ from vibropipe.solve.named import Named, labels, named
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
 from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def tolerance(
     samples: int = SAMPLES,
     worst: float = WORST,
     harmonics: int = 3,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Estimate how far the quantities of a stable orbit scatter, to first order and by samples of the true model.
 
@@ -72,7 +73,7 @@ def tolerance(
     harmonics : int
         Number of harmonics, from 1 to 1,000.
     progress : callable, optional
-        Called as progress(samples solved).
+        Called as progress(done, total), in samples with those of the worst case.
 
     Returns
     -------

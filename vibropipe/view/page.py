@@ -280,10 +280,9 @@ class Page:
         """Solve the plane anew with the changed parameters, beside the page, and show it as a scene of its own."""
         what_if, plane, name = self.point.what_if, self.plane, self.scene.value
         changed, title = what_if.changed, f"{name}, {what_if.text}"
-        rows = plane.dataset["attractor" if plane.of_starts else "regime"].size
 
-        def on_rows(done: int) -> None:
-            self._later(partial(what_if.tell, f"{min(done, rows) / rows:.0%}"))
+        def on_rows(done: int, total: int) -> None:
+            self._later(partial(what_if.tell, f"{done / total:.0%}"))
 
         def work() -> None:
             try:

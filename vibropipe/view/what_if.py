@@ -27,11 +27,11 @@ from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of, w
 from vibropipe.view.words import symbol, unit_of
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
+from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.vocabulary import attributes, physical_attributes, physical_name
 
 Background = Callable[[Callable[[], None]], None]
-OnRows = Callable[[int], None]
 _START = re.compile(r"x0 = (\S+).*, v0 = (\S+)")
 MAP_ANEW = "map anew"
 STEPS = 50  # of a spinner over the size of its value
@@ -86,8 +86,8 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     return stored(found, None if si is None else (si["m"], si["C"]))
 
 
-def solve_anew(plane: Plane, changed: dict[str, float], on_rows: OnRows) -> xr.Dataset:
-    """Solve all rows of a plane again with changed parameters; `on_rows` is told how many are solved."""
+def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
+    """Solve all rows of a plane again with changed parameters; `on_rows` is called as on_rows(done, total)."""
     dataset = plane.dataset.assign_coords(changed)
     si = mass_and_stiffness(dataset)
     units = None if si is None else (si["m"], si["C"])
@@ -111,7 +111,7 @@ def solve_anew(plane: Plane, changed: dict[str, float], on_rows: OnRows) -> xr.D
 
 
 def _swept(
-    exciter: Exciter, over: dict[str, Any], dataset: xr.Dataset, on_rows: OnRows
+    exciter: Exciter, over: dict[str, Any], dataset: xr.Dataset, on_rows: Progress
 ) -> xr.Dataset:
     """Solve a sweep that starts or follows as a stored one does."""
     follow: Any = tuple(str(dataset.attrs["follow"]).split()) if "follow" in dataset.attrs else None

@@ -48,8 +48,7 @@ def store(
         write(with_origin(solve(scene, progress), scene, attrs), path)
         return
     start, stop = row_range(scene, *shard)
-    on_starts = None if progress is None else lambda done: progress(done, stop - start)
-    rows = stored(rows_of(scene).shard(start, stop, on_starts), scene.mass_and_stiffness)
+    rows = stored(rows_of(scene).shard(start, stop, progress), scene.mass_and_stiffness)
     write_rows([with_origin(rows, scene, attrs)], path, stop - start)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -27,13 +26,7 @@ def solve_rows(
     scene: BasinsScene, progress: Progress | None, assigned: Assigned | None
 ) -> xr.Dataset:
     """Solve a scene; `assigned` is what shards know of its starts."""
-    on_starts: Callable[[int], None] | None = None
-    if progress is not None:
-
-        def on_starts(done: int) -> None:
-            progress(done, scene.row_count)
-
-    dataset = solve_basins(rows_of(scene), scene.harmonics, on_starts, assigned)
+    dataset = solve_basins(rows_of(scene), scene.harmonics, progress, assigned)
     return stored(dataset, scene.mass_and_stiffness)
 
 

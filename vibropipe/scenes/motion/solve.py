@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -11,17 +10,18 @@ from vibropipe.physics.effects import resolve_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
+from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.physical import stored
 from vibropipe.solve.run import MotionRequest
 from vibropipe.solve.steady import steady_state
 from vibropipe.words.outputs import OF_ORBIT, OF_STEADY_STATE
+from vibropipe.words.progress import Progress, WorkCount, part_of
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:
     from vibropipe.scenes.motion.keys import MotionScene
-    from vibropipe.words.progress import Progress
 
 # Names that a motion and its steady state share -> their names for the steady state.
 OF_THE_ORBIT = {
@@ -38,12 +38,11 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
     """Record one motion after its transient, with the further outputs of the scene."""
     exciter = Exciter(**scene.resolved_exciter())
     solver = scene.solver.arguments()
-    on_progress = None
-    if progress is not None:
-        on_progress = accumulate_progress(progress, periods_to_march(scene))
-    motion = simulate_scene(scene, exciter, solver, on_progress)
+    own, total = periods_to_march(scene)
+    motion = simulate_scene(scene, exciter, solver, part_of(progress, 0, total))
     if solver.get("method") == "newmark" and "displacement" in motion:
-        exact = simulate_scene(scene, exciter, {"method": "exact"}, on_progress)
+        on_exact = part_of(progress, own, total)
+        exact = simulate_scene(scene, exciter, {"method": "exact"}, on_exact)
         motion["displacement_exact"] = exact["displacement"]
         motion["velocity_exact"] = exact["velocity"]
     if "impacts" not in scene.outputs:
@@ -56,35 +55,33 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
     return stored(motion, scene.mass_and_stiffness)
 
 
-def periods_to_march(scene: MotionScene) -> int:
-    """Return the total number of forcing periods to march, 0 if trials of methods decide it."""
-    solver, period = scene.solver.arguments(), Exciter(**scene.resolved_exciter()).period
-    begin, end = (int(tau / period) for tau in scene.tau_span())
+def periods_to_march(scene: MotionScene) -> tuple[int, int]:
+    """Return the forcing periods that the method of a scene marches, and those of all motions to solve.
+
+    Both are 0 if trials of methods decide them.
+    """
+    solver = scene.solver.arguments()
     if "accuracy" in solver:
-        return 0
-    if solver["method"] == "exact":
-        return end
+        return 0, 0
+    begin, end = forcing_periods(scene)
+    if solver["method"] == "exact" or "motion" not in scene.outputs:
+        return end, end
     # Newmark's energy balance marches the record once more, and the exact motion is solved for comparison.
-    return end + ("energy" in scene.outputs) * (end - begin) + ("motion" in scene.outputs) * end
+    own = end + ("energy" in scene.outputs) * (end - begin)
+    return own, own + end
 
 
-def accumulate_progress(progress: Progress, total: int) -> Callable[[int], None]:
-    """Return a callback that adds its argument and calls `progress(done, total)`; total is 0 if unknown."""
-    done = 0
-
-    def on_progress(more: int) -> None:
-        nonlocal done
-        done += more
-        progress(min(done, total) if total else done, total)
-
-    return on_progress
+def forcing_periods(scene: MotionScene) -> tuple[int, int]:
+    """Return the forcing periods from tau = 0 to the start and to the end of the record."""
+    begin, end = span_in_turns(Exciter(**scene.resolved_exciter()), *scene.tau_span())
+    return int(begin), int(end)
 
 
 def simulate_scene(
     scene: MotionScene,
     exciter: Exciter,
     solver: dict[str, Any],
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate the transient and the record of a scene with one solver and return the record."""
     x0, v0 = exciter.check_start(scene.start.x0, scene.start.v0)
@@ -95,10 +92,12 @@ def simulate_scene(
     if "accuracy" in solver:
         arguments, keywords = scene.effect_arguments()
         with_effects = resolve_effects(effects, *arguments, **keywords)
+        marched = None if progress is None else WorkCount(0, progress)
         request = MotionRequest(
-            begin, end, x0, v0, samples, effects=with_effects, energy=energy, progress=progress
+            begin, end, x0, v0, samples, effects=with_effects, energy=energy, marched=marched
         )
         return settle_to_accuracy(exciter, request, solver["accuracy"])
+    before, total = forcing_periods(scene)
     if scene.settle_periods:
         settled = simulate(
             exciter,
@@ -107,7 +106,7 @@ def simulate_scene(
             v0=v0,
             samples_per_period=0,
             effects=effects,
-            progress=progress,
+            progress=part_of(progress, 0, total),
             **solver,
         )
         x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
@@ -120,7 +119,7 @@ def simulate_scene(
         samples_per_period=samples,
         effects=effects,
         energy=energy,
-        progress=progress,
+        progress=part_of(progress, before, total),
         **solver,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import closing
 from typing import TYPE_CHECKING
 
@@ -45,12 +45,6 @@ def _solve_plain(
     scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None
 ) -> Generator[xr.Dataset]:
     """Solve rows without units."""
-    on_rows: Callable[[int], None] | None = None
-    if progress is not None:
-
-        def on_rows(done: int) -> None:
-            progress(done, stop - start)
-
     return solve_blocks(
         Exciter(**scene.resolved_exciter()),
         scene.over_arrays(),
@@ -62,7 +56,7 @@ def _solve_plain(
         harmonics=scene.harmonics,
         follow=scene.follow_pair(),
         outputs=tuple(scene.outputs),
-        progress=on_rows,
+        progress=progress,
         accuracy=scene.solver.arguments().get("accuracy"),
         effects=scene.called_effects(),
         patience=scene.patience,

@@ -21,7 +21,6 @@ from vibropipe.solve.design.search import (
     REFINED,
     ROUNDS,
     Candidate,
-    Steps,
     distinct,
     find_candidates,
 )
@@ -32,7 +31,7 @@ from vibropipe.solve.row_results import columns_of
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.progress import Progress
+from vibropipe.words.progress import Progress, WorkCount
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.vocabulary import describe, quantity
 
@@ -146,7 +145,7 @@ def design(
     problem = Problem(exciter, check_vary(exciter, vary), goals, x0, v0, sigma, allowed)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
-    steps = Steps(ROUNDS * 2 * REFINED + designs * 2 + is_front * (FRONT + 8), progress)
+    steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * (FRONT + 8), progress)
     candidates, sampled = find_candidates(problem, samples, steps)
     if is_front:
         candidates = front(problem, sampled, candidates, steps)
@@ -157,7 +156,7 @@ def design(
         order = distinct(problem, candidates, margins)[:designs]
     kept = [candidates[n] for n in order]
     dataset = design_dataset(problem, kept, [margins[n] for n in order], steps)
-    steps(steps.total)
+    steps.add(steps.total)
     if not kept[0].is_met:
         warnings.warn(miss_text(problem, kept[0]), UnsolvedWarning, stacklevel=2)
     return dataset
@@ -189,7 +188,7 @@ def check_vary(
 
 
 def design_dataset(
-    problem: Problem, designs: Sequence[Candidate], margins: Sequence[float], steps: Steps
+    problem: Problem, designs: Sequence[Candidate], margins: Sequence[float], steps: WorkCount
 ) -> xr.Dataset:
     """Return designs as a labelled dataset."""
     harmonics = harmonics_of(problem.names, HARMONICS)
@@ -238,7 +237,7 @@ def design_dataset(
                 SPREAD_SAMPLES, spread.WORST, harmonics, from_start,
             )
         )  # fmt: skip
-        steps()
+        steps.add()
     return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
 
 

@@ -6,15 +6,16 @@ import numpy as np
 
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
-from vibropipe.solve.design.search import Candidate, Samples, Steps, checked
+from vibropipe.solve.design.search import Candidate, Samples, checked
 from vibropipe.words.designs import DesignResult
+from vibropipe.words.progress import WorkCount
 
 # Designs along the front, and samples from which its ends are sought.
 FRONT, ENDS = 16, 4
 
 
 def front(
-    problem: Problem, samples: Samples, found: list[Candidate], steps: Steps
+    problem: Problem, samples: Samples, found: list[Candidate], steps: WorkCount
 ) -> list[Candidate]:
     """Return the designs of the front in the order of the first objective.
 
@@ -30,13 +31,13 @@ def front(
     for which in (0, 1):
         for candidate in _best(problem, known, which, ENDS):
             known += _moved(problem, candidate, which, {})
-            steps()
+            steps.add()
     low, high = _ends(problem, known)
     for limit in np.linspace(high, low, FRONT):
         within = [each for each in known if problem.costs(each.values)[1] <= limit + 1e-12]
         for candidate in _best(problem, within, 0, 2):
             known += _moved(problem, candidate, 0, {1: float(limit)})
-        steps()
+        steps.add()
     return thinned(problem, undominated(problem, known))
 
 

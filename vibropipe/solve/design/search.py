@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search, Trial
 from vibropipe.solve.points import within_ranges
 from vibropipe.words.designs import DesignResult
-from vibropipe.words.progress import Progress
+from vibropipe.words.progress import WorkCount
 
 # Rounds of samples, as long as no design is met; samples refined in each; the least distance between them, and between
 # designs, in shares of the ranges.
@@ -59,23 +59,8 @@ class Samples:
         )
 
 
-@dataclass
-class Steps:
-    """Counts the steps of a search for its progress."""
-
-    total: int
-    progress: Progress | None = None
-    done: int = field(default=0)
-
-    def __call__(self, n: int = 1) -> None:
-        """Count n steps more."""
-        self.done = min(self.done + n, self.total)
-        if self.progress is not None:
-            self.progress(self.done, self.total)
-
-
 def find_candidates(
-    problem: Problem, n_samples: int, steps: Steps
+    problem: Problem, n_samples: int, steps: WorkCount
 ) -> tuple[list[Candidate], Samples]:
     """Return the designs found, not yet ranked, and all stable samples.
 
@@ -89,11 +74,11 @@ def find_candidates(
     for turn in range(ROUNDS):
         fresh = sample(problem, n_samples, turn)
         samples = fresh if samples is None else samples.joined(fresh)
-        steps(REFINED)
+        steps.add(REFINED)
         for index in seeds(problem, fresh, REFINED):
             found = refined(problem, fresh, index)
             candidates += [found] if found is not None else []
-            steps()
+            steps.add()
         if any(candidate.is_met for candidate in candidates):
             break
     assert samples is not None

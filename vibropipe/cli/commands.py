@@ -8,9 +8,14 @@ from typing import Annotated
 import typer
 
 from vibropipe.cli.options import (
+    Accuracy,
+    DatasetFile,
     OutputFile,
+    PlotFile,
     ResultsFolder,
     SceneName,
+    StartDisplacement,
+    StepsPerPeriod,
     StudyFile,
     Threads,
     parameter_option,
@@ -21,8 +26,6 @@ from vibropipe.cli.results import show, table, verify, view
 from vibropipe.cli.run import new, run
 from vibropipe.words.methods import METHODS
 from vibropipe.words.parameters import DEFAULTS
-
-PLOT_SUFFIXES = (".svg", ".pdf", ".png")
 
 app = typer.Typer(
     help="Simulate vibro-impact exciters and map their steady states over parameter ranges.",
@@ -98,39 +101,20 @@ def simulate(
     friction: Annotated[float, parameter_option("friction")] = DEFAULTS["friction"],
     f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
     phi2: Annotated[float, parameter_option("phi2")] = DEFAULTS["phi2"],
-    x0: Annotated[
-        float | None,
-        typer.Option(
-            "--x0",
-            help="Displacement at tau = 0 (default: the equilibrium, or the support nearest to it).",
-        ),
-    ] = None,
+    x0: StartDisplacement = None,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
     tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
     method: Annotated[str, typer.Option("--method", help=f"{' or '.join(METHODS)}.")] = METHODS[0],
-    steps_per_period: Annotated[
-        int | None,
-        typer.Option("--steps-per-period", help="Steps per forcing period; newmark only."),
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option("--accuracy", help="Maximum error; selects method and step."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="F", help="Write a figure: .svg, .pdf or .png.")
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="F", help="Write the dataset: .nc.")
-    ] = None,
+    steps_per_period: StepsPerPeriod = None,
+    accuracy: Accuracy = None,
+    plot: PlotFile = None,
+    output: DatasetFile = None,
 ) -> None:
     """Simulate one motion and print its impacts, rests and end state as a table."""
     from vibropipe.jobs.terminal_tables import motion_text
     from vibropipe.physics.exciter import Exciter
     from vibropipe.solve.motion import simulate as solve_motion
 
-    if plot is not None and plot.suffix not in PLOT_SUFFIXES:
-        allowed = ", ".join(PLOT_SUFFIXES)
-        raise typer.BadParameter(f"must end in {allowed}, got {plot.name}", param_hint="--plot")
     exciter = Exciter(
         l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2, k1=k1, k2=k2, h1=h1, h2=h2, load=load,
         friction=friction, f2=f2, phi2=phi2,

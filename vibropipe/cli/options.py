@@ -27,6 +27,39 @@ ResultsFolder = Annotated[
         help="Folder of all results; each study has its own folder in it.",
     ),
 ]
+StartDisplacement = Annotated[
+    float | None,
+    typer.Option(
+        "--x0",
+        help="Displacement at tau = 0 (default: the equilibrium, or the support nearest to it).",
+    ),
+]
+StepsPerPeriod = Annotated[
+    int | None, typer.Option("--steps-per-period", help="Steps per forcing period; newmark only.")
+]
+Accuracy = Annotated[
+    float | None, typer.Option("--accuracy", help="Maximum error; selects method and step.")
+]
+DatasetFile = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="F", help="Write the dataset: .nc.")
+]
+PLOT_SUFFIXES = (".svg", ".pdf", ".png")
+
+
+def check_plot(plot: Path | None) -> Path | None:
+    """Return the file of a figure, or refuse its suffix."""
+    if plot is not None and plot.suffix not in PLOT_SUFFIXES:
+        allowed = ", ".join(PLOT_SUFFIXES)
+        raise typer.BadParameter(f"must end in {allowed}, got {plot.name}", param_hint="--plot")
+    return plot
+
+
+PlotFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--plot", metavar="F", help="Write a figure: .svg, .pdf or .png.", callback=check_plot
+    ),
+]
 
 
 def parameter_option(name: str) -> Any:

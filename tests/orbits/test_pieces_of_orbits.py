@@ -19,6 +19,7 @@ from vibropipe.orbits.pieces import (
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.flow import DEGREE
+from vibropipe.words.status import Status
 
 BASE = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
 # by what their orbits are made of: contacts; a rigid and a soft support; turns; sticks; all
@@ -46,7 +47,7 @@ def two_periods(case: str, x: float, v: float) -> tuple:
     state = start_state(pieces, e, p, grid, 0.0, x, v)
     end = Instant(2, 0, 0.0)
     after, status = march(e, p, grid, state, end, log, None, np.empty(DEGREE + 1), 1000)
-    assert status == 0
+    assert status == Status.OK
     return e, p, log, state_xv(p, after)
 
 
@@ -123,7 +124,7 @@ def test_events_of_a_march_cut_in_two_are_those_of_the_whole() -> None:
     state = start_state(pieces, e, p, grid, 0.0, x, v)
     for turns in np.linspace(0.0, 2.0, 30)[1:]:
         state, status = march(e, p, grid, state, grid_time(turns, grid.steps), log, None, c, 1000)
-        assert status == 0
+        assert status == Status.OK
     assert np.allclose(state_xv(p, state), end, rtol=0.0, atol=1e-13)
     causes = [q.codes[: int(q.counts[PIECES]), CAUSE] for q in (log.pieces, whole.pieces)]
     assert causes[0][causes[0] > 0].tolist() == causes[1][causes[1] > 0].tolist()

@@ -203,7 +203,7 @@ def test_stated_errors_hold_for_400_exciters() -> None:
 def test_a_sweep_to_an_accuracy_has_the_errors_of_its_rows() -> None:
     exciter = replace(SOFT, friction=0.05)
     ds = vp.sweep(exciter, {"nu": [0.7, 0.9, 1.4]}, accuracy=1e-10)
-    assert (ds.status == 0).all()
+    assert (ds.status == Status.OK).all()
     assert ((ds.error > 1e-17) & (ds.error < 1e-11)).all()
     strict = vp.sweep(exciter, {"nu": [0.7, 0.9, 1.4]}, accuracy=1e-15)
     assert (strict.status == Status.INACCURATE).any()

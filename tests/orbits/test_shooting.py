@@ -20,6 +20,7 @@ from vibropipe.orbits.return_map import floquet_multipliers, march_periods, stat
 from vibropipe.orbits.room import new_sections
 from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
+from vibropipe.orbits.verdict import PERIODIC
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
@@ -96,7 +97,7 @@ def test_an_unstable_orbit_is_found_and_not_settled_on(
     x, v = state_xv(p, orbit.state)
     # A motion that starts near it settles on another orbit.
     other = steady_state(p, x + 1e-3, v)
-    assert other.kind == 0
+    assert other.kind == PERIODIC
     assert abs(other.first) < 1
     assert np.abs(np.subtract(state_xv(p, other.state), (x, v))).max() > 1e-2
     assert not settles_on(orbit)

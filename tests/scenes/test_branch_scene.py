@@ -16,6 +16,7 @@ from vibropipe.jobs.verify import verify
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
+from vibropipe.words.bifurcations import Bifurcation
 
 STUDY = """
 title: Branches
@@ -138,7 +139,7 @@ def grazing_frequency(f: float, length: float = 0.5, h: float = 0.2) -> float:
 def folds_of(dataset, f: float) -> np.ndarray:
     """Return the indices of the folds at a value of f."""
     at = dataset["f"].values[dataset["bifurcation_point"].values]
-    return np.flatnonzero((dataset["bifurcation_kind"].values == 0) & (at == f))
+    return np.flatnonzero((dataset["bifurcation_kind"].values == Bifurcation.FOLD) & (at == f))
 
 
 PHYSICAL = """

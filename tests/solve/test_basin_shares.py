@@ -8,6 +8,8 @@ import vibropipe as vp
 from vibropipe.solve.attractor_families import carry
 from vibropipe.solve.attractor_set import AttractorSet
 from vibropipe.solve.attractors import scattered_starts
+from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import FLAGS
 
 PAPER = vp.Exciter(l=0.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
 CASCADE = vp.Exciter(l=0.5, f=1.67, h=0.1, delta=0.1, R1=0.8, R2=0.8)
@@ -47,7 +49,7 @@ def test_attractors_vanish_at_the_folds_and_grazings_of_branches(jumps):
     for value in (1.7234, 3.6508):
         own = located[np.abs(located - value).argmin()]
         assert np.abs(expected - own).min() < 2e-3 * step
-    vanishes = jumps.attractor_change.values == 0
+    vanishes = jumps.attractor_change.values == FLAGS["attractor_change"]["vanishes"]
     assert vanishes.sum() == 1
     assert jumps.changed_attractor.values[vanishes] != jumps.other_attractor.values[vanishes]
 
@@ -70,7 +72,7 @@ def test_a_motion_that_is_followed_jumps_where_its_attractor_vanishes(jumps):
 def test_numbers_are_absent_where_the_attractor_is(jumps):
     absent = jumps.basin_share.isnull()
     assert absent.any()
-    assert (jumps.regime.where(absent, 7) == 7).all()
+    assert (jumps.regime.where(absent, Regime.UNRESOLVED) == Regime.UNRESOLVED).all()
     assert jumps.row_size.sum() == jumps.sizes["impact"]
     assert (jumps.row_size.where(absent, 0) == 0).all()
     for name in ("displacement_mean", "poincare_displacement", "floquet_multiplier"):

@@ -15,6 +15,7 @@ from vibropipe.solve.attractors import reachable_velocity, scattered_starts, sha
 from vibropipe.solve.basins import border_starts
 from vibropipe.solve.neighbourhood import trapping_ellipse
 from vibropipe.solve.section_map import SectionMap
+from vibropipe.words.regimes import Regime
 
 PERIODS = 3000
 THREE = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
@@ -193,7 +194,7 @@ def test_a_linear_motion_is_the_only_attractor():
     basins = vp.basins(exciter, *grid_of(exciter, 10))
     amplitude = abs(exciter.f / (1 - exciter.nu**2 + 1j * exciter.h * exciter.nu))
     own = basins.displacement_amplitude.sel(harmonic=1).values
-    assert own[basins.regime.values == 0] == pytest.approx(amplitude, rel=1e-12)
+    assert own[basins.regime.values == Regime.NO_IMPACT] == pytest.approx(amplitude, rel=1e-12)
 
 
 @pytest.mark.parametrize(("delta", "place"), [(0.0, 0.0), (0.2, 0.0), (0.8, 0.3), (-0.8, -0.3)])

@@ -14,6 +14,7 @@ import vibropipe as vp
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.boundaries import Meeting
+from vibropipe.words.regimes import Regime
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)
 # A second harmonic; the first one is in the box.
@@ -177,7 +178,8 @@ def test_borders_of_regimes_lie_on_curves(borders):
     order = np.argsort(curve_nu)
     step = force[1] - force[0]
     for k, value in enumerate(nu):
-        change = np.flatnonzero(np.diff((rows["regime"].values[k] != 0).astype(int)))[0]
+        has_impacts = rows["regime"].values[k] != Regime.NO_IMPACT
+        change = np.flatnonzero(np.diff(has_impacts))[0]
         at = np.interp(value, curve_nu[order], curve_f[order])
         # Each step of the force starts a transient, at most twice as large as the change that it decays to.
         assert force[change] - 1e-3 <= at <= force[change + 1] + step + 1e-3

@@ -8,6 +8,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
 
 SYMMETRIC = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
 SKEW = vp.Exciter(l=0.5, nu=2.0, f=1.0, h=0.1, delta=0.2, R1=0.8, R2=0.7)
@@ -42,7 +43,7 @@ def moduli(branch):
 
 def test_every_point_is_an_orbit_with_balanced_energy(symmetric, skew) -> None:
     for branch in (symmetric, skew):
-        assert (branch.status == 0).all()
+        assert (branch.status == Status.OK).all()
         assert branch.residual.max() < 1e-12
         assert abs(branch.energy_residual).max() < 1e-11
         assert branch.row_size.sum() == branch.sizes["impact"]

@@ -14,6 +14,7 @@ from strategies import Case, cases
 
 import vibropipe as vp
 from vibropipe.lab.reference_solver import ReferenceSolver
+from vibropipe.words.regimes import Regime
 from vibropipe.words.units import DIMENSIONS
 
 FORCED: dict[str, Any] = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
@@ -64,7 +65,7 @@ def test_a_start_left_out_is_the_equilibrium_or_the_nearest_support() -> None:
     assert np.all(still.displacement == 0.4)
     swept = vp.sweep(vp.Exciter(l=1.0, h=0.1), {"load": [0.0, 0.4, 3.0]}, outputs=("harmonics",))
     np.testing.assert_array_equal(swept.displacement_mean, [0.0, 0.4, 1.0])
-    assert swept.regime.values.tolist()[:2] == [0, 0]
+    assert swept.regime.values.tolist()[:2] == [Regime.NO_IMPACT] * 2
 
 
 def test_a_load_presses_the_mass_on_a_support_until_the_force_lifts_it() -> None:

@@ -59,7 +59,7 @@ def end_of(motion: Start, **changed: float) -> np.ndarray:
     """Return (x, x') at the end."""
     x0, v0 = changed.get("x0", motion.x0), changed.get("v0", motion.v0)
     ds = vp.simulate(motion.exciter, TAU_END, x0, v0, samples_per_period=0)
-    assert int(ds["status"]) == 0
+    assert int(ds["status"]) == Status.OK
     return np.array([float(ds["displacement_end"]), float(ds["velocity_end"])])
 
 
@@ -89,7 +89,7 @@ def mirrors(motion: Start) -> None:
 def splits(motion: Start) -> None:
     """A motion that is stopped and goes on from there ends as the whole."""
     first = vp.simulate(motion.exciter, 5.0, motion.x0, motion.v0, samples_per_period=0)
-    assert int(first["status"]) == 0
+    assert int(first["status"]) == Status.OK
     x, v = float(first["displacement_end"]), float(first["velocity_end"])
     second = vp.simulate(motion.exciter, TAU_END, x, v, tau_start=5.0, samples_per_period=0)
     end = np.array([float(second["displacement_end"]), float(second["velocity_end"])])

@@ -12,6 +12,7 @@ from comparisons import reference
 
 import vibropipe as vp
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.status import Status
 
 MOTIONS = reference("effects")
 
@@ -55,7 +56,7 @@ def events_of(motion: Any) -> list[tuple[float, str, float]]:
 @pytest.mark.parametrize("name", MOTIONS)
 def test_motions_and_events_agree_with_the_references(name: str) -> None:
     motion, entry = motion_of(name, energy=True), MOTIONS[name]
-    assert int(motion["status"]) == 0
+    assert int(motion["status"]) == Status.OK
     assert abs(float(motion["displacement_end"]) - float(entry["x_end"])) < 1e-12
     assert abs(float(motion["velocity_end"]) - float(entry["v_end"])) < 1e-12
     assert abs(float(motion["energy_residual"])) < 1e-13
@@ -124,7 +125,7 @@ def test_a_force_that_exceeds_the_friction_by_less_than_rounding() -> None:
         friction=0.038946636351345994,
     )  # fmt: skip
     motion = vp.simulate(exciter, 12.0, exciter.friction, 2.2e-38, samples_per_period=0)
-    assert int(motion["status"]) == 0
+    assert int(motion["status"]) == Status.OK
     assert motion.sizes["turn"] < 10
     assert float(motion["displacement_end"]) == pytest.approx(exciter.friction, abs=1e-15)
 

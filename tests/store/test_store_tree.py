@@ -12,6 +12,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.store import write
+from vibropipe.words.regimes import Regime
 
 EXCITER = vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7)
 OVER = {"nu": [0.6, 1.0, 1.7, 2.9], "f": [0.02, 0.5, 1.0]}
@@ -30,14 +31,15 @@ def node(sweep: xr.Dataset, tmp_path: Path) -> Iterator[xr.DataTree]:
 
 
 def test_a_condition_on_points_leaves_impacts_out(node: xr.DataTree, sweep: xr.Dataset) -> None:
-    expected = sweep.drop_dims("impact").where(sweep.regime == 3, drop=True)
+    stored, is_two_sided = sweep.drop_dims("impact"), sweep.regime == Regime.TWO_SIDED
+    expected = stored.where(is_two_sided, drop=True)
     assert expected.sizes["f"] < sweep.sizes["f"]
-    selected = node.where(node.regime == 3, drop=True)
+    selected = node.where(node.regime == Regime.TWO_SIDED, drop=True)
     assert all(values.chunks is not None for values in selected.data_vars.values())
     xr.testing.assert_equal(selected.load(), expected)
-    masked = node.where(node.regime == 3)
+    masked = node.where(node.regime == Regime.TWO_SIDED)
     assert masked.regime.dims == ("nu", "f")
-    xr.testing.assert_equal(masked.load(), sweep.drop_dims("impact").where(sweep.regime == 3))
+    xr.testing.assert_equal(masked.load(), stored.where(is_two_sided))
 
 
 def test_a_condition_on_impacts_selects_impacts(node: xr.DataTree, sweep: xr.Dataset) -> None:

@@ -15,6 +15,7 @@ from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results, open_results
 from vibropipe.view.slices import shown_series
+from vibropipe.words.regimes import Regime
 
 UNITS = """
 title: Units
@@ -119,7 +120,7 @@ def test_a_study_with_units_is_shown_in_them(si_page):
 def test_a_motion_without_an_orbit_shows_its_section(results):
     page = Page(replace(results, first="map"))
     regime = page.plane.dataset["regime"].values
-    i, j = (int(each[0]) for each in np.nonzero(regime == 5))
+    i, j = (int(each[0]) for each in np.nonzero(regime == Regime.APERIODIC))
     page.point_at(page.plane.values[0][i], page.plane.values[1][j])
     assert "Aperiodic" in page.point.law.text
     assert "Poincaré section" in page.point.law.text

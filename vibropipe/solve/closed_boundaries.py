@@ -45,6 +45,14 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     ParameterError
         If the exciter is not mirror-symmetric, or has soft supports, friction or a second harmonic, or an argument is
         out of range.
+
+    Notes
+    -----
+    The first impact is eq. (C13), the fold (C18) and the pitchfork (C19) of docs/closed-forms.md.
+
+    References
+    ----------
+    S. F. Masri, T. K. Caughey, "On the stability of the impact damper", Journal of Applied Mechanics 33 (1966) 586-592.
     """
     return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0), m), nu)
 
@@ -82,6 +90,15 @@ def one_sided_orbit_boundaries(
     ------
     ParameterError
         If an argument is out of range, or the exciter has soft supports, friction or a second harmonic.
+
+    Notes
+    -----
+    The first impact is eq. (C13), the fold (C18) and the flip (C19) of docs/closed-forms.md.
+
+    References
+    ----------
+    S. W. Shaw, P. J. Holmes, "A periodically forced piecewise linear oscillator", Journal of Sound and Vibration 90
+    (1983) 129-155.
     """
     return _boundaries(one_sided_family(dataclasses.replace(exciter, f=1.0), support, m), nu)
 

@@ -63,6 +63,11 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
     ------
     ParameterError
         If m or C is out of range or has a wrong unit, or the dataset is in SI already.
+
+    References
+    ----------
+    K. Ragulskis, P. Paskevicius, L. Ragulskis, "Exciters of vibrations with two pairs of impacting surfaces" (eqs. (2)
+    to (4)).
     """
     import xarray as xr
 

@@ -69,6 +69,11 @@ def load(path: str | PathLike[str]) -> xr.Dataset:
     ------
     StoreError
         If the file is missing, truncated or damaged.
+
+    References
+    ----------
+    J. G. Fletcher, "An arithmetic checksum for serial transmissions", IEEE Transactions on Communications 30 (1982)
+    247-252 (the checksum of each chunk of a file).
     """
     check_intact(path)
     with open_lazily(Path(path), chunks=None) as lazy:
@@ -142,6 +147,11 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
     ------
     StoreError
         If the file is missing, truncated or damaged.
+
+    References
+    ----------
+    J. G. Fletcher, "An arithmetic checksum for serial transmissions", IEEE Transactions on Communications 30 (1982)
+    247-252 (the checksum of each chunk of a file).
     """
     check_intact(path)
     with open_raw(Path(path)) as file:

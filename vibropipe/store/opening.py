@@ -34,6 +34,10 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     StoreError
         If there is no such folder, it holds no scene, or a scene's file is truncated. Single flipped bytes are detected
         by `vibropipe verify` only.
+
+    References
+    ----------
+    CF Conventions, section 9.3.3, contiguous ragged array representation (the lists of impacts).
     """
     from vibropipe.store.tree import StudyTree
 

@@ -60,6 +60,11 @@ def table(
     ------
     StoreError
         If the file is missing or damaged, or no impacts were asked for.
+
+    References
+    ----------
+    CF Conventions, section 3.5, flags (the names of codes), and 9.3.3, contiguous ragged array representation (the
+    lists of impacts).
     """
     import pandas as pd
     import xarray as xr

@@ -115,8 +115,10 @@ def parse_config(
         Name of the file in messages.
     problems : list of Problem, optional
         Faults found while reading.
-    files : Files, optional
-        Where tables are read (default: the current folder).
+
+    Returns
+    -------
+    Config
 
     Raises
     ------

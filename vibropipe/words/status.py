@@ -6,7 +6,14 @@ from enum import IntEnum
 
 
 class UnsolvedWarning(UserWarning):
-    """A motion or rows of a sweep did not end as requested (their `status` says why), or branches are left."""
+    """A motion or rows of a sweep did not end as requested, or branches or boundaries are left.
+
+    Notes
+    -----
+    A call warns once for each status other than `ok`, with the number of rows and the remedy; the variable `status` of
+    the dataset says which rows have it. A call that follows branches or boundaries warns of those that it left, as the
+    attribute `incomplete` says. `warnings.simplefilter("error", vp.UnsolvedWarning)` makes an error of each.
+    """
 
 
 class Status(IntEnum):

@@ -3,12 +3,13 @@
 import math
 import subprocess
 import sys
+from pathlib import Path
 
+import growth
 import numpy as np
 import pytest
+from growth_figure import draw_growth
 
-from vibropipe.bench import growth
-from vibropipe.figures.growth import draw_growth
 from vibropipe.figures.style import house_style
 
 
@@ -49,8 +50,9 @@ def test_a_small_study_is_measured_and_drawn(tmp_path, monkeypatch):
 
 def test_joining_and_querying_are_measured_without_the_compiler():
     """Only processes that solve load numba, in a workflow as in this measurement."""
-    code = "import sys; from vibropipe.bench.growth import join_shards, query; sys.exit('numba' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    folder = Path(growth.__file__).parent
+    code = "import sys; from growth import join_shards, query; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], cwd=folder, check=False).returncode == 0
 
 
 @pytest.mark.slow

@@ -64,8 +64,10 @@ def pip(arguments: list[str], whole: bool) -> None:
 
 
 def python(arguments: list[str], whole: bool) -> None:
-    assert arguments[0] == "-m"
-    assert importlib.util.find_spec(arguments[1]) is not None, arguments[1]
+    if arguments[0] == "-m":
+        assert importlib.util.find_spec(arguments[1]) is not None, arguments[1]
+    else:
+        assert (ROOT / arguments[0]).is_file(), arguments[0]
 
 
 def export(arguments: list[str], whole: bool) -> None:

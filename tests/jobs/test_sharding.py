@@ -4,7 +4,9 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
+import growth
 import pytest
 
 from vibropipe.jobs import sharding
@@ -30,7 +32,7 @@ ACCURACY = {"solver": {"accuracy": 1e-6}}
 PEAK = """\
 import sys
 from pathlib import Path
-from vibropipe.bench.growth import peak_memory
+from growth import peak_memory
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.study import load_study
 study, output, shard = sys.argv[1:]
@@ -143,5 +145,6 @@ def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, mo
     scene = sweep_of(grid, R, **keys)
     shards = sharding.shard_count(plan.plan(scene))
     command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    folder = Path(growth.__file__).parent
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     assert float(done.stdout) < 500e6

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new_figure
-from vibropipe.words.vocabulary import label
 
 HEIGHT_CM = 7.0
 # Half width of the band around the mean time per point, relative; limit on the memory of a job, in MB.
@@ -22,7 +21,7 @@ MEMORIES = {
 
 
 def draw_growth(dataset: xr.Dataset) -> Figure:
-    """Draw the growth of time and memory that `vibropipe.bench.growth` measures, with bands and limit."""
+    """Draw the growth of time and memory that `growth.py` measures, with bands and limit."""
     figure = new_figure(HEIGHT_CM)
     time, memory = figure.subplots(1, 2)
     points = dataset["points"].values
@@ -43,13 +42,14 @@ def draw_growth(dataset: xr.Dataset) -> Figure:
         memory.plot(points, dataset[name].values, **style, label=job)
     limit = f"limit per job: {MAX_MEMORY:g} MB"
     memory.axhline(MAX_MEMORY, color=GREY, linestyle=(0, (2, 2)), label=limit)
-    for ax, name in ((time, "time_per_point"), (memory, "solving_memory")):
-        ax.set(xscale="log", yscale="log", xlabel=label("points"), ylabel=label(name))
+    labels = "time per point by the clock $t/N$ (ms)", "largest memory of a process $M$ (MB)"
+    for ax, text in zip((time, memory), labels, strict=True):
+        ax.set(xscale="log", yscale="log", xlabel="number of points $N$", ylabel=text)
         ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower left")
     values = dataset["time_per_point"].values
     time.set_ylim(values.min() / 6, values.max() * 3)
-    memory.set(ylim=(10, 1000), ylabel=label("peak_memory"))
+    memory.set_ylim(10, 1000)
     return figure

@@ -1,4 +1,4 @@
-"""Growth of time and memory with the number of points of a study: `python -m vibropipe.bench.growth`.
+"""Growth of time and memory with the number of points of a study: `python tests/benchmarks/growth.py`.
 
 The sweep nu x f over [0.3, 3] x [0.05, 2] (l = 0.5, h = 0.2, R = 0.7) is solved, joined and queried at 1e3 to 1e6
 points, split into shards as in a workflow. Each shard, the join and the query run in a process of their own, whose peak
@@ -35,6 +35,19 @@ SCENE = "map"
 # A short shard is solved repeatedly, up to this number of rows in all and this number of rounds.
 ROWS_SOLVED, ROUNDS = 300_000, 20
 MB = 1e6
+# Units and long name of each quantity that is measured.
+QUANTITIES = {
+    "points": ("1", "number of points"),
+    "threads": ("1", "number of threads"),
+    "time_per_point": ("ms", "time per point by the clock"),
+    "work_per_point": ("ms", "time per point of all threads together"),
+    "storing_per_point": ("ms", "time per point with the results stored"),
+    "solving_memory": ("MB", "largest memory of a job that solves"),
+    "joining_memory": ("MB", "largest memory of the join"),
+    "query_memory": ("MB", "largest memory of a query"),
+    "joining_rate": ("MB s-1", "rate of writing the joined file"),
+    "copying_rate": ("MB s-1", "rate of copying the joined file"),
+}
 
 
 class Usage(NamedTuple):
@@ -96,8 +109,6 @@ def measure_growth(
     """
     import xarray as xr
 
-    from vibropipe.words.vocabulary import describe
-
     table: dict[str, list[Any]] = {}
     for count in points:
         directory = folder / str(count)
@@ -124,12 +135,14 @@ def measure_growth(
             )
         shutil.rmtree(directory)
     dims = ("points", "threads")
-    return describe(
-        xr.Dataset(
-            {name: (dims[: np.ndim(values)], values) for name, values in table.items()},
-            {"points": np.asarray(points), "threads": np.asarray(threads)},
-        )
+    measured = xr.Dataset(
+        {name: (dims[: np.ndim(values)], values) for name, values in table.items()},
+        {"points": np.asarray(points), "threads": np.asarray(threads)},
     )
+    for name, variable in measured.variables.items():
+        units, text = QUANTITIES[str(name)]
+        variable.attrs |= {"units": units, "long_name": text}
+    return measured
 
 
 def _solve_all(directory: Path, points: int, threads: Sequence[int]) -> list[list[Usage]]:
@@ -245,7 +258,8 @@ def run_in_subprocess(function: Callable[..., Any], *arguments: Any) -> Any:
 
 def main(points: Sequence[int], output: Path) -> None:
     """Measure, print each result, and draw the figure."""
-    from vibropipe.figures.growth import draw_growth
+    from growth_figure import draw_growth
+
     from vibropipe.figures.style import house_style, save, save_as
     from vibropipe.store import write
 

@@ -41,7 +41,7 @@ def target_text(item: Item, target: Target) -> str:
     """Return a ratio, its target and whether the target is met, as one sentence."""
     ratio, low, high = item.ratios(target)
     if target.times < 1.0:
-        return dearer_text(target, ratio, low, high)
+        return slower_text(target, ratio, low, high)
     target_ratio = f"target {target.times:,g}"
     if math.isnan(ratio):
         return f"{target.ours} against {target.peer}: not measured, {target_ratio}"
@@ -52,7 +52,7 @@ def target_text(item: Item, target: Target) -> str:
     )
 
 
-def dearer_text(target: Target, ratio: float, low: float, high: float) -> str:
+def slower_text(target: Target, ratio: float, low: float, high: float) -> str:
     """Return the ratio of a target below 1: how many times slower ours is, and may be."""
     head = f"{target.ours} against {target.peer}"
     limit = f"limit {1.0 / target.times:,g}"

@@ -44,7 +44,7 @@ DRAWING = (
     "typst",
 )
 
-MOST_WORKERS = 1 << 16
+MAX_WORKERS = 1 << 16
 
 
 def serve() -> None:
@@ -67,7 +67,7 @@ def serve() -> None:
         ready, *_ = select.select(waited, [], [], 0 if to_import else None)
         if lifeline in ready:
             # before the first job, which may start threads
-            more = os.read(lifeline, MOST_WORKERS)
+            more = os.read(lifeline, MAX_WORKERS)
             if not more:
                 remove_socket()
                 return

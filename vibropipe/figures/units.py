@@ -20,7 +20,7 @@ PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "s": (("s", 1.0), ("ms", 1e3)),
 }
 # The largest magnitude of a unit is at least this in the prefix that is chosen.
-LEAST = 0.5
+MIN_MAGNITUDE = 0.5
 
 
 def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
@@ -44,7 +44,7 @@ def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
             ),
             default=0.0,
         )
-        fitting = [entry for entry in choices if largest * entry[1] >= LEAST]
+        fitting = [entry for entry in choices if largest * entry[1] >= MIN_MAGNITUDE]
         if largest > 0.0:
             prefixes[unit] = fitting[0] if fitting else choices[-1]
     return {name: _scaled(dataset, prefixes) for name, dataset in datasets.items()}

@@ -69,8 +69,8 @@ def write_opening(run: Run) -> str:
         scenes = series(count(kinds.count(kind), f"{kind} scene") for kind in dict.fromkeys(kinds))
         figures = count(len(run.figures(name, "svg")), "figure")
         first, *_ = [*paragraphs(study.description or ""), ""]
-        told = f"{escaped(first)} " if first else ""
-        blocks.append(f"**{escaped(study.title)}**\n    {told}{scenes}, {figures}.")
+        description = f"{escaped(first)} " if first else ""
+        blocks.append(f"**{escaped(study.title)}**\n    {description}{scenes}, {figures}.")
     title = "Results of vibropipe"
     text = "\n\n".join([f"{title}\n{'=' * len(title)}", INTRODUCTION, *blocks])
     path = Path(".snakemake", "captions", "opening.rst").absolute()

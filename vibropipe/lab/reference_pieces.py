@@ -180,11 +180,11 @@ class PieceReferenceSolver(ReferenceSolver):
                 margin = [self.friction - way * force[0], *(-way * c for c in force[1:])]
                 if margin[0] > 0 or margin[1] > 0:
                     zeros.append((self.first_zero(margin, self.reach), way))
-            found = [(t, way) for t, way in zeros if t is not None]
+            crossings = [(t, way) for t, way in zeros if t is not None]
             if all(part[0] == part[1] == 0 for part in self.parts):
                 self.pass_pieces(self.times_left[-1] - self.tau + ONE, [self.x])
                 return
-            span, way = min(found, default=(self.reach, 0))
+            span, way = min(crossings, default=(self.reach, 0))
             self.pass_pieces(span, [self.x])
             if way and self.times_left:
                 if rests or self.friction > 0:

@@ -18,7 +18,7 @@ from vibropipe.words.regimes import Regime
 # Largest mean distance of the states at the section, in the units of the section map, over a step of the parameter
 # along which an attractor goes on. Steps are halved until it holds, down to a share of the step between two values:
 # an attractor whose states still lie apart has jumped.
-CONTINUOUS, LEAST_STEP = 0.05, 2.0**-10
+CONTINUOUS, MIN_STEP = 0.05, 2.0**-10
 # States at the section by which an attractor without an orbit is compared.
 STATES = 512
 
@@ -115,7 +115,7 @@ def carry(source: AttractorSet, index: int, target: AttractorSet, name: str) -> 
             value, states, step = getattr(ahead, name), settled, 2 * step
             continue
         step *= 0.5
-        if abs(step) < LEAST_STEP * abs(end - begin):
+        if abs(step) < MIN_STEP * abs(end - begin):
             beyond = target.attractor_of(_within(target.section.exciter, states[0]))
             tried = end if is_last else value + 2 * step
             return Link(beyond, 0.5 * (value + tried))
@@ -156,9 +156,9 @@ def _with_impacts(states: np.ndarray, section: SectionMap) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def _states(found: AttractorSet, index: int) -> np.ndarray:
+def _states(attractors: AttractorSet, index: int) -> np.ndarray:
     """Return the states of an attractor at the section, of one without an orbit some."""
-    attractor = found.known[index]
+    attractor = attractors.known[index]
     return attractor.sections if attractor.period_multiple else attractor.sections[-STATES:]
 
 
@@ -220,20 +220,20 @@ def _changes(
     return sorted(changes, key=lambda change: change.value)
 
 
-def _merges(found: AttractorSet, indices: list[int], end: Exciter, name: str) -> float:
+def _merges(attractors: AttractorSet, indices: list[int], end: Exciter, name: str) -> float:
     """Return where two attractors become one on the way to other parameters, by bisection."""
-    exciter = found.section.exciter
-    apart, together = getattr(exciter, name), getattr(end, name)
-    least = LEAST_STEP * abs(together - apart)
-    states = [_states(found, index) for index in indices]
-    while abs(together - apart) > least and len(states) == 2:
-        middle = 0.5 * (apart + together)
+    exciter = attractors.section.exciter
+    separate, merged = getattr(exciter, name), getattr(end, name)
+    least = MIN_STEP * abs(merged - separate)
+    states = [_states(attractors, index) for index in indices]
+    while abs(merged - separate) > least and len(states) == 2:
+        middle = 0.5 * (separate + merged)
         one, other = (_settled(replace(exciter, **{name: middle}), each[0]) for each in states)
-        if one is None or other is None or _is_one(one, other, found.section):
-            together = middle
+        if one is None or other is None or _is_one(one, other, attractors.section):
+            merged = middle
         else:
-            apart, states = middle, [one, other]
-    return float(0.5 * (apart + together))
+            separate, states = middle, [one, other]
+    return float(0.5 * (separate + merged))
 
 
 def _is_one(states: np.ndarray, others: np.ndarray, section: SectionMap) -> bool:

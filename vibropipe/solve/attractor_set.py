@@ -26,7 +26,7 @@ SAME_ORBIT = 1e-6
 # smallest, by powers of two, of which it visits at most MAX_CELLS, each on average by 32 sections; the first size is a
 # COARSEST-th of its extent. Larger ones would cover what lies between the bands of an attractor.
 MEASURE_SECTIONS, MEASURE_TRANSIENT = 65536, 1024
-MAX_CELLS, COARSEST, FINEST, LEAST_EXTENT = 2048, 32, 2**30, 1e-200
+MAX_CELLS, COARSEST, FINEST, MIN_EXTENT = 2048, 32, 2**30, 1e-200
 
 
 class Attractor(NamedTuple):
@@ -126,8 +126,8 @@ class AttractorSet:
         sample brings nothing new. So what is found for a start depends neither on threads nor on other starts, but for
         attractors that would not have been found without them.
         """
-        known = self.assigned(starts, phase) if assigned is None else assigned
-        owner, periods = (np.array(each, np.int64) for each in known)
+        first = self.assigned(starts, phase) if assigned is None else assigned
+        owner, periods = (np.array(each, np.int64) for each in first)
         limit = FIRST_LIMIT
         while True:
             undecided = np.flatnonzero(owner == UNDECIDED)
@@ -204,11 +204,11 @@ class AttractorSet:
             return FAILED
         points = np.roll(points, -int(np.argmin(points[:, 0])), axis=0)
         ellipses = [trapping_ellipse(self.section, each, m) for each in points]
-        found = tuple(ellipse for ellipse in ellipses if ellipse is not None)
-        if not found and self.section.exciter.friction > 0.0:
+        trapping = tuple(ellipse for ellipse in ellipses if ellipse is not None)
+        if not trapping and self.section.exciter.friction > 0.0:
             # Motions creep towards the edge of the places where friction holds the mass for ever.
             return FAILED
-        self.known.append(Attractor(m, points, found))
+        self.known.append(Attractor(m, points, trapping))
         return len(self.known) - 1
 
     def _distance(self, orbit: Attractor, point: np.ndarray) -> float:
@@ -280,7 +280,7 @@ def visited_cells(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     """
     corner = sections.min(axis=0)
     offsets = sections - corner
-    extent = np.maximum(offsets.max(axis=0), LEAST_EXTENT)
+    extent = np.maximum(offsets.max(axis=0), MIN_EXTENT)
     n, cells, scale = COARSEST, np.zeros(1, np.int64), 1.0 / extent
     while n <= FINEST:
         column, line = (offsets * (n / extent)).astype(np.int64).T

@@ -72,10 +72,10 @@ def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr
        Statistical Association 22 (1927) 209.
     """
     check_whole("starts", starts, STARTS_LIMITS)
-    found = AttractorSet(exciter)
-    owner, _periods = found.settle(scattered_starts(exciter, starts))
+    attractor_set = AttractorSet(exciter)
+    owner, _periods = attractor_set.settle(scattered_starts(exciter, starts))
     text = f"{starts} scattered, |v0| <= {reachable_velocity(exciter):g}"
-    dataset, _numbers = attractor_dataset(found, owner, harmonics, text)
+    dataset, _numbers = attractor_dataset(attractor_set, owner, harmonics, text)
     return dataset
 
 
@@ -107,13 +107,13 @@ def scattered_starts(exciter: Exciter, n: int) -> np.ndarray:
 
 
 def attractor_dataset(
-    found: AttractorSet, owner: np.ndarray, harmonics: int, start: str
+    attractor_set: AttractorSet, owner: np.ndarray, harmonics: int, start: str
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Return the dataset of the attractors found, and the number of the attractor of each start.
 
     Parameters
     ----------
-    found : AttractorSet
+    attractor_set : AttractorSet
     owner : (n,) int array
         Index of the attractor of each start in the order in which they were found, or negative.
     harmonics : int
@@ -129,31 +129,33 @@ def attractor_dataset(
     """
     import xarray as xr
 
-    ids = attractor_ids(found)
+    ids = attractor_ids(attractor_set)
     numbers = ids[np.maximum(owner, -1)]
-    known = [found.known[index] for index in np.argsort(ids[:-1])]
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(known))
+    numbered = [attractor_set.known[index] for index in np.argsort(ids[:-1])]
+    counts = np.bincount(numbers[numbers >= 0], minlength=len(numbered))
     share, low, high = shares(counts, owner.size)
-    visits = [states_at_section(each) for each in known] or [np.empty((VISITS, 2))[:0]]
-    dataset = steady_states(found.section.exciter, known, harmonics)
+    visits = [states_at_section(each) for each in numbered] or [np.empty((VISITS, 2))[:0]]
+    dataset = steady_states(attractor_set.section.exciter, numbered, harmonics)
     dataset = dataset.assign_attrs(start=start).assign_coords(
-        attractor_id=np.arange(len(known), dtype=np.int32)
+        attractor_id=np.arange(len(numbered), dtype=np.int32)
     )
     variables: dict[str, Any] = {
         "basin_share": ("attractor_id", share),
         "basin_share_low": ("attractor_id", low),
         "basin_share_high": ("attractor_id", high),
     }
-    if known:
+    if numbered:
         states = np.array(visits)
         variables["poincare_displacement"] = (("attractor_id", "visit"), states[:, :, 0])
         variables["poincare_velocity"] = (("attractor_id", "visit"), states[:, :, 1])
     return describe(xr.Dataset(variables, attrs=dataset.attrs).merge(dataset)), numbers
 
 
-def attractor_ids(found: AttractorSet) -> np.ndarray:
+def attractor_ids(attractor_set: AttractorSet) -> np.ndarray:
     """Return the `attractor_id` of each attractor of a set, and at the end -1, for none."""
-    order = sorted(range(len(found.known)), key=lambda index: found.known[index].sort_key())
+    order = sorted(
+        range(len(attractor_set.known)), key=lambda index: attractor_set.known[index].sort_key()
+    )
     ids = np.full(len(order) + 1, -1, np.int32)
     ids[order] = np.arange(len(order))
     return ids

@@ -97,9 +97,9 @@ class BasinRows:
 
         `assigned` are those of the starts of all exciters that are known beforehand, from `assign` or shards.
         """
-        found, part = self.known(k), slice(k * self.starts_each, (k + 1) * self.starts_each)
+        attractors, part = self.known(k), slice(k * self.starts_each, (k + 1) * self.starts_each)
         first = None if assigned is None else (assigned[0][part], assigned[1][part])
-        return found, found.settle(self.starts(k), self.phase, progress, first)
+        return attractors, attractors.settle(self.starts(k), self.phase, progress, first)
 
     def assign(self, start: int, stop: int) -> Iterator[Assigned]:
         """Yield the attractors of the rows [start, stop), as far as scattered starts know them, some at a time."""
@@ -137,6 +137,6 @@ def joined_rows(parts: Sequence[Assigned]) -> Assigned:
 @lru_cache(maxsize=SEARCHES_KEPT)
 def _searched(exciter: Exciter, starts: int) -> tuple[Attractor, ...]:
     """Return the attractors that scattered starts settle on."""
-    found = AttractorSet(exciter)
-    found.settle(scattered_starts(exciter, starts))
-    return tuple(found.known)
+    attractors = AttractorSet(exciter)
+    attractors.settle(scattered_starts(exciter, starts))
+    return tuple(attractors.known)

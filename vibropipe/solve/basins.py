@@ -167,14 +167,14 @@ def solve_basins(
     if rows.parameter is not None:
         return _over_values(rows, rows.parameter, harmonics, progress, assigned)
     exciter, turn, (xs, vs) = rows.exciter, rows.phase, (rows.x0, rows.v0)
-    found, (owner, periods) = rows.settle(0, assigned, progress)
-    dataset, numbers = attractor_dataset(found, owner, harmonics, _starts_text(rows))
+    attractors, (owner, periods) = rows.settle(0, assigned, progress)
+    dataset, numbers = attractor_dataset(attractors, owner, harmonics, _starts_text(rows))
     parameters = {name: ((), value) for name, value in exciter.stated().items()}
     dataset = _with_starts(dataset.assign_coords(parameters), rows, numbers, periods)
     shape = xs.size, vs.size
     states = rows.starts(0).reshape(*shape, 2)
-    orbits = border_orbits(found, states, owner.reshape(shape), turn)
-    return describe(with_border_orbits(dataset, found, orbits, attractor_ids(found)))
+    orbits = border_orbits(attractors, states, owner.reshape(shape), turn)
+    return describe(with_border_orbits(dataset, attractors, orbits, attractor_ids(attractors)))
 
 
 def _starts_text(rows: BasinRows) -> str:
@@ -192,8 +192,8 @@ def _over_values(
     sets, owners, times = [], [], []
     for k in range(len(rows.exciters)):
         part = part_of(progress, k * rows.starts_each, rows.grid.rows)
-        found, (owner, periods) = rows.settle(k, assigned, part)
-        sets.append(found)
+        attractors, (owner, periods) = rows.settle(k, assigned, part)
+        sets.append(attractors)
         owners.append(owner)
         times.append(periods)
     families = follow_attractors(sets, name)

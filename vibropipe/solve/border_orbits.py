@@ -48,13 +48,13 @@ class BorderOrbit(NamedTuple):
 
 
 def border_orbits(
-    found: AttractorSet, starts: np.ndarray, owner: np.ndarray, phase: float = 0.0
+    attractors: AttractorSet, starts: np.ndarray, owner: np.ndarray, phase: float = 0.0
 ) -> list[BorderOrbit]:
     """Find unstable orbits on the borders between the basins of a grid.
 
     Parameters
     ----------
-    found : AttractorSet
+    attractors : AttractorSet
     starts : (nx, nv, 2) array
     owner : (nx, nv) int array
         Index of the attractor of each start, or negative.
@@ -83,12 +83,12 @@ def border_orbits(
         for first, second in places:
             pair = np.array([starts[first], starts[second]])
             if phase:
-                ends = [found.section.sections(each, 1, phase) for each in pair]
+                ends = [attractors.section.sections(each, 1, phase) for each in pair]
                 if min(map(len, ends)) == 0:
                     continue
                 pair = np.concatenate(ends)
-            orbit = _orbit_at(found, pair, sides)
-            if orbit is not None and not any(_is_same(found, orbit, each) for each in orbits):
+            orbit = _orbit_at(attractors, pair, sides)
+            if orbit is not None and not any(_is_same(attractors, orbit, each) for each in orbits):
                 orbits.append(orbit)
     return sorted(orbits, key=lambda orbit: (len(orbit.sections), *orbit.sections[0]))
 
@@ -110,72 +110,74 @@ def _places(owner: np.ndarray) -> dict[tuple[int, int], list[tuple[tuple[int, in
     }
 
 
-def _orbit_at(found: AttractorSet, pair: np.ndarray, sides: tuple[int, int]) -> BorderOrbit | None:
+def _orbit_at(
+    attractors: AttractorSet, pair: np.ndarray, sides: tuple[int, int]
+) -> BorderOrbit | None:
     """Return the orbit that the border between two states leads to; None if it is not found."""
     for _ in range(ROUNDS):
-        cut = _cut_down(found, pair, sides[0])
+        cut = _cut_down(attractors, pair, sides[0])
         if cut is None:
             return None
-        tracks = [found.section.sections(each, MARCH) for each in cut]
+        tracks = [attractors.section.sections(each, MARCH) for each in cut]
         n = min(map(len, tracks))
-        away = np.abs((tracks[0][:n] - tracks[1][:n]) / found.section.scale).max(axis=1)
+        away = np.abs((tracks[0][:n] - tracks[1][:n]) / attractors.section.scale).max(axis=1)
         n = int(np.argmax(away > APART)) if (away > APART).any() else n
         if n == 0:
             return None
-        orbit = _closed_near(found, 0.5 * (tracks[0][:n] + tracks[1][:n]), sides)
+        orbit = _closed_near(attractors, 0.5 * (tracks[0][:n] + tracks[1][:n]), sides)
         if orbit is not None:
             return orbit
         pair = np.array([tracks[0][n - 1], tracks[1][n - 1]])
     return None
 
 
-def _cut_down(found: AttractorSet, pair: np.ndarray, side: int) -> np.ndarray | None:
+def _cut_down(attractors: AttractorSet, pair: np.ndarray, side: int) -> np.ndarray | None:
     """Return two states on the line between a pair, of which the first alone settles on `side`, within CLOSE."""
     share = np.linspace(0.0, 1.0, CUTS)[:, None]
     while True:
-        size = np.abs((pair[1] - pair[0]) / found.section.scale).max()
+        size = np.abs((pair[1] - pair[0]) / attractors.section.scale).max()
         states = pair[0] + share * (pair[1] - pair[0])
-        others = np.flatnonzero(found.owners(states) != side)
+        others = np.flatnonzero(attractors.owners(states) != side)
         if others.size == 0 or others[0] == 0:
             return None
         pair = states[[others[0] - 1, others[0]]]
-        is_close = np.abs((pair[1] - pair[0]) / found.section.scale).max()
+        is_close = np.abs((pair[1] - pair[0]) / attractors.section.scale).max()
         if is_close <= CLOSE or is_close >= 0.5 * size:
             return pair
 
 
 def _closed_near(
-    found: AttractorSet, track: np.ndarray, sides: tuple[int, int]
+    attractors: AttractorSet, track: np.ndarray, sides: tuple[int, int]
 ) -> BorderOrbit | None:
     """Return an unstable orbit near consecutive states (n, 2) at the section, of the fewest periods."""
     for m in range(1, min(MAX_MULTIPLE, len(track) - 1) + 1):
-        back = np.abs((track[m:] - track[:-m]) / found.section.scale).max(axis=1)
+        back = np.abs((track[m:] - track[:-m]) / attractors.section.scale).max(axis=1)
         best = int(np.argmin(back))
         near = NEAR if m <= SHORT else NEAR_LONG
-        point = _newton(found, track[best], m) if back[best] <= near else None
-        if point is None or np.abs((point - track[best]) / found.section.scale).max() > NEAR:
+        point = _newton(attractors, track[best], m) if back[best] <= near else None
+        if point is None or np.abs((point - track[best]) / attractors.section.scale).max() > NEAR:
             continue
-        multipliers = np.linalg.eigvals(found.section.jacobian(point, m)).astype(complex)
+        multipliers = np.linalg.eigvals(attractors.section.jacobian(point, m)).astype(complex)
         multipliers = multipliers[np.argsort(-np.abs(multipliers))]
         if np.abs(multipliers[0]) > 1.0:
-            sections = np.roll(found.section.sections(point, m), 1, axis=0)
+            sections = np.roll(attractors.section.sections(point, m), 1, axis=0)
             sections[0] = point
             least = int(np.argmin(sections[:, 0]))
             return BorderOrbit(np.roll(sections, -least, axis=0), multipliers, sides)
     return None
 
 
-def _newton(found: AttractorSet, point: np.ndarray, m: int) -> np.ndarray | None:
+def _newton(attractors: AttractorSet, point: np.ndarray, m: int) -> np.ndarray | None:
     """Return the fixed point of the m-period return map that Newton's method finds from a state; None if it fails."""
-    exciter, scale = found.section.exciter, found.section.scale
+    exciter, scale = attractors.section.exciter, attractors.section.scale
     for _ in range(STEPS):
-        image = found.section.images(point[None], m)[0][0]
+        image = attractors.section.images(point[None], m)[0][0]
         change = image - point
         if not np.isfinite(change).all():
             return None
         if np.abs(change / scale).max() <= CLOSED:
             return point
-        matrix = found.section.jacobian(point, m) - np.eye(2)
+        matrix = attractors.section.jacobian(point, m) - np.eye(2)
         if not np.isfinite(matrix).all() or np.linalg.det(matrix) == 0.0:
             return None
         point = point - np.linalg.solve(matrix, change)
@@ -183,14 +185,14 @@ def _newton(found: AttractorSet, point: np.ndarray, m: int) -> np.ndarray | None
     return None
 
 
-def _is_same(found: AttractorSet, orbit: BorderOrbit, other: BorderOrbit) -> bool:
+def _is_same(attractors: AttractorSet, orbit: BorderOrbit, other: BorderOrbit) -> bool:
     """Return whether two orbits are one."""
-    away = np.abs((other.sections - orbit.sections[0]) / found.section.scale).max(axis=1)
+    away = np.abs((other.sections - orbit.sections[0]) / attractors.section.scale).max(axis=1)
     return len(orbit.sections) == len(other.sections) and bool(away.min() <= SAME_ORBIT)
 
 
 def with_border_orbits(
-    dataset: xr.Dataset, found: AttractorSet, orbits: list[BorderOrbit], ids: np.ndarray
+    dataset: xr.Dataset, attractors: AttractorSet, orbits: list[BorderOrbit], ids: np.ndarray
 ) -> xr.Dataset:
     """Return a dataset with unstable orbits and their stable sets; `ids` has the `attractor_id` of each attractor."""
     sizes = [len(orbit.sections) for orbit in orbits]
@@ -199,7 +201,7 @@ def with_border_orbits(
     sides = ids[np.array([orbit.sides for orbit in orbits], int).reshape(-1, 2)]
     velocity = REACH * max(np.abs(v).max(initial=0.0) for v in (dataset["v0"].values, states[:, 1]))
     curves = [
-        stable_set(found.section, orbit.sections[0], len(orbit.sections), velocity)
+        stable_set(attractors.section, orbit.sections[0], len(orbit.sections), velocity)
         for orbit in orbits
     ]
     numbers = np.arange(len(orbits), dtype=np.int32)

@@ -129,11 +129,11 @@ def boundary(
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]
         return boundary_dataset(box, find_boundaries(box, orbits, kinds))
-    found, is_complete = boundaries_of_pieces(box, rows, kinds, effects)
-    dataset = boundary_dataset(box, found)
+    curves, is_complete = boundaries_of_pieces(box, rows, kinds, effects)
+    dataset = boundary_dataset(box, curves)
     if not is_complete:
         dataset.attrs["incomplete"] = (
-            f"{len(found)} curves are followed, the most of one call; there are more"
+            f"{len(curves)} curves are followed, the most of one call; there are more"
         )
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
         warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
@@ -191,8 +191,8 @@ def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> 
     }
     first = Exciter(**{**vars(exciter), **{name: float(grid[0]) for name, grid in over.items()}})
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
-    asked = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
-    return [solve_shard(first, over, 0, lines * lines, follow=each, **asked) for each in follows]
+    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
+    return [solve_shard(first, over, 0, lines * lines, follow=each, **options) for each in follows]
 
 
 def _orbits_of(rows: xr.Dataset) -> list[Settled]:

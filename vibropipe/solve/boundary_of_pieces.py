@@ -15,7 +15,7 @@ from vibropipe.orbits.branches.steps import DETERMINANT, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.branch_of_pieces import LEAST_SIZE, new_march_room
+from vibropipe.solve.branch_of_pieces import MIN_SIZE, new_march_room
 from vibropipe.solve.label import Variables
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
     x = rows["displacement_strobe"].values - parameters[LOAD]
     v = rows["velocity_strobe"].values
     amplitude = rows["displacement_amplitude"].max("harmonic").values
-    size = np.maximum(np.maximum(amplitude, np.abs(x)), LEAST_SIZE * parameters[L])
+    size = np.maximum(np.maximum(amplitude, np.abs(x)), MIN_SIZE * parameters[L])
     speed = np.maximum(parameters[0] * size, np.abs(v))
     return [
         SettledPieces(

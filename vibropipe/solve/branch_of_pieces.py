@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 # Capacities of the log of an orbit, in contacts and pieces.
 CAPACITY = 4096
 # Least scale of displacements, as a share of l.
-LEAST_SIZE = 1e-3
+MIN_SIZE = 1e-3
 PIECES = Rules(follow_pieces, limit_of_pieces, seeds_of_pieces)
 
 
@@ -75,7 +75,7 @@ def follow_branches_of_pieces(
     x = from_equilibrium(exciter, float(start.displacement_strobe))
     v, own = float(start.velocity_strobe), float(problem.values[problem.along])
     amplitude = float(start.displacement_amplitude.max())
-    size = max(amplitude, abs(x), LEAST_SIZE * exciter.l)
+    size = max(amplitude, abs(x), MIN_SIZE * exciter.l)
     speed = max(exciter.nu * size, abs(v))
     m = int(start.period_multiple)
     room = new_variations(CAPACITY, 0, 0, 0)

@@ -20,10 +20,10 @@ def displacement_at(variables: Variables, parameters: np.ndarray, phase: np.ndar
     power of a sample's width, also where the velocity jumps.
     """
     m = variables["period_multiple"][1]
-    found = np.full((len(m), phase.size), np.nan)
+    displacement = np.full((len(m), phase.size), np.nan)
     for row in np.flatnonzero(m > 0).tolist():
-        found[row] = _row(variables, parameters[row], row, int(m[row]), phase)
-    return found
+        displacement[row] = _row(variables, parameters[row], row, int(m[row]), phase)
+    return displacement
 
 
 def _row(

@@ -82,18 +82,18 @@ def values_and_jacobian(
 
 def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int]) -> np.ndarray:
     """Return the derivatives (n, names, columns) of quantities by parameters; NaN where there is none."""
-    found = np.full((len(points.parameters), len(names), len(columns)), np.nan)
-    known = differentiated(points.variables)
+    slopes = np.full((len(points.parameters), len(names), len(columns)), np.nan)
+    differentiable = differentiated(points.variables)
     for row, name in enumerate(names):
         for k, column in enumerate(columns):
             parameter = Parameters._fields[column]
             if name.is_parameter:
-                found[:, row, k] = float(name.variable == parameter)
-            elif parameter in known and not name.is_of_law:
-                found[:, row, k] = name.slopes(points.variables, known.index(parameter))
+                slopes[:, row, k] = float(name.variable == parameter)
+            elif parameter in differentiable and not name.is_of_law:
+                slopes[:, row, k] = name.slopes(points.variables, differentiable.index(parameter))
             elif name.is_of_law:
-                found[:, row, k] = 0.0
-    return found
+                slopes[:, row, k] = 0.0
+    return slopes
 
 
 def by_differences(

@@ -204,12 +204,12 @@ class _Model:
     def residuals(self, points: np.ndarray) -> np.ndarray:
         """Return weighted misfits (n, rows * q) at values (n, k) of the parameters."""
         data, values = self.data, self.values(points)
-        apart = values - data.values
+        misfits = values - data.values
         for column, name in enumerate(data.names):
-            apart[..., column] = name.difference(values[..., column], data.values[:, column])
+            misfits[..., column] = name.difference(values[..., column], data.values[:, column])
         absent = ABSENT * np.abs(data.values).max(axis=0)
-        apart = np.where(np.isfinite(apart), apart, absent)
-        return (apart * data.weights).reshape(len(points), -1)
+        misfits = np.where(np.isfinite(misfits), misfits, absent)
+        return (misfits * data.weights).reshape(len(points), -1)
 
     def jacobian(self, point: np.ndarray) -> np.ndarray:
         """Return the derivatives (rows * q, k) of the weighted misfits by central differences."""

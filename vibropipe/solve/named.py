@@ -112,10 +112,10 @@ class Named(NamedTuple):
 
     def difference(self, one: Any, two: Any) -> Any:
         """Return one - two, of phases between -pi and pi."""
-        apart = np.asarray(one) - np.asarray(two)
+        difference = np.asarray(one) - np.asarray(two)
         if self.variable in PERIODIC and not self.derived:
-            return np.remainder(apart + np.pi, 2 * np.pi) - np.pi
-        return apart
+            return np.remainder(difference + np.pi, 2 * np.pi) - np.pi
+        return difference
 
     def scale(self, half: float) -> float:
         """Return the size to which its errors are relative if it is zero; half is l."""
@@ -169,8 +169,8 @@ def _index(name: str, variable: str, tail: str, argument: str) -> int | None:
 
 
 def _unknown(name: str, argument: str) -> ParameterError:
-    known = [label for variable in (*SMOOTH, *OF_LAW) for label in labels(variable)]
-    near = difflib.get_close_matches(name, [*known, *Parameters._fields], n=2, cutoff=0.5)
+    choices = [label for variable in (*SMOOTH, *OF_LAW) for label in labels(variable)]
+    near = difflib.get_close_matches(name, [*choices, *Parameters._fields], n=2, cutoff=0.5)
     hint = f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
     allowed = "a quantity of a steady state, such as displacement_mean or impact_velocity_max_1"
     return ParameterError(argument, name, allowed, got=repr(name) + hint)

@@ -17,7 +17,7 @@ from vibropipe.solve.section_map import SectionMap
 # nonlinear part of the map grows with the square of the distance, so it is no larger there.
 RING_STATES, RINGS = 64, (1.0, 0.5, 0.25)
 # Ratio of the radii that are tried one after the other, the largest radius in units of l, and the smallest.
-SHRINK, LARGEST_RADIUS, LEAST_RADIUS = 0.8, 4.0, 1e-10
+SHRINK, MAX_ELLIPSE, MIN_ELLIPSE = 0.8, 4.0, 1e-10
 # Share of the checked radius that is used: a line of grazing may cut the outermost ring between two of its states.
 USED = 0.9
 # Largest modulus of a multiplier of an attractor: closer to 1 rounding decides whether anything settles on the orbit,
@@ -86,7 +86,7 @@ def trapping_ellipse(section: SectionMap, point: np.ndarray, m: int) -> Ellipse 
     Returns
     -------
     Ellipse or None
-        None if the orbit is not stable, or has none of at least LEAST_RADIUS.
+        None if the orbit is not stable, or has none of at least MIN_ELLIPSE.
 
     Notes
     -----
@@ -106,8 +106,8 @@ def trapping_ellipse(section: SectionMap, point: np.ndarray, m: int) -> Ellipse 
     # After a rest the motion does not depend on its start, and nor on how many impacts led to the rest.
     same_contacts = jacobian.any()
     _images, sequence = section.images(point[None], m)
-    radius = LARGEST_RADIUS
-    while radius > LEAST_RADIUS:
+    radius = MAX_ELLIPSE
+    while radius > MIN_ELLIPSE:
         if all(
             _contracts(section, point, m, jacobian, norm, factor, ring * radius * circle,
                        sequence[0] if same_contacts else None)

@@ -184,13 +184,13 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
 
 def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
     """Return the bound of a goal in SI, with its unit."""
-    found = named(name, "target")
-    words = physical_quantity(found.variable)
-    unit = "" if found.derived == SENSITIVITY or words.units == "1" else f" {words.units}"
+    goal = named(name, "target")
+    words = physical_quantity(goal.variable)
+    unit = "" if goal.derived == SENSITIVITY or words.units == "1" else f" {words.units}"
     if not unit:
         return bound
     return _NUMBER.sub(
-        lambda match: f"{float(convert(found.variable, float(match[0]), numbers)):g}{unit}", bound
+        lambda match: f"{float(convert(goal.variable, float(match[0]), numbers)):g}{unit}", bound
     )
 
 
@@ -204,8 +204,8 @@ def _sensitivities_in_si(
     names = np.asarray(parameter.values)
     units = [factors.get(quantity(str(name)).dimension, 1.0) for name in names.ravel()]
     shares = xr.Variable(parameter.dims, 1.0 / np.reshape(units, names.shape))
-    known = [physical_name(str(name)) for name in names.ravel()]
-    renamed = np.reshape(known, names.shape)
+    physical_names = [physical_name(str(name)) for name in names.ravel()]
+    renamed = np.reshape(physical_names, names.shape)
     changed = {PARAMETER: xr.Variable(parameter.dims, renamed, parameter.attrs)}
     for name, variable in variables.items():
         if name.endswith(SENSITIVITY_SUFFIX):

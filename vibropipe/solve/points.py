@@ -136,9 +136,9 @@ def points_dataset(
 def within_ranges(parameters: np.ndarray) -> np.ndarray:
     """Return which rows (n,) of parameters lie in their ranges, with distinct supports."""
     inside = np.ones(len(parameters), bool)
-    for column, known in zip(parameters.T, PARAMETERS.values(), strict=True):
-        low, high = known.range.low, known.range.high
-        inside &= (column > low if known.range.above else column >= low) & (column <= high)
+    for column, entry in zip(parameters.T, PARAMETERS.values(), strict=True):
+        low, high = entry.range.low, entry.range.high
+        inside &= (column > low if entry.range.above else column >= low) & (column <= high)
     half, delta = (parameters[:, Parameters._fields.index(name)] for name in ("l", "delta"))
     return inside & (delta - half < delta + half)
 
@@ -146,7 +146,7 @@ def within_ranges(parameters: np.ndarray) -> np.ndarray:
 def clipped(parameters: np.ndarray) -> np.ndarray:
     """Return rows of parameters, each moved into its range; one that must be above 0 stays above it."""
     moved = parameters.copy()
-    for column, known in zip(moved.T, PARAMETERS.values(), strict=True):
-        low = max(known.range.low, np.finfo(float).tiny) if known.range.above else known.range.low
-        np.clip(column, low, known.range.high, out=column)
+    for column, entry in zip(moved.T, PARAMETERS.values(), strict=True):
+        low = max(entry.range.low, np.finfo(float).tiny) if entry.range.above else entry.range.low
+        np.clip(column, low, entry.range.high, out=column)
     return moved

@@ -169,7 +169,7 @@ class SectionMap:
         They are NaN where the march forward does not lead back: after a rest, with R = 0 or with friction there is no
         one state before.
         """
-        before, known = np.full_like(states, np.nan), np.isfinite(states).all(axis=1)
+        before, is_finite = np.full_like(states, np.nan), np.isfinite(states).all(axis=1)
         e, p = self._parameters
         rebounds = {f"R{n}": getattr(p, f"R{n}") for n in (1, 2) if getattr(p, f"k{n}") == 0.0}
         if p.friction == 0.0 and min(rebounds.values(), default=1.0) > 0.0:
@@ -177,14 +177,14 @@ class SectionMap:
             given = {name: -getattr(p, name) for name in ("f", "h", "h1", "h2", "f2", "phi2")}
             given |= {name: 1.0 / value for name, value in rebounds.items()}
             backward = p._replace(**given)
-            found = np.empty((np.count_nonzero(known), 2))
-            starts = states[known] - self._equilibrium
-            _map_back_piece(e, backward, starts, found, *self._pieces())
-            before[known] = found - self._origin
-        known = np.flatnonzero(np.isfinite(before).all(axis=1))
-        images, _contacts = self.images(before[known], 1)
-        missed = np.abs((images - states[known]) / self.scale).max(axis=1)
-        before[known[~(missed <= RETRACED)]] = np.nan
+            earlier = np.empty((np.count_nonzero(is_finite), 2))
+            starts = states[is_finite] - self._equilibrium
+            _map_back_piece(e, backward, starts, earlier, *self._pieces())
+            before[is_finite] = earlier - self._origin
+        mapped = np.flatnonzero(np.isfinite(before).all(axis=1))
+        images, _contacts = self.images(before[mapped], 1)
+        missed = np.abs((images - states[mapped]) / self.scale).max(axis=1)
+        before[mapped[~(missed <= RETRACED)]] = np.nan
         return before
 
     def sections(self, start: np.ndarray, n: int, phase: float = 0.0) -> np.ndarray:

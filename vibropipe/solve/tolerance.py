@@ -194,7 +194,7 @@ def spread_variables(
     alone = moved[low_high].reshape(len(sigma), 2, -1)
     with np.errstate(invalid="ignore", divide="ignore"):
         contribution = effects**2 / (effects**2).sum(axis=1, keepdims=True)
-    found = {
+    by_suffix = {
         "std": np.stack([np.linalg.norm(effects, axis=1), _std(moved[:n][is_same[:n]])], axis=1),
         "worst": np.stack([reach * np.abs(effects).sum(axis=1), _largest(moved[n:])], axis=1),
         "sensitivity": slopes,
@@ -213,7 +213,7 @@ def spread_variables(
     variables: Variables = {
         f"law_change_{name}": ((), np.array(value)) for name, value in counts.items()
     }
-    for suffix, values in found.items():
+    for suffix, values in by_suffix.items():
         variables |= gathered(names, values, suffix, dims[suffix])
     return variables
 
@@ -248,9 +248,9 @@ def _std(moved: np.ndarray) -> np.ndarray:
 
 def _largest(moved: np.ndarray) -> np.ndarray:
     """Return the largest |deviation| (q,) of those (n, q) that are known; NaN if none is."""
-    known = np.isfinite(moved)
-    worst = np.where(known, np.abs(moved), 0.0).max(axis=0)
-    return np.where(known.any(axis=0), worst, np.nan)
+    is_known = np.isfinite(moved)
+    worst = np.where(is_known, np.abs(moved), 0.0).max(axis=0)
+    return np.where(is_known.any(axis=0), worst, np.nan)
 
 
 def gathered(

@@ -44,8 +44,8 @@ def fingerprint(study: Study, scene: BaseScene | str) -> str:
 
 
 def _scene(study: Study, scene: BaseScene | str) -> BaseScene:
-    found: BaseScene = study.scene(scene) if isinstance(scene, str) else scene
-    return found
+    resolved: BaseScene = study.scene(scene) if isinstance(scene, str) else scene
+    return resolved
 
 
 def _texts(scene: BaseScene) -> dict[str, Any]:

@@ -178,7 +178,7 @@ class _Reader:
 
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
-        found = len(self.problems)
+        n_problems = len(self.problems)
         if path[-2:-1] in (("over",), ("vary",)) and not isinstance(value, (dict, list)):
             allowed = A_GRID if path[-2] == "over" else "two increasing numbers"
             self.problems.append(Problem(path, describe(value), allowed))
@@ -186,9 +186,9 @@ class _Reader:
         si = self.in_si(key, value, path)
         if path[-2:-1] == ("along",):
             return self.scaled(key, si)
-        if isinstance(value, (dict, list)) and len(self.problems) == found:
+        if isinstance(value, (dict, list)) and len(self.problems) == n_problems:
             self.check_grid(si, path)
-        if len(self.problems) > found:
+        if len(self.problems) > n_problems:
             if path[-2:-1] == ("vary",):
                 return STAND_INS["vary"]
             return [STAND_IN] if isinstance(value, (dict, list)) else STAND_IN
@@ -232,11 +232,11 @@ class _Reader:
         if name == PHASE and path[-2] == MEASURED:
             return ""
         try:
-            found = named(name, str(path[-2]))
+            goal = named(name, str(path[-2]))
         except ParameterError as error:
             self.problems.append(refused(path, error))
             return ""
-        return "" if found.derived == SENSITIVITY else quantity(found.variable).dimension
+        return "" if goal.derived == SENSITIVITY else quantity(goal.variable).dimension
 
     def in_si(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the numbers of a key in SI, in their lists and mappings."""

@@ -80,15 +80,15 @@ class Borders:
 
     def sentence(self, at: tuple[int, ...], point: tuple[float, ...]) -> str:
         """Write the nearest border of a row and the way to it."""
-        found = self.nearest(at)
-        if found is None:
+        border = self.nearest(at)
+        if border is None:
             return (
                 f"All {'starts have one attractor' if self._of_starts else 'rows have one regime'}."
             )
         ways = [
             f"{symbol(array)} = {value_of(array, there, 4)} "
             f"({'−' if there < here else '+'}{number(abs(there - here), 2)})"
-            for array, there, here in zip(self._arrays, found.at, point, strict=True)
+            for array, there, here in zip(self._arrays, border.at, point, strict=True)
             if there != here
         ]
-        return sentences(f"Nearest border: {self.text(found.beyond)}, at {', '.join(ways)}")
+        return sentences(f"Nearest border: {self.text(border.beyond)}, at {', '.join(ways)}")

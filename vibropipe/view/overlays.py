@@ -173,11 +173,11 @@ def starts_on(datasets: Mapping[str, xr.Dataset], plane: Plane) -> Iterator[Star
 
 def _starts_lines(plane: Plane, starts: list[Starts]) -> list[str]:
     """Return a line of the legend of curves for each scene of basins: where they are known."""
-    axis, found = plane.dataset[plane.axes[0]], []
+    axis, lines = plane.dataset[plane.axes[0]], []
     for scene in dict.fromkeys(each.scene for each in starts):
         places = [value_of(axis, each.point[0]) for each in starts if each.scene == scene]
-        found.append(sign_line(f"basins at {symbol(axis)} = {', '.join(places)}: {scene}", "star"))
-    return found
+        lines.append(sign_line(f"basins at {symbol(axis)} = {', '.join(places)}: {scene}", "star"))
+    return lines
 
 
 class Overlays:

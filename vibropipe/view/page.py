@@ -42,7 +42,7 @@ def at_once(work: Callable[[], None]) -> None:
     work()
 
 
-def _told(note: str) -> list[Div]:
+def _note_div(note: str) -> list[Div]:
     """Return a note as part of the page, if there is one."""
     if not note:
         return []
@@ -88,7 +88,9 @@ class Page:
         )  # fmt: skip
         self.others = row(Spacer(width=0))
         self.left = column(Spacer(width=0))
-        head = row(self.scene, self.quantity, self.others, self.point.buttons, *_told(results.note))
+        head = row(
+            self.scene, self.quantity, self.others, self.point.buttons, *_note_div(results.note)
+        )
         self.root = column(
             head, row(self.left, self.point.root), self.point.what_if.root, name="page"
         )
@@ -270,11 +272,11 @@ class Page:
         for each in starts_on(self.datasets, self.plane):
             if self.plane.nearest(*each.point) == at:
                 planes[each.scene] = Plane(self.datasets[each.scene], dict(each.at))
-        found: dict[str, Callable[[], xr.Dataset]] = {}
+        rows: dict[str, Callable[[], xr.Dataset]] = {}
         for scene, plane in planes.items():
             for number in plane.attractors:
-                found[f"{scene}: {plane.regions[number + 1].text}"] = partial(plane.row, number)
-        return found
+                rows[f"{scene}: {plane.regions[number + 1].text}"] = partial(plane.row, number)
+        return rows
 
     def solve_map(self) -> None:
         """Solve the plane anew with the changed parameters, beside the page, and show it as a scene of its own."""
@@ -286,11 +288,11 @@ class Page:
 
         def work() -> None:
             try:
-                found = solve_anew(plane, changed, on_rows)
+                solved = solve_anew(plane, changed, on_rows)
             except Exception as error:  # told on the page: nobody else waits for this thread
                 self._later(partial(what_if.fail, str(error)))
             else:
-                self._later(partial(self._add_scene, title, found))
+                self._later(partial(self._add_scene, title, solved))
 
         what_if.tell("0%")
         self._background(work)

@@ -160,7 +160,7 @@ class Plane:
     @cached_property
     def series(self) -> Mapping[str, Series]:
         """The quantities that can be drawn, by label."""
-        found: dict[str, Series] = {}
+        by_label: dict[str, Series] = {}
         for key, array in self.dataset.data_vars.items():
             own = [str(dim) for dim in array.dims if dim not in self.dims]
             is_drawn = set(self.dims) <= set(array.dims) and array.dtype.kind in "iufbc"
@@ -176,8 +176,8 @@ class Plane:
             else:
                 each = [Series(str(key))]
             for one in each:
-                found[self.label(one)] = one
-        return found
+                by_label[self.label(one)] = one
+        return by_label
 
     def label(self, series: Series) -> str:
         """Return the label of an element of a quantity."""

@@ -55,7 +55,7 @@ class PointPanel:
     def __init__(self, on_solve: Callable[[], None], later: Later) -> None:
         self._later, self._is_choosing = later, False
         # the row whose law and numbers are still to be written
-        self._untold: xr.Dataset | None = None
+        self._unwritten: xr.Dataset | None = None
         sheet = InlineStyleSheet(css=NUMBERS_CSS)
         look = {"disable_math": True, "stylesheets": [sheet]}
         self.law = Div(width=568, height=74, name="law", styles={"overflow-y": "auto"}, **look)
@@ -133,15 +133,15 @@ class PointPanel:
         """Show a coexisting motion in place of the stored one."""
         if self._is_choosing or self.stored is None:
             return
-        found = self._others[name]() if name in self._others else None
+        chosen = self._others[name]() if name in self._others else None
         self._draw(
-            self.motion if found is None else motion_of(found),
-            self.stored if found is None else found,
+            self.motion if chosen is None else motion_of(chosen),
+            self.stored if chosen is None else chosen,
         )
 
     def follow_what_if(self) -> None:
         """Show the stored motion; with changed parameters the one it settles on then, the stored one as a ghost."""
-        self._untold = None
+        self._unwritten = None
         if self.stored is None:
             self.law.text, self.numbers.text = f'<p class="law">{NO_ATTRACTOR}</p>', ""
             self._draw_motion(None)
@@ -152,24 +152,24 @@ class PointPanel:
             self._draw(self.motion, self.stored)
             return
         try:
-            found = steady_row(self.stored, changed)
+            row = steady_row(self.stored, changed)
         except ParameterError as error:
             self.law.text = (
                 f'<p class="law"><b>What if {html(self.what_if.text)}:</b> {html(str(error))}</p>'
             )
             return
         self.panel.show(self.motion, "ghost")
-        self._draw(motion_of(found), found, f"What if {self.what_if.text}: ")
+        self._draw(motion_of(row), row, f"What if {self.what_if.text}: ")
 
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
         """Draw a motion with its numbers."""
         self._draw_motion(motion)
-        self._untold = shown
+        self._unwritten = shown
         self._later(partial(self._tell, motion, shown, before))
 
     def _tell(self, motion: Motion | None, shown: xr.Dataset, before: str) -> None:
         """Write the law and the numbers of a motion, unless another row or a message came after it."""
-        if self._untold is not shown:
+        if self._unwritten is not shown:
             return
         parts = [law_text(shown)]
         if motion is not None and not motion.is_orbit:

@@ -62,8 +62,8 @@ def as_yaml(row: xr.Dataset, title: str) -> str:
     is_si, (x, v) = is_physical(row), _start(row)
 
     def written(name: str, value: float, dimension: str | None = None) -> str:
-        known = PHYSICAL.get(name)
-        entry = dimension or (known.dimension if known else None)
+        parameter = PHYSICAL.get(name)
+        entry = dimension or (parameter.dimension if parameter else None)
         unit = f" {DIMENSIONS[entry].plain}" if is_si and entry else ""
         return f"{name}: {value!r}{unit}"
 

@@ -84,8 +84,8 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
             f"{place}: holds neither a sweep nor basins, so there is nothing to explore"
         )
     if scene is not None and scene not in results.explorable:
-        known = ", ".join(results.explorable)
-        raise StoreError(f"{place}: has no sweep and no basins {scene!r}: name one of {known}")
+        choices = ", ".join(results.explorable)
+        raise StoreError(f"{place}: has no sweep and no basins {scene!r}: name one of {choices}")
     return replace(results, first=scene or results.explorable[0])
 
 

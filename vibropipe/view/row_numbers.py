@@ -59,13 +59,13 @@ def law_text(row: xr.Dataset) -> str:
     if regime == Regime.WITH_REST:
         return sentences(f"Repeats {every} and sticks to a support: {words}")
     impacts = np.round(_impacts_per_orbit(row, m)).astype(int).tolist()
-    struck = [f"support {side} {often(n)}" for side, n in enumerate(impacts, 1) if n]
+    struck = [f"support {side} {times_text(n)}" for side, n in enumerate(impacts, 1) if n]
     what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
     stable = "" if int(row.get("stable", xr.DataArray(1))) else "Unstable"
     return sentences(f"Repeats {every} and {what}: {words}", stable)
 
 
-def often(amount: int) -> str:
+def times_text(amount: int) -> str:
     """Write how often a support is struck; a number beside its number would be misread."""
     words = ("", "", "", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
     return f"{words[amount]} times" if 2 < amount < len(words) else times(amount)

@@ -129,12 +129,12 @@ def saved_document(page: Page, title: str) -> Document:
 def _models(page: Page) -> dict[str, Any]:
     """Return what the script of a saved page changes, by the names that it has there."""
     panel, drawing = page.point.panel, page.point.drawing
-    found: dict[str, Any] = dict.fromkeys(
+    of_map: dict[str, Any] = dict.fromkeys(
         ("mapper", "bar", "regions", "words", "outlines", "image")
     )
     if page.map is not None:
-        found = {name: getattr(page.map, name) for name in found}
-    return found | {
+        of_map = {name: getattr(page.map, name) for name in of_map}
+    return of_map | {
         "crosshair": page.crosshair, "x_axis": page.x_axis, "y_axis": page.y_axis,
         "quantity": page.quantity, "menus": list(page.menus), "legend": page.legend,
         "slices": [[each.points, each.lines, each.ruler, each.range] for each in page.slices],

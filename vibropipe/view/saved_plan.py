@@ -112,11 +112,11 @@ def _physics(plane: Plane, menus: list[str]) -> dict[str, Any]:
     """Return the parameters that are the same in every row, the names of the others, and their factors from SI."""
     one = plane.dataset.isel(dict.fromkeys(plane.dims, 0))
     si = mass_and_stiffness(one)
-    known = {name: entry.non_dimensional for name, entry in PHYSICAL.items()} if si else {}
+    plain_names = {name: entry.non_dimensional for name, entry in PHYSICAL.items()} if si else {}
 
     def plain(name: str) -> str:
-        found = known.get(name) or name
-        return found if found in PARAMETERS else ""
+        own = plain_names.get(name) or name
+        return own if own in PARAMETERS else ""
 
     def factor(name: str) -> float:
         return without_units(one, plain(name), 1.0) if plain(name) else 1.0

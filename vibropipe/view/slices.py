@@ -28,7 +28,7 @@ OF_REGIONS = (
     "periods_to_attractor",
 )
 # Least length of the axis of a quantity in a slice, over that of its colours: rounding is no curve.
-LEAST_LENGTH = 1e-3
+MIN_LENGTH = 1e-3
 COLUMNS = ("at", "value", "colour", "marker")
 LEVEL_HEIGHT, UPRIGHT_WIDTH, CURVES_WIDTH, CURVES_HEIGHT = 105, 96, 590, 350
 
@@ -38,9 +38,9 @@ def shown_series(plane: Plane, series: Series | None) -> list[Series]:
     if series is not None:
         return [series]
     for name in OF_REGIONS:
-        found = [each for each in plane.series.values() if each.name == name]
-        if any(np.isfinite(series.of(plane.dataset).values).any() for series in found):
-            return found if found[0].dim == "support" else found[:1]
+        parts = [each for each in plane.series.values() if each.name == name]
+        if any(np.isfinite(series.of(plane.dataset).values).any() for series in parts):
+            return parts if parts[0].dim == "support" else parts[:1]
     return list(plane.series.values())[:1]
 
 
@@ -59,7 +59,7 @@ def slice_label(plane: Plane, chosen: list[Series]) -> str:
 def least_length(plane: Plane, series: Series) -> float:
     """Return the least length of the axis of a quantity."""
     low, high = limits_of(series.name, np.asarray(series.of(plane.dataset).values, float))
-    return LEAST_LENGTH * (high - low)
+    return MIN_LENGTH * (high - low)
 
 
 class Slice:

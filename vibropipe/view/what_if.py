@@ -51,13 +51,13 @@ def unswept(plane: Plane) -> dict[str, xr.DataArray]:
 def absent(plane: Plane) -> dict[str, xr.DataArray]:
     """Return the parameters of effects that no row has, at 0, by the names that the dataset would have for them."""
     is_si = mass_and_stiffness(plane.dataset) is not None
-    found = {}
+    parameters = {}
     for name in FURTHER:
         held = physical_name(name) if is_si else name
         if held not in plane.dataset.variables:
             attrs = physical_attributes(name) if is_si else attributes(name)
-            found[held] = xr.DataArray(0.0, name=held, attrs=attrs)
-    return found
+            parameters[held] = xr.DataArray(0.0, name=held, attrs=attrs)
+    return parameters
 
 
 def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
@@ -81,9 +81,9 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
         x, v = float(start_at(exciter.l, exciter.delta, None, 0.0)), 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnsolvedWarning)
-        found = steady_state(exciter, x0=x, v0=v, outputs=OF_STEADY_STATE, patience=PATIENCE)
+        steady = steady_state(exciter, x0=x, v0=v, outputs=OF_STEADY_STATE, patience=PATIENCE)
     si = mass_and_stiffness(row.assign_coords(changed))
-    return stored(found, None if si is None else (si["m"], si["C"]))
+    return stored(steady, None if si is None else (si["m"], si["C"]))
 
 
 def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
@@ -102,11 +102,11 @@ def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr
     }  # fmt: skip
     if plane.of_starts:
         starts = {name: over.pop(name) for name in ("x0", "v0")}
-        found = basins(
+        solved = basins(
             exciter, **starts, phase=float(dataset["start_phase"]), over=over or None,
             harmonics=dataset.sizes.get("harmonic", 1), progress=on_rows,
         )  # fmt: skip
-        return stored(found, units)
+        return stored(solved, units)
     return stored(_swept(exciter, over, dataset, on_rows), units)
 
 
@@ -181,8 +181,8 @@ class WhatIf:
 
     def _spinner(self, array: xr.DataArray) -> Spinner:
         name, value = str(array.name), float(array)
-        known = PHYSICAL.get(name) if unit_of(array) else None
-        limits = (known or PARAMETERS.get(name) or PHYSICAL[name]).range
+        physical = PHYSICAL.get(name) if unit_of(array) else None
+        limits = (physical or PARAMETERS.get(name) or PHYSICAL[name]).range
         size = 10.0 ** np.floor(np.log10(abs(value))) if value else 1.0
         step = 0.01 if np.isfinite(limits.high) else float(size) / STEPS * 5
         spinner = Spinner(
@@ -197,10 +197,10 @@ class WhatIf:
     @property
     def changed(self) -> dict[str, float]:
         """The parameters that differ from the stored ones."""
-        found = {name: spinner.value for name, spinner in self.spinners.items()}
+        values = {name: spinner.value for name, spinner in self.spinners.items()}
         return {
             name: float(value)
-            for name, value in found.items()
+            for name, value in values.items()
             if value is not None and value != self._stored[name]
         }
 

@@ -46,13 +46,13 @@ def agrees_with_reference(solver: Solver, tasks: Sequence[Task]) -> Iterator[flo
         motion = solver.motion(exciter, tau_end, x0, v0)
         exact = PieceReferenceSolver(exciter).run_pieces(x0, v0, [Decimal(tau_end)])
         yield from np.abs(np.subtract(end_state(motion), np.array(exact.states[0], float)))
-        found = events_of(motion)
+        events = events_of(motion)
         for name in ("impact", "out", "stick", "slip"):
             kinds = ("in", "impact") if name == "impact" else (name,)
             # A start on a soft support leaves it, but no contact ends there.
             listed = [event for event in exact.events if event[1] != "out" or event[0] > 0]
             expected = [(float(t), float(v)) for t, kind, _s, v in listed if kind in kinds]
-            one, other = expected, found[name]
+            one, other = expected, events[name]
             if name in ("impact", "out"):
                 one, other = fast(one), fast(other)
             expect(len(one) == len(other))

@@ -109,9 +109,9 @@ def _harmonics(
 def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
     """Return the errors of both multipliers (rows, 2) from that of the trace."""
     size = np.abs(rows.multipliers)
-    apart = np.abs(rows.multipliers[:, 0] - rows.multipliers[:, 1])[:, None]
+    distance = np.abs(rows.multipliers[:, 0] - rows.multipliers[:, 1])[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        split = size * trace[:, None] / apart
+        split = size * trace[:, None] / distance
     # Where both are equal the root of the error of the trace counts.
     limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
     # The small one follows from a determinant, a difference of products of the size of the large one.

@@ -178,9 +178,9 @@ def check_vary(
             low, high = np.nan, np.nan
         if not low < high:
             raise ParameterError(f"vary.{name}", ends, "a pair of increasing numbers")
-        known = PARAMETERS[name].range
-        if not (known.contains(low) and known.contains(high)):
-            raise ParameterError(f"vary.{name}", ends, f"within its range, {known.text}")
+        limits = PARAMETERS[name].range
+        if not (limits.contains(low) and limits.contains(high)):
+            raise ParameterError(f"vary.{name}", ends, f"within its range, {limits.text}")
     check_soft("vary", exciter, vary, {name: float(ends[0]) for name, ends in vary.items()})
     return {
         name: (float(vary[name][0]), float(vary[name][1])) for name in PARAMETERS if name in vary
@@ -245,8 +245,8 @@ def curve_misfit(problem: Problem, designs: Sequence[Candidate]) -> dict[str, An
     """Return the root mean square distance of designs from the wanted curve, if there is one."""
     if problem.goals.curve is None:
         return {}
-    apart = np.array([candidate.values[len(problem.names) :] for candidate in designs])
-    return {f"{CURVE}_misfit": ("design", np.sqrt((apart**2).mean(axis=1)))}
+    misfits = np.array([candidate.values[len(problem.names) :] for candidate in designs])
+    return {f"{CURVE}_misfit": ("design", np.sqrt((misfits**2).mean(axis=1)))}
 
 
 def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
@@ -273,7 +273,7 @@ def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
 def miss_text(problem: Problem, nearest: Candidate) -> str:
     """Return why no design is met, with the values of the nearest one."""
     missed = problem.misses(nearest.values)
-    found = [
+    misses = [
         f"{bound.text} is missed with {nearest.values[problem.names.index(bound.quantity)]:.6g}"
         for bound, miss in zip(problem.goals.bounds, missed, strict=True)
         if abs(miss) > 0
@@ -281,4 +281,4 @@ def miss_text(problem: Problem, nearest: Candidate) -> str:
     at = problem.parameters(nearest.share[None])[0]
     place = ", ".join(f"{name} = {at[Parameters._fields.index(name)]:.6g}" for name in problem.vary)
     reason = DesignResult(nearest.result).reason
-    return f"No design is met. The nearest has {place}: {'; '.join(found)}; {reason}."
+    return f"No design is met. The nearest has {place}: {'; '.join(misses)}; {reason}."

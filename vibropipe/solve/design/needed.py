@@ -41,29 +41,29 @@ def needed_tolerances(problem: Problem, parameters: np.ndarray, state: np.ndarra
     for column, room in rooms(problem, values):
         with np.errstate(divide="ignore"):
             widths = np.minimum(widths, room / (len(columns) * np.abs(slopes[column])))
-    found = np.full(len(parameters), np.nan)
+    tolerances = np.full(len(parameters), np.nan)
     corners = box(len(columns), 1.0)
     for _ in range(MAX_TRIES):
         rows = np.tile(parameters, (len(corners) + 1, 1))
         rows[1:, columns] += corners * widths
         if holds(problem, clipped(rows)):
-            found[columns] = widths
+            tolerances[columns] = widths
             break
         widths = widths * SHRINK
-    return found
+    return tolerances
 
 
 def rooms(problem: Problem, values: np.ndarray) -> list[tuple[int, float]]:
     """Return, for each goal on a smooth quantity, its column and how far the quantity may be off."""
-    found = []
+    distances = []
     for n in problem.smooth:
         bound = problem.goals.bounds[n]
         column = problem.names.index(bound.quantity)
         if bound.is_target:
-            found.append((column, problem.allow[bound.quantity.name]))
+            distances.append((column, problem.allow[bound.quantity.name]))
         else:
-            found.append((column, min(values[column] - bound.low, bound.high - values[column])))
-    return found
+            distances.append((column, min(values[column] - bound.low, bound.high - values[column])))
+    return distances
 
 
 def holds(problem: Problem, rows: np.ndarray) -> bool:

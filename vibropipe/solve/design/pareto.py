@@ -15,30 +15,30 @@ FRONT, ENDS = 16, 4
 
 
 def front(
-    problem: Problem, samples: Samples, found: list[Candidate], steps: WorkCount
+    problem: Problem, samples: Samples, candidates: list[Candidate], steps: WorkCount
 ) -> list[Candidate]:
     """Return the designs of the front in the order of the first objective.
 
     The first objective is made least under a limit of the second one (epsilon constraint), for limits between the
     ends of the front, from the best designs already known.
     """
-    known = [candidate for candidate in found if candidate.is_met]
-    if not known:
-        return found
+    designs = [candidate for candidate in candidates if candidate.is_met]
+    if not designs:
+        return candidates
     missed = np.abs(problem.misses(samples.values)).sum(axis=1)
     feasible = Samples(*(part[missed == 0] for part in vars(samples).values()))
-    known += [_candidate(feasible, n) for n in range(len(feasible.share))]
+    designs += [_candidate(feasible, n) for n in range(len(feasible.share))]
     for which in (0, 1):
-        for candidate in _best(problem, known, which, ENDS):
-            known += _moved(problem, candidate, which, {})
+        for candidate in _best(problem, designs, which, ENDS):
+            designs += _moved(problem, candidate, which, {})
             steps.add()
-    low, high = _ends(problem, known)
+    low, high = _ends(problem, designs)
     for limit in np.linspace(high, low, FRONT):
-        within = [each for each in known if problem.costs(each.values)[1] <= limit + 1e-12]
+        within = [each for each in designs if problem.costs(each.values)[1] <= limit + 1e-12]
         for candidate in _best(problem, within, 0, 2):
-            known += _moved(problem, candidate, 0, {1: float(limit)})
+            designs += _moved(problem, candidate, 0, {1: float(limit)})
         steps.add()
-    return thinned(problem, undominated(problem, known))
+    return thinned(problem, undominated(problem, designs))
 
 
 def _candidate(samples: Samples, n: int) -> Candidate:
@@ -48,14 +48,14 @@ def _candidate(samples: Samples, n: int) -> Candidate:
     return Candidate(share, values, state, law, DesignResult.MET)
 
 
-def _best(problem: Problem, known: list[Candidate], which: int, most: int) -> list[Candidate]:
+def _best(problem: Problem, designs: list[Candidate], which: int, most: int) -> list[Candidate]:
     """Return the designs of least cost, apart from each other in law or parameters."""
-    costs = np.array([problem.costs(each.values)[which] for each in known])
+    costs = np.array([problem.costs(each.values)[which] for each in designs])
     kept: list[Candidate] = []
     for n in np.argsort(costs, kind="stable"):
-        near = [np.abs(known[n].share - other.share).max() < 0.1 for other in kept]
+        near = [np.abs(designs[n].share - other.share).max() < 0.1 for other in kept]
         if not any(near):
-            kept.append(known[n])
+            kept.append(designs[n])
         if len(kept) == most:
             break
     return kept
@@ -73,19 +73,19 @@ def _moved(
     return [design] if design is not None and design.is_met else []
 
 
-def _ends(problem: Problem, known: list[Candidate]) -> tuple[float, float]:
+def _ends(problem: Problem, designs: list[Candidate]) -> tuple[float, float]:
     """Return the least second cost, and that of the design of the least first cost."""
-    costs = np.array([problem.costs(each.values) for each in known])
+    costs = np.array([problem.costs(each.values) for each in designs])
     return float(costs[:, 1].min()), float(costs[np.lexsort(costs.T[::-1])[0], 1])
 
 
-def undominated(problem: Problem, known: list[Candidate]) -> list[Candidate]:
+def undominated(problem: Problem, designs: list[Candidate]) -> list[Candidate]:
     """Return the designs that no other one beats in both costs, in the order of the first."""
-    costs = np.array([problem.costs(each.values) for each in known])
+    costs = np.array([problem.costs(each.values) for each in designs])
     kept, least = [], np.inf
     for n in np.lexsort((costs[:, 1], costs[:, 0])):
         if costs[n, 1] < least:
-            kept.append(known[n])
+            kept.append(designs[n])
             least = costs[n, 1]
     return kept
 

@@ -119,8 +119,8 @@ class Problem:
         if self.goals.curve is None:
             return values
         phase, wanted = self.goals.curve
-        found = curve_fit.displacement_at(points.variables, points.parameters, phase)
-        return np.hstack([values, found - wanted])
+        displacement = curve_fit.displacement_at(points.variables, points.parameters, phase)
+        return np.hstack([values, displacement - wanted])
 
     def _derived(self, points: Points, name: Named) -> np.ndarray:
         """Return standard deviations or sensitivities (n,) of a quantity."""
@@ -135,10 +135,10 @@ class Problem:
 
     def difference(self, one: np.ndarray, two: np.ndarray) -> np.ndarray:
         """Return one - two of quantities as `read` returns them, phases between -pi and pi."""
-        apart = one - two
+        differences = one - two
         for column, name in enumerate(self.names):
-            apart[..., column] = name.difference(one[..., column], two[..., column])
-        return apart
+            differences[..., column] = name.difference(one[..., column], two[..., column])
+        return differences
 
     def misses(self, values: np.ndarray) -> np.ndarray:
         """Return by how much quantities (..., q) miss the targets and bounds (..., bounds), over their scales.

@@ -103,8 +103,8 @@ class Search:
             trial = self.at(share)
             if self.refused - refused > MAX_REFUSED:
                 raise _StuckError
-            found = problem.residuals(trial.values)[self._kept(trial)]
-            return found if trial.valid else np.full_like(found, REFUSED)
+            misses = problem.residuals(trial.values)[self._kept(trial)]
+            return misses if trial.valid else np.full_like(misses, REFUSED)
 
         def slopes(share: np.ndarray) -> np.ndarray:
             trial = self.at(share)

@@ -17,7 +17,7 @@ from vibropipe.words.progress import WorkCount
 # Rounds of samples, as long as no design is met; samples refined in each; the least distance between them, and between
 # designs, in shares of the ranges.
 ROUNDS, REFINED = 3, 12
-APART, DISTINCT = 0.08, 0.02
+MIN_SAMPLE_DISTANCE, MIN_DESIGN_DISTANCE = 0.08, 0.02
 # A design reached from the start has the quantities of the search within this share of their scales.
 SAME = 1e-7
 # A share this near to an end of a range lies on it.
@@ -76,8 +76,8 @@ def find_candidates(
         samples = fresh if samples is None else samples.joined(fresh)
         steps.add(REFINED)
         for index in seeds(problem, fresh, REFINED):
-            found = refined(problem, fresh, index)
-            candidates += [found] if found is not None else []
+            candidate = refined(problem, fresh, index)
+            candidates += [candidate] if candidate is not None else []
             steps.add()
         if any(candidate.is_met for candidate in candidates):
             break
@@ -124,10 +124,12 @@ def seeds(problem: Problem, samples: Samples, most: int) -> list[int]:
     order = np.lexsort(keys)
     if not wrong[order[0]] > 0:
         order = order[wrong[order] == 0]
-    return apart(samples.share[order], samples.law[order], APART, most, order)
+    return distinct_points(
+        samples.share[order], samples.law[order], MIN_SAMPLE_DISTANCE, most, order
+    )
 
 
-def apart(
+def distinct_points(
     share: np.ndarray,
     law: np.ndarray,
     distance: float,
@@ -211,4 +213,4 @@ def distinct(
     order = [int(n) for n in np.lexsort(keys) if met[n] or not met.any()]
     share = np.array([candidates[n].share for n in order])
     law = np.array([candidates[n].law for n in order])
-    return apart(share, law, DISTINCT, len(order), order)
+    return distinct_points(share, law, MIN_DESIGN_DISTANCE, len(order), order)

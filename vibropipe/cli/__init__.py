@@ -10,7 +10,8 @@ from __future__ import annotations
 import sys
 import warnings
 
-from vibropipe.cli.handing_over import INTERRUPTED, hand_over
+from vibropipe.cli.handing_over import hand_over
+from vibropipe.words.exit_codes import INTERRUPTED
 
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
 # Commands that open a study lazily, as arrays of dask.

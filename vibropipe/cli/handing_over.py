@@ -12,8 +12,8 @@ import sys
 
 # Environment variable with the socket of the workers of a run (`vibropipe.cli.workers`).
 SOCKET = "VIBROPIPE_WORKERS"
-# Exit codes of a command that Ctrl-C interrupted, and of one whose worker was killed.
-INTERRUPTED, LOST = 130, 1
+# Exit code of a command whose worker was killed.
+LOST = 1
 
 
 def hand_over(arguments: list[str]) -> int | None:

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from vibropipe.cli.handing_over import INTERRUPTED
 from vibropipe.cli.options import ResultsFolder
+from vibropipe.words.exit_codes import INTERRUPTED
 
 # Folders that contain the workflow: in an installed package, and in a clone.
 INSTALLED = Path(__file__).parents[1] / "_workflow"

@@ -17,8 +17,8 @@ from importlib import import_module
 from typing import Any
 
 from vibropipe.cli import block_dask_import, main
-from vibropipe.cli.handing_over import INTERRUPTED
 from vibropipe.cli.workers import remove_socket
+from vibropipe.words.exit_codes import INTERRUPTED
 
 # What the commands of jobs import, `dask.base` and `pint` by xarray's checks of types; an idle worker also imports what
 # figures and reports need.

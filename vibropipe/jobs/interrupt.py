@@ -9,7 +9,8 @@ import signal
 import sys
 from types import FrameType
 
-INTERRUPTED = 130
+from vibropipe.words.exit_codes import INTERRUPTED
+
 STOPPED = "interrupted; completed files are kept; run the same command to resume"
 
 

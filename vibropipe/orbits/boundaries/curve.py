@@ -7,7 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.boundaries.system import GRAZINGS, advance, parameters_of_point, settle_at
+from vibropipe.orbits.boundaries.system import (
+    GRAZINGS,
+    Sought,
+    advance,
+    parameters_of_point,
+    settle_at,
+)
 from vibropipe.orbits.branches.curve import Curve, Point
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.steps import GAP, GAP_SIDE, SLOWEST, SPEED
@@ -83,15 +89,10 @@ class BoundaryCurve(Curve):
         self._begin(sequence, speed, size)
         self.weights[-2:] = 1.0 / (box.high - box.low)
         self.squares = self.weights**2
-        self._arguments = (
-            box.values.reshape(1, -1).copy(),
-            box.along,
-            kind,
-            sequence.span,
-            sequence.mirrored,
-            sequence.supports,
-            *touch,
-        )
+        self.sought = Sought(
+            box.values.reshape(1, -1).copy(), box.along, kind, sequence.span, sequence.mirrored,
+            sequence.supports, *touch,
+        )  # fmt: skip
 
     def weighted(self, change: np.ndarray) -> float:
         """Return the largest weighted change of the unknowns."""

@@ -12,6 +12,9 @@ where an impact loses its speed; grazing: gap and velocity of the flight are zer
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.orbits.branches.clearance import clearance, flight_clearance
@@ -34,6 +37,8 @@ from vibropipe.orbits.branches.steps import (
     TRACE,
     correct_once,
     fill_tangent,
+    hold,
+    predict,
 )
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_offset, support_position
@@ -50,6 +55,32 @@ CONDITION_DIFFERENCE = 1e-6
 BEFORE_TOUCH = 1e-7
 
 
+class Sought(NamedTuple):
+    """What is solved for.
+
+    Attributes
+    ----------
+    values : (1, parameters) float
+        Parameters of the exciter; those at `along` (2,) are set.
+    along : (2,) int
+    kind : int
+        Kind of the boundary.
+    span, mirrored, supports
+        As in `Sequence`; without impacts, the linear motion.
+    flight, side : int
+        Of a grazing: the flight that touches, and the support.
+    """
+
+    values: np.ndarray
+    along: np.ndarray
+    kind: int
+    span: float
+    mirrored: int
+    supports: np.ndarray
+    flight: int
+    side: int
+
+
 @jit
 def parameters_of_point(values, along, u):
     """Return the `Parameters` of values (1, n) with both that vary set to the last unknowns, which are stored."""
@@ -59,8 +90,8 @@ def parameters_of_point(values, along, u):
 
 
 @jit
-def scaled_derivative(p, span, mirrored, supports, u, speed):
-    """Return trace, determinant and scale of the return map's derivative over `span`.
+def scaled_derivative(p, sought, u, speed):
+    """Return trace, determinant and scale of the return map's derivative over a sequence.
 
     Returns
     -------
@@ -70,6 +101,7 @@ def scaled_derivative(p, span, mirrored, supports, u, speed):
     scale : float
         Product of the impact speeds over `speed`.
     """
+    span, mirrored, supports = sought.span, sought.mirrored, sought.supports
     n, j11, j12, j21, j22 = supports.size, 1.0, 0.0, 0.0, 1.0
     determinant, scale = math.exp(-p.h * span * forcing_period(p)), 1.0
     for i in range(n):
@@ -95,47 +127,43 @@ def scaled_derivative(p, span, mirrored, supports, u, speed):
 
 
 @jit
-def condition(p, kind, span, mirrored, supports, flight, side, u, speed):
+def condition(p, sought, u, speed):
     """Return the condition of a boundary: two numbers, of which only a grazing has the second.
 
     Parameters
     ----------
     p : Parameters
-    kind : int
-        Of the boundary.
-    span, mirrored, supports
-        As in `Sequence`; without impacts, the linear motion.
-    flight, side : int
-        The flight that touches, and the support.
+    sought : Sought
     u : (size,) float
         Unknowns.
     speed : float
         Scale of velocities.
     """
-    n = supports.size
-    if kind == GRAZINGS:
-        time = u[2 * n]
+    n = sought.supports.size
+    if sought.kind == GRAZINGS:
+        flight, time = sought.flight, u[2 * n]
         if n == 0:
             x, v = steady_at(p, time)
         else:
-            x = support_position(p, supports[flight])
-            v = -restitution_at(p, supports[flight]) * u[n + flight]
+            support = sought.supports[flight]
+            x, v = support_position(p, support), -restitution_at(p, support) * u[n + flight]
             x, v, _e11, _e12, _e21, _e22 = fly_freely(p, u[flight], time, x, v)
-        return (x - support_position(p, side)) / p.l, v / speed
-    trace, determinant, scale = scaled_derivative(p, span, mirrored, supports, u, speed)
-    return scale * (1.0 + determinant) + (-trace if kind == FOLDS else trace), 0.0
+        return (x - support_position(p, sought.side)) / p.l, v / speed
+    trace, determinant, scale = scaled_derivative(p, sought, u, speed)
+    return scale * (1.0 + determinant) + (-trace if sought.kind == FOLDS else trace), 0.0
 
 
 @jit
-def _fill_system(values, along, kind, span, mirrored, supports, flight, side, u, weights, work):
+def _fill_system(sought, u, weights, work) -> None:
     """Fill the rows of the equations of work.matrix, and work.rhs with their values, at u."""
+    span, mirrored, supports = sought.span, sought.mirrored, sought.supports
     size, n = u.size, supports.size
     speed = 1.0 if n == 0 else 1.0 / weights[n]
-    p = parameters_of_point(values, along, u)
+    p = parameters_of_point(sought.values, sought.along, u)
     fill_equations(p, span, mirrored, supports, u, 1.0, work.rhs, work.matrix)
-    first, second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+    first, second = condition(p, sought, u, speed)
     work.rhs[2 * n] = first
-    if kind == GRAZINGS:
+    if sought.kind == GRAZINGS:
         work.rhs[2 * n + 1] = second
     for k in range(size):
         held, reach = u[k], 1.0 / weights[k]
@@ -143,18 +171,18 @@ def _fill_system(values, along, kind, span, mirrored, supports, flight, side, u,
         share = DIFFERENCE if is_parameter else CONDITION_DIFFERENCE
         step = share * (max(min(reach, abs(held)), 0.01 * reach) if is_parameter else reach)
         u[k] = held + step
-        p = parameters_of_point(values, along, u)
-        above, above_second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+        p = parameters_of_point(sought.values, sought.along, u)
+        above, above_second = condition(p, sought, u, speed)
         if is_parameter:
             fill_equations(p, span, mirrored, supports, u, 1.0, work.above, work.none)
         u[k] = held - step
-        p = parameters_of_point(values, along, u)
-        below, below_second = condition(p, kind, span, mirrored, supports, flight, side, u, speed)
+        p = parameters_of_point(sought.values, sought.along, u)
+        below, below_second = condition(p, sought, u, speed)
         if is_parameter:
             fill_equations(p, span, mirrored, supports, u, 1.0, work.below, work.none)
         u[k] = held
         work.matrix[2 * n, k] = (above - below) / (2.0 * step)
-        if kind == GRAZINGS:
+        if sought.kind == GRAZINGS:
             work.matrix[2 * n + 1, k] = (above_second - below_second) / (2.0 * step)
         if k >= 2 * n:
             for row in range(2 * n):
@@ -163,19 +191,14 @@ def _fill_system(values, along, kind, span, mirrored, supports, flight, side, u,
 
 
 @jit
-def correct(
-    values, along, kind, span, mirrored, supports, flight, side, u, target, weights, work
-):  # fmt: skip
+def correct(sought, u, target, weights, work):
     """Correct u, in place, to the boundary in the plane work.border . u = target.
 
-    Arguments are those of `condition` and of `vibropipe.orbits.branches.steps.correct`; `along` (2,) are the indices of
-    the parameters that vary. Returns the Newton iterations; -1 if they do not converge.
+    Returns the Newton iterations; -1 if they do not converge.
     """
     previous = math.inf
     for iteration in range(1, MAX_CORRECTIONS + 1):
-        _fill_system(
-            values, along, kind, span, mirrored, supports, flight, side, u, weights, work
-        )  # fmt: skip
+        _fill_system(sought, u, weights, work)
         change = correct_once(u, target, weights, work)
         if not change < MAX_CHANGE:
             return -1
@@ -186,8 +209,9 @@ def correct(
 
 
 @jit
-def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
+def _touching_clearance(p, sought, u, c):
     """Return the clearance of an orbit that touches a support, but for that touch; as `clearance`."""
+    span, mirrored, supports, side = sought.span, sought.mirrored, sought.supports, sought.side
     n, touch = supports.size, u[2 * supports.size]
     if n == 0 and p.f2 != 0.0:
         # From one touch to the next.
@@ -204,7 +228,7 @@ def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
     for i in range(n):
         _j, end, _velocity, _support, _sign = next_impact(span, mirrored, supports, u, i)
         v, leaves = -restitution_at(p, supports[i]) * u[n + i], int(supports[i])
-        if i == flight:
+        if i == sought.flight:
             start, until = u[i], touch - BEFORE_TOUCH
             if until > start:
                 here, when, which = flight_clearance(p, start, until, leaves, v, c)
@@ -219,27 +243,26 @@ def _touching_clearance(p, span, mirrored, supports, flight, side, u, c):
 
 
 @jit
-def fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, c, tests) -> None:
-    """Fill the test functions (TESTS,) of a point, named as those of a branch.
+def _finish(sought, u, weights, work, tangent, tests) -> None:
+    """Fill the tangent of a corrected point, and its test functions (TESTS,), named as those of a branch.
 
     FOLD and DOUBLING, det(D - 1) and det(D + 1), are those of the orbit that grazes; on other boundaries they are 1.
     GAP leaves out the touch of a grazing.
     """
+    fill_tangent(weights, work, tangent)
+    p = parameters_of_point(sought.values, sought.along, u)
+    supports, grazes = sought.supports, sought.kind == GRAZINGS
     n = supports.size
-    if kind == GRAZINGS:
-        gap, time, support, at = _touching_clearance(
-            p, span, mirrored, supports, flight, side, u, c
-        )  # fmt: skip
+    if grazes:
+        gap, time, support, at = _touching_clearance(p, sought, u, work.c)
     else:
-        gap, time, support, at = clearance(p, span, mirrored, supports, u, c)
+        gap, time, support, at = clearance(p, sought.span, sought.mirrored, supports, u, work.c)
     tests[GAP], tests[GAP_TIME], tests[GAP_SIDE], tests[GAP_FLIGHT] = gap / p.l, time, support, at
     tests[FOLD], tests[DOUBLING], tests[TRACE], tests[DETERMINANT] = 1.0, 1.0, 0.0, 0.0
     tests[SPEED], tests[SLOWEST] = 1.0, -1.0
     if n > 0:
-        trace, determinant, scale = scaled_derivative(
-            p, span, mirrored, supports, u, 1.0 / weights[n]
-        )  # fmt: skip
-        if kind == GRAZINGS:
+        trace, determinant, scale = scaled_derivative(p, sought, u, 1.0 / weights[n])
+        if grazes:
             size = abs(scale) * (1.0 + determinant) + abs(trace)
             tests[FOLD] = (scale * (1.0 + determinant) - trace) / size
             tests[DOUBLING] = (scale * (1.0 + determinant) + trace) / size
@@ -252,42 +275,22 @@ def fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, c, t
 
 
 @jit
-def advance(
-    values, along, kind, span, mirrored, supports, flight, side, start, tangent, length, weights,
-    work, u, new, tests,
-):  # fmt: skip
+def advance(sought, start, tangent, length, weights, work, u, new, tests):
     """Take one step along a boundary; arguments and result as of `vibropipe.orbits.branches.steps.advance`."""
-    target = length
-    for k in range(u.size):
-        work.border[k] = tangent[k] * weights[k] * weights[k]
-        target += work.border[k] * start[k]
-        u[k] = start[k] + length * tangent[k]
-    iterations = correct(
-        values, along, kind, span, mirrored, supports, flight, side, u, target, weights, work
-    )  # fmt: skip
+    target = predict(start, tangent, length, weights, work, u)
+    iterations = correct(sought, u, target, weights, work)
     if iterations > 0:
-        fill_tangent(weights, work, new)
-        p = parameters_of_point(values, along, u)
-        fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, work.c, tests)
+        _finish(sought, u, weights, work, new, tests)
     return iterations
 
 
 @jit
-def settle_at(
-    values, along, kind, span, mirrored, supports, flight, side, fixed, weights, work, u, new, tests
-):  # fmt: skip
+def settle_at(sought, fixed, weights, work, u, new, tests):
     """Correct u with the unknown `fixed` (an index) held, and fill its tangent, which increases it.
 
     Returns the Newton iterations; -1 if they do not converge.
     """
-    for k in range(u.size):
-        work.border[k] = 0.0
-    work.border[fixed] = 1.0
-    iterations = correct(
-        values, along, kind, span, mirrored, supports, flight, side, u, u[fixed], weights, work
-    )  # fmt: skip
+    iterations = correct(sought, u, hold(fixed, work, u), weights, work)
     if iterations > 0:
-        fill_tangent(weights, work, new)
-        p = parameters_of_point(values, along, u)
-        fill_tests(p, kind, span, mirrored, supports, flight, side, u, weights, work.c, tests)
+        _finish(sought, u, weights, work, new, tests)
     return iterations

@@ -13,6 +13,7 @@ from vibropipe.orbits.branches.steps import (
     CROSSING,
     FOLD,
     TESTS,
+    Sought,
     Work,
     advance,
     doubling_vector,
@@ -86,19 +87,16 @@ class Curve:
     # kernels of a step, and of a point with one unknown held
     _advance: Callable[..., int] = staticmethod(advance)
     _settle: Callable[..., int] = staticmethod(settle_at)
-    _arguments: Any  # what they take first
+    sought: Any  # what they solve for
 
     def __init__(self, problem: Problem, sequence: Sequence, speed: float) -> None:
         self.problem = problem
         self._begin(sequence, speed, 2 * len(sequence.supports) + 1)
         self.weights[-1] = 1.0 / (problem.high - problem.low)
         self.squares = self.weights**2
-        self._arguments = (
-            problem.values.reshape(1, -1).copy(),
-            problem.along,
-            sequence.span,
-            sequence.mirrored,
-            sequence.supports,
+        values = problem.values.reshape(1, -1).copy()
+        self.sought = Sought(
+            values, problem.along, sequence.span, sequence.mirrored, sequence.supports
         )
 
     def _begin(self, sequence: Sequence, speed: float, size: int) -> None:
@@ -117,8 +115,8 @@ class Curve:
         u = np.array(u, float)
         tangent, tests = np.empty(u.size), np.empty(TESTS)
         held = u[fixed]
-        arguments = (fixed % u.size, self.weights, self.work, u, tangent, tests)
-        if self._settle(*self._arguments, *arguments) < 0:
+        index = fixed % u.size
+        if self._settle(self.sought, index, self.weights, self.work, u, tangent, tests) < 0:
             return None
         u[fixed] = held
         return Point(u, tangent, tests)
@@ -127,16 +125,17 @@ class Curve:
         """Return the point a weighted length along the branch; None if the corrector does not converge."""
         size = point.u.size
         u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
-        arguments = (point.u, point.tangent, length, self.weights, self.work, u, tangent, tests)
-        if self._advance(*self._arguments, *arguments) < 0:
+        iterations = self._advance(
+            self.sought, point.u, point.tangent, length, self.weights, self.work, u, tangent, tests
+        )
+        if iterations < 0:
             return None
         return Point(u, tangent, tests)
 
     def doubling_vector(self, point: Point) -> np.ndarray:
         """Return the perturbation (2n + 1,) that changes sign over the sequence, where DOUBLING is zero."""
         vector = np.zeros(point.u.size)
-        values, along, span, mirrored, supports = self._arguments
-        doubling_vector(values, along, span, mirrored, supports, point.u, self.work, vector)
+        doubling_vector(self.sought, point.u, self.work, vector)
         return vector
 
     def cosine(self, before: Point, after: Point) -> float:

@@ -34,6 +34,26 @@ FOLD, DOUBLING, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, 
 CROSSING, TESTS = 10, 11
 
 
+class Sought(NamedTuple):
+    """What is solved for.
+
+    Attributes
+    ----------
+    values : (1, parameters) float
+        Parameters of the exciter; the one at `along` is set.
+    along : int
+        Index of the parameter that varies.
+    span, mirrored, supports
+        As in `Sequence`.
+    """
+
+    values: np.ndarray
+    along: int
+    span: float
+    mirrored: int
+    supports: np.ndarray
+
+
 class Work(NamedTuple):
     """Work arrays for sequences of n impacts, size 2n + 1."""
 
@@ -48,8 +68,9 @@ class Work(NamedTuple):
 
 
 @jit
-def _fill_system(values, along, span, mirrored, supports, u, weights, work) -> None:
+def _fill_system(sought, u, weights, work) -> None:
     """Fill the rows of the equations of work.matrix, and work.rhs with their values, at u."""
+    values, along, span, mirrored, supports = sought
     size = work.pivots.size
     value, reach = u[size - 1], 1.0 / weights[size - 1]
     step = DIFFERENCE * max(min(reach, abs(value)), 0.01 * reach)
@@ -85,17 +106,12 @@ def correct_once(u, target, weights, work):
 
 
 @jit
-def correct(values, along, span, mirrored, supports, u, target, weights, work):
+def correct(sought, u, target, weights, work):
     """Correct u, in place, to the orbit in the plane work.border . u = target.
 
     Parameters
     ----------
-    values : (1, parameters) float
-        Parameters; the one at `along` is set.
-    along : int
-        Index of the parameter that varies.
-    span, mirrored, supports
-        As in `Sequence`.
+    sought : Sought
     u : (2n + 1,) float
         Times, velocities and the parameter.
     target : float
@@ -111,12 +127,12 @@ def correct(values, along, span, mirrored, supports, u, target, weights, work):
     """
     previous = math.inf
     for iteration in range(1, MAX_CORRECTIONS + 1):
-        _fill_system(values, along, span, mirrored, supports, u, weights, work)
+        _fill_system(sought, u, weights, work)
         change = correct_once(u, target, weights, work)
         if not change < MAX_CHANGE:
             return -1
         if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
-            parameters_at(values, along, u[u.size - 1])
+            parameters_at(sought.values, sought.along, u[u.size - 1])
             return iteration
         previous = change
     return -1
@@ -138,11 +154,14 @@ def fill_tangent(weights, work, tangent) -> None:
 
 
 @jit
-def fill_tests(p, span, mirrored, supports, u, tangent, weights, c, tests) -> None:
-    """Fill the test functions (TESTS,) of a point of a branch."""
+def _finish(sought, u, weights, work, tangent, tests) -> None:
+    """Fill the tangent of a corrected point, and its test functions (TESTS,)."""
+    fill_tangent(weights, work, tangent)
+    values, along, span, mirrored, supports = sought
     n, last = supports.size, u.size - 1
+    p = parameters_at(values, along, u[last])
     trace, determinant = return_derivative(p, span, mirrored, supports, u)
-    gap, time, side, flight = clearance(p, span, mirrored, supports, u, c)
+    gap, time, side, flight = clearance(p, span, mirrored, supports, u, work.c)
     tests[FOLD] = tangent[last] * weights[last]
     tests[DOUBLING] = (1.0 + trace + determinant) / (1.0 + abs(trace) + determinant)
     tests[GAP] = gap / p.l
@@ -156,14 +175,32 @@ def fill_tests(p, span, mirrored, supports, u, tangent, weights, c, tests) -> No
 
 
 @jit
-def advance(
-    values, along, span, mirrored, supports, start, tangent, length, weights, work, u, new, tests
-):
+def predict(start, tangent, length, weights, work, u):
+    """Fill u with the prediction of a step, and work.border; return the target of `correct`: the plane across it."""
+    target = length
+    for k in range(u.size):
+        work.border[k] = tangent[k] * weights[k] * weights[k]
+        target += work.border[k] * start[k]
+        u[k] = start[k] + length * tangent[k]
+    return target
+
+
+@jit
+def hold(fixed, work, u):
+    """Fill work.border for a point whose unknown `fixed` (an index) is held; return the target of `correct`."""
+    for k in range(u.size):
+        work.border[k] = 0.0
+    work.border[fixed] = 1.0
+    return u[fixed]
+
+
+@jit
+def advance(sought, start, tangent, length, weights, work, u, new, tests):
     """Take one step along a branch.
 
     Parameters
     ----------
-    values, along, span, mirrored, supports, weights, work
+    sought, weights, work
         As for `correct`.
     start, tangent : (2n + 1,) float
         The point, and the unit tangent there.
@@ -184,42 +221,32 @@ def advance(
     H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in: Applications of
     Bifurcation Theory, Academic Press (1977) 359-384.
     """
-    target = length
-    for k in range(u.size):
-        work.border[k] = tangent[k] * weights[k] * weights[k]
-        target += work.border[k] * start[k]
-        u[k] = start[k] + length * tangent[k]
-    iterations = correct(values, along, span, mirrored, supports, u, target, weights, work)
+    target = predict(start, tangent, length, weights, work, u)
+    iterations = correct(sought, u, target, weights, work)
     if iterations > 0:
-        fill_tangent(weights, work, new)
-        p = parameters_at(values, along, u[u.size - 1])
-        fill_tests(p, span, mirrored, supports, u, new, weights, work.c, tests)
+        _finish(sought, u, weights, work, new, tests)
     return iterations
 
 
 @jit
-def settle_at(values, along, span, mirrored, supports, fixed, weights, work, u, new, tests):
+def settle_at(sought, fixed, weights, work, u, new, tests):
     """Correct u with the unknown `fixed` (an index) held, and fill its tangent, which increases it.
 
     Returns the Newton iterations; -1 if they do not converge. Other arguments as for `advance`.
     """
-    for k in range(u.size):
-        work.border[k] = 0.0
-    work.border[fixed] = 1.0
-    iterations = correct(values, along, span, mirrored, supports, u, u[fixed], weights, work)
+    iterations = correct(sought, u, hold(fixed, work, u), weights, work)
     if iterations > 0:
-        fill_tangent(weights, work, new)
-        p = parameters_at(values, along, u[u.size - 1])
-        fill_tests(p, span, mirrored, supports, u, new, weights, work.c, tests)
+        _finish(sought, u, weights, work, new, tests)
     return iterations
 
 
 @jit
-def doubling_vector(values, along, span, mirrored, supports, u, work, vector) -> None:
+def doubling_vector(sought, u, work, vector) -> None:
     """Fill vector (2n + 1,) with the perturbation that changes sign after `span`, where DOUBLING is zero.
 
     It is the null vector of the equations with that closure, by inverse iteration; its last entry is 0.
     """
+    values, along, span, mirrored, supports = sought
     size = u.size
     p = parameters_at(values, along, u[size - 1])
     fill_equations(p, span, mirrored, supports, u, -1.0, work.rhs, work.matrix)

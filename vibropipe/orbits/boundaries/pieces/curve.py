@@ -104,7 +104,6 @@ class PieceBoundary(BoundaryCurve):
             effects, box.values.reshape(1, -1).copy(), box.along, kind, law.mirrored, touch.flight,
             touch.side, law.span, size, speed, pieces, law.spans.copy(),
         )  # fmt: skip
-        self._arguments = (self.sought,)
         self.events = events_of(law.codes[1:], law.mirrored)
 
     def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:  # noqa: D102 - as Curve

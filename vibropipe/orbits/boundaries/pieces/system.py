@@ -34,6 +34,8 @@ from vibropipe.orbits.branches.steps import (
     TRACE,
     correct_once,
     fill_tangent,
+    hold,
+    predict,
 )
 
 # Step of the central differences, weighted. It affects the speed of convergence alone.
@@ -162,11 +164,7 @@ def _finish(sought, u, weights, work, tangent, tests) -> bool:
 @jit
 def advance(sought, start, tangent, length, weights, work, u, new, tests):
     """Take one step along a boundary; arguments and result as of `vibropipe.orbits.branches.steps.advance`."""
-    target = length
-    for k in range(u.size):
-        work.border[k] = tangent[k] * weights[k] * weights[k]
-        target += work.border[k] * start[k]
-        u[k] = start[k] + length * tangent[k]
+    target = predict(start, tangent, length, weights, work, u)
     iterations = correct(sought, u, target, weights, work)
     if iterations > 0 and not _finish(sought, u, weights, work, new, tests):
         return -1
@@ -179,10 +177,7 @@ def settle_at(sought, fixed, weights, work, u, new, tests):
 
     Returns the Newton iterations; -1 if they do not converge.
     """
-    for k in range(u.size):
-        work.border[k] = 0.0
-    work.border[fixed] = 1.0
-    iterations = correct(sought, u, u[fixed], weights, work)
+    iterations = correct(sought, u, hold(fixed, work, u), weights, work)
     if iterations > 0 and not _finish(sought, u, weights, work, new, tests):
         return -1
     return iterations

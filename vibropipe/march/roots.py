@@ -16,6 +16,7 @@ import math
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import evaluate
 from vibropipe.march.log import EVALUATIONS
+from vibropipe.physics.contact import GRAZING_TOLERANCE
 
 NONE, CROSSING, GRAZING, STRIDE_LIMIT = 0, 1, 2, 3
 # Iterations of the search, of Newton's method on a root, and of the growth of one stride (by factors of 4, enough for
@@ -23,9 +24,7 @@ NONE, CROSSING, GRAZING, STRIDE_LIMIT = 0, 1, 2, 3
 MAX_STRIDES = 400
 MAX_POLISH = 12
 MAX_GROWTHS = 600
-# Largest opening of a gap that counts as grazing, as a share of the lengths that the gap is computed from.
-GRAZING_TOLERANCE = 2.0**-44
-# Rounding of a gap's value, as a share of the same lengths.
+# Rounding of a gap's value, as a share of the lengths that it is computed from.
 VALUE_ROUNDING = 2.0**-51
 # Largest penetration that counts as grazing, as a share of the same lengths: the rounding of a flight of some steps.
 # Without damping and force a mass that lost its speed at a support grazes it again and again. A deeper contact is an

@@ -13,13 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.compiler import jit
-from vibropipe.physics.contact import support_offset, support_position
+from vibropipe.physics.contact import GRAZING_TOLERANCE, support_offset, support_position
 from vibropipe.physics.load import largest_force
 
 Array = NDArray[np.float64]
-# Largest distance between amplitude and support that counts as grazing, as a share of the amplitude (the tolerance of
-# the event location).
-GRAZING_TOLERANCE = 2.0**-44
 # Least relative excess of the amplitude over the distance of a support that presses on the mass at the equilibrium:
 # a smaller arc is a difference of nearly equal angles, and such motions are marched.
 SHALLOW = 1e-4

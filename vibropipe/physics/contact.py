@@ -10,6 +10,8 @@ from vibropipe.physics.load import NEVER, constant_load
 # Largest error of the duration of a chatter summed as a geometric series, as a share of the shorter time scale of
 # eq. (5), 1 or 1/nu: a tenth of the rounding of a phase (`TIME_TOLERANCE` of the march).
 CHATTER_TOLERANCE = 1e-14
+# Largest opening of a gap that counts as grazing, as a share of the lengths that the gap is computed from.
+GRAZING_TOLERANCE = 2.0**-44
 
 
 @jit_inline

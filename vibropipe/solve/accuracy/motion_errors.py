@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.march.grid import exact_grid_with_steps
-from vibropipe.march.roots import GRAZING_TOLERANCE
+from vibropipe.physics.contact import GRAZING_TOLERANCE
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row

@@ -31,6 +31,7 @@ from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI
 
 SAMPLES = 4
+# Relative distance of neighbouring floats: what an operation, or a parameter, is uncertain by.
 ULP = 2.0**-52
 # Columns of the records of flights: transfer, rounding of phase and speed.
 TRANSFER, ROUNDING = 0, 4

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.march.grid import exact_grid_with_steps
+from vibropipe.orbits.sensitivity.errors import ULP
 from vibropipe.physics.contact import GRAZING_TOLERANCE
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
@@ -26,7 +27,6 @@ from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver, run_motion
 from vibropipe.words.parameters import PARAMETERS
 
-ULP = 2.0**-52
 COPIES = 3
 SAFETY = 2.0
 # Signs of the perturbations of the parameters, those beyond eqs. (5), (6) apart, and of x0, v0 in each copy.

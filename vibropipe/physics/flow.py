@@ -26,7 +26,8 @@ from vibropipe.physics.load import (
 DEGREE = 15
 # Largest product of a rate and the step: the first neglected term is then below 1e-18 of the motion.
 REACH = 0.5
-_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
+# Factors 1 / ((n + 1) (n + 2)) of the recurrence.
+TAYLOR_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
 
 
 @jit
@@ -77,11 +78,11 @@ def taylor(c, y, w, force, load, h, nu, dt, second=None) -> None:
         other, other_next = first_terms_of_second(force, 2.0 * nu * dt)
         c[2] += 0.5 * d2 * other
     for n in range(1, DEGREE - 1):
-        c[n + 2] = (d2 * (term_next - c[n]) - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
-        term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
+        c[n + 2] = (d2 * (term_next - c[n]) - hd * (n + 1) * c[n + 1]) * TAYLOR_FACTORS[n]
+        term, term_next = term_next, next_term(term, nu * dt, TAYLOR_FACTORS[n - 1])
         if second is not None:
-            c[n + 2] += d2 * other_next * _FACTORS[n]
-            other, other_next = other_next, next_term(other, 2.0 * nu * dt, _FACTORS[n - 1])
+            c[n + 2] += d2 * other_next * TAYLOR_FACTORS[n]
+            other, other_next = other_next, next_term(other, 2.0 * nu * dt, TAYLOR_FACTORS[n - 1])
 
 
 @jit

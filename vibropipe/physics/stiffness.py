@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.physics.flow import DEGREE, free_flow
+from vibropipe.physics.flow import DEGREE, TAYLOR_FACTORS, free_flow
 from vibropipe.physics.load import first_terms, first_terms_of_second, next_term
-
-_FACTORS = tuple(1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1))
 
 
 @jit_inline
@@ -57,11 +55,13 @@ def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt, second=None) 
         other, other_next = first_terms_of_second(force, 2.0 * nu * dt)
         c[2] += 0.5 * d2 * other
     for n in range(1, DEGREE - 1):
-        c[n + 2] = (d2 * term_next - stiffness_d2 * c[n] - hd * (n + 1) * c[n + 1]) * _FACTORS[n]
-        term, term_next = term_next, next_term(term, nu * dt, _FACTORS[n - 1])
+        c[n + 2] = (
+            d2 * term_next - stiffness_d2 * c[n] - hd * (n + 1) * c[n + 1]
+        ) * TAYLOR_FACTORS[n]
+        term, term_next = term_next, next_term(term, nu * dt, TAYLOR_FACTORS[n - 1])
         if second is not None:
-            c[n + 2] += d2 * other_next * _FACTORS[n]
-            other, other_next = other_next, next_term(other, 2.0 * nu * dt, _FACTORS[n - 1])
+            c[n + 2] += d2 * other_next * TAYLOR_FACTORS[n]
+            other, other_next = other_next, next_term(other, 2.0 * nu * dt, TAYLOR_FACTORS[n - 1])
 
 
 @jit

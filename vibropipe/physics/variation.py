@@ -16,7 +16,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.derivatives import F2, NU, PHI2, F, H, load_derivative
-from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.flow import DEGREE, TAYLOR_FACTORS
 from vibropipe.physics.load import (
     first_terms,
     first_terms_of_phase,
@@ -28,8 +28,8 @@ from vibropipe.physics.load import (
 # with a second harmonic only.
 BY_Y, BY_W, BY_LOAD, BY_NU, BY_H, BY_F, BY_F2, BY_PHI2 = range(8)
 VARIATIONS, WITH_SECOND = 6, 8
-# 1 / ((n + 1) (n + 2)) and 1 / (n + 2).
-FACTORS = np.array([1.0 / ((n + 1) * (n + 2)) for n in range(DEGREE - 1)])
+# Factors of the recurrence, 1 / ((n + 1) (n + 2)), and 1 / (n + 2).
+FACTORS = np.array(TAYLOR_FACTORS)
 SHARES = np.array([1.0 / (n + 2) for n in range(DEGREE - 1)])
 
 

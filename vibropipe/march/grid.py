@@ -65,7 +65,7 @@ class StepGrid(NamedTuple):
         Exact method: p and q of every step. Newmark: sin and cos, the same for all rows of equal `steps`. Empty without
         force or where a period has too many steps.
     basis : ndarray, shape (COLUMNS, DEGREE + 1) or (0, 0)
-        `flow.exact_basis`; empty for Newmark's method.
+        Of `flow.fill_basis`; empty for Newmark's method.
     second : int or None
         The effect `second_harmonic`; a type.
     force_2 : tuple of float

@@ -140,28 +140,18 @@ def motion(c, t: float, dt: float):
 
 
 @jit_allocating
-def exact_basis(h: float, nu: float, dt: float, second=None):
-    """Return the polynomials of a unit y, w and each part of the load at t0, shape (COLUMNS, DEGREE + 1).
-
-    With the second harmonic, COLUMNS_OF_SECOND follow.
-
-    The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
-    than the recurrence runs.
-    """
-    basis = new_basis(second)
-    fill_basis(basis, h, nu, dt, second)
-    return basis
-
-
-@jit_allocating
 def new_basis(second):
-    """Return an array for a basis."""
+    """Return an array for a basis, shape (COLUMNS, DEGREE + 1); with the second harmonic, COLUMNS_OF_SECOND follow."""
     return np.empty((COLUMNS if second is None else COLUMNS + COLUMNS_OF_SECOND, DEGREE + 1))
 
 
 @jit
 def fill_basis(basis, h, nu, dt, second) -> None:
-    """Write `exact_basis` into an array."""
+    """Fill a basis with the polynomials of a unit y, w and each part of the load at t0.
+
+    The motion is linear in these, so any polynomial is a sum of COLUMNS vectors, which vector units add much faster
+    than the recurrence runs.
+    """
     for column in range(basis.shape[0]):
         load, force = unit_load(column)
         y, w = (1.0 if column == 0 else 0.0), (1.0 if column == 1 else 0.0)
@@ -189,7 +179,7 @@ def exact_map(basis, dt: float):
     Parameters
     ----------
     basis : ndarray, shape (COLUMNS, DEGREE + 1)
-        `exact_basis`.
+        Of `fill_basis`.
     dt : float
         Step.
 

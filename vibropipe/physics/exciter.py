@@ -66,14 +66,14 @@ class Parameters(NamedTuple):
     delta: float
     R1: float
     R2: float
-    k1: float = 0.0
-    k2: float = 0.0
-    h1: float = 0.0
-    h2: float = 0.0
-    load: float = 0.0
-    friction: float = 0.0
-    f2: float = 0.0
-    phi2: float = 0.0
+    k1: float = DEFAULTS["k1"]
+    k2: float = DEFAULTS["k2"]
+    h1: float = DEFAULTS["h1"]
+    h2: float = DEFAULTS["h2"]
+    load: float = DEFAULTS["load"]
+    friction: float = DEFAULTS["friction"]
+    f2: float = DEFAULTS["f2"]
+    phi2: float = DEFAULTS["phi2"]
 
 
 def as_float(name: str, value: Any, allowed: str) -> float:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.load import NEVER, constant_load
+from vibropipe.physics.start import support_positions
 
 # Largest error of the duration of a chatter summed as a geometric series, as a share of the shorter time scale of
 # eq. (5), 1 or 1/nu: a tenth of the rounding of a phase (`TIME_TOLERANCE` of the march).
@@ -14,13 +15,18 @@ CHATTER_TOLERANCE = 1e-14
 GRAZING_TOLERANCE = 2.0**-44
 
 
+# Eq. (1) stands in `start`, which needs no compiler.
+_support_positions = jit_inline(support_positions)
+
+
 @jit_inline
 def support_position(p, support):
     """Return the displacement of a support (1 or 2) from the equilibrium, which a constant load moves to x = load.
 
     All kernels count displacements from there: a load is an offset of the supports and nothing else.
     """
-    return (p.l + p.delta if support == 1 else p.delta - p.l) - p.load
+    upper, lower = _support_positions(p.l, p.delta)
+    return (upper if support == 1 else lower) - p.load
 
 
 @jit_inline

@@ -20,6 +20,7 @@ from vibropipe.physics.linear import (
     linear_multipliers,
     second_linear_amplitude,
 )
+from vibropipe.physics.load import has_second
 from vibropipe.physics.load_harmonics import work_of_force, work_of_second
 from vibropipe.physics.turns import phase_factor
 
@@ -100,11 +101,11 @@ def solve_linear(p, out, row):
     write_orbit_exponent(linear_exponent(p), out.exponent, row)
     _linear_energy(p, x, out.energy, row)
     _linear_motion(p, x, out.motion, row)
-    if p.f2 != 0.0:
+    if has_second(p):
         _add_second(p, x_2, out.amplitudes, out.energy, out.motion, row)
     if out.impact_velocity_max.size > 0:
         out.impact_velocity_max[row, 0], out.impact_velocity_max[row, 1] = math.nan, math.nan
-    if p.f2 != 0.0:
+    if has_second(p):
         return 2.0 * (x.real + x_2.real), -2.0 * p.nu * (x.imag + 2.0 * x_2.imag)
     return 2.0 * x.real, -2.0 * p.nu * x.imag
 

@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import constant_load, force_at, force_value, unit_force
+from vibropipe.physics.load import (
+    constant_load,
+    force_at,
+    force_by_phase,
+    force_value,
+    unit_force,
+)
 from vibropipe.physics.turns import sincos_turns
 
 DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
@@ -77,7 +83,7 @@ def force_derivative(p, turn, k, second=None):
     """Return the derivative of the force by parameter k at a phase, in turns; second : int or None, the effect."""
     if second is not None and is_of_second(k):
         unit = unit_force(p, 1.0, *sincos_turns(turn), second)
-        return unit.sine_2 if k == F2 else p.f2 * unit.cosine_2
+        return unit.sine_2 if k == F2 else force_by_phase(p, unit)
     return sincos_turns(turn)[0] if k == F else 0.0
 
 

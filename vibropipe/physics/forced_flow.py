@@ -6,7 +6,14 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.load import force_at, forcing_period
+from vibropipe.physics.load import (
+    first_harmonic,
+    first_response,
+    force_at,
+    forcing_period,
+    has_second,
+    second_harmonic,
+)
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
 
@@ -79,18 +86,10 @@ def force_response(
 
 
 @jit
-def _second_force(p, turn: float) -> float:
-    """Return the second harmonic of the force; 0 without one."""
-    if p.f2 == 0.0:
-        return 0.0
-    return force_at(p, 1.0, turn, 1).sine_2
-
-
-@jit
 def acceleration(p, x: float, v: float, turn: float) -> float:
     """Return x'' of eq. (5) at the phase `turn`, in turns."""
     # A branch here would make the compiler fuse other products of the callers.
-    return (p.f * sincos_turns(turn)[0] - p.h * v - x) + _second_force(p, turn)
+    return (first_harmonic(p, turn) - p.h * v - x) + second_harmonic(p, turn)
 
 
 @jit
@@ -129,13 +128,13 @@ def fly_freely(p, start: float, end: float, x: float, v: float):
     e11, e12, e21, e22 : float
         The matrix of `free_flow`.
     """
-    if p.f2 != 0.0:
+    if has_second(p):
         return _fly_under_two(p, start, end, x, v)
     turns = end - start
     t = turns * forcing_period(p)
     e11, e12, e21, e22 = free_flow(p.h, t)
     response, rate = force_response(p.h, p.nu, turns, t, e12)
     sine, cosine = sincos_turns(start)
-    x1 = (e11 * x + e12 * v) + p.f * (cosine * response.imag + sine * response.real)
-    v1 = (e21 * x + e22 * v) + p.f * (cosine * rate.imag + sine * rate.real)
+    x1 = (e11 * x + e12 * v) + first_response(p, sine, cosine, response)
+    v1 = (e21 * x + e22 * v) + first_response(p, sine, cosine, rate)
     return x1, v1, e11, e12, e21, e22

@@ -6,7 +6,7 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load import forcing_period, has_second
 from vibropipe.physics.load_harmonics import force_amplitude, second_amplitude
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
@@ -50,7 +50,7 @@ def linear_amplitude(p) -> complex:
 @jit
 def second_linear_amplitude(p) -> complex:
     """Return the complex amplitude X of the part 2 Re(X exp(2 i nu tau)) of the steady motion."""
-    if p.f2 == 0.0:
+    if not has_second(p):
         return complex(0.0, 0.0)
     d = complex((1.0 - 2.0 * p.nu) * (1.0 + 2.0 * p.nu), p.h * 2.0 * p.nu)
     if d == 0.0:
@@ -62,7 +62,7 @@ def second_linear_amplitude(p) -> complex:
 def steady_at(p, turn):
     """Return (x, x') of the steady motion at the phase `turn`, in turns."""
     x, v = state_at_phase(p, linear_amplitude(p), turn)
-    if p.f2 != 0.0:
+    if has_second(p):
         x2, v2 = state_at_phase(p, second_linear_amplitude(p), 2.0 * turn)
         x, v = x + x2, v + 2.0 * v2
     return x, v
@@ -100,7 +100,7 @@ def stays_off_supports(p, x, v, turn) -> bool:
     amplitude = linear_amplitude(p)
     steady_x, steady_v = state_at_phase(p, amplitude, turn)
     size = 2.0 * _length(amplitude.real, amplitude.imag)
-    if p.f2 != 0.0:
+    if has_second(p):
         second = second_linear_amplitude(p)
         x2, v2 = state_at_phase(p, second, 2.0 * turn)
         steady_x, steady_v = steady_x + x2, steady_v + 2.0 * v2

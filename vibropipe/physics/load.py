@@ -46,6 +46,12 @@ def no_force():
 
 
 @jit_inline
+def has_second(p) -> bool:
+    """Return whether the force has a second harmonic, for functions without the effects of a kernel."""
+    return p.f2 != 0.0
+
+
+@jit_inline
 def second_parts(p):
     """Return the factors of sin(2 nu tau) and cos(2 nu tau) in the second harmonic."""
     return p.f2 * math.cos(p.phi2), p.f2 * math.sin(p.phi2)
@@ -104,7 +110,7 @@ def force_of_angle(p, sigma, s, c, second=None) -> Force:
 def unit_force(p, sigma, s, c, second=None) -> Force:
     """Return the `Force` of unit amplitudes f and f2 at the phase of a sine and a cosine; arguments as for `force_at`.
 
-    The derivative of the force by f is its sine, that by f2 its sine_2, and that by phi2 its cosine_2 times f2.
+    The derivative of the force by f is its sine, that by f2 its sine_2, and that by phi2 `force_by_phase`.
     """
     sine_2, cosine_2 = 0.0, 0.0
     if second is not None:
@@ -132,6 +138,26 @@ def force_slope(force: Force, second=None):
 
 
 @jit_inline
+def first_harmonic(p, u):
+    """Return the first harmonic of the force at a phase in turns."""
+    return p.f * sincos_turns(u)[0]
+
+
+@jit
+def second_harmonic(p, u: float) -> float:
+    """Return the second harmonic of the force at a phase in turns; 0 without one."""
+    if not has_second(p):
+        return 0.0
+    return force_at(p, 1.0, u, 1).sine_2
+
+
+@jit_inline
+def first_response(p, sine, cosine, response: complex):
+    """Return the response to the first harmonic, that of its phase at the start, from that to exp(i nu tau)."""
+    return p.f * (cosine * response.imag + sine * response.real)
+
+
+@jit_inline
 def force_rate(p, force: Force, second=None):
     """Return the derivative of the force by tau."""
     return p.nu * force_slope(force, second)
@@ -154,7 +180,7 @@ def fastest_forcing(p, second=None):
 @jit_inline
 def fastest_of_row(p):
     """Return the highest frequency of the force, as `fastest_forcing` without the effects of a kernel."""
-    return p.nu if p.f2 == 0.0 else 2.0 * p.nu
+    return 2.0 * p.nu if has_second(p) else p.nu
 
 
 @jit_inline
@@ -263,9 +289,15 @@ def first_terms_of_second(force: Force, angle):
 
 
 @jit_inline
+def force_by_phase(p, unit: Force):
+    """Return the derivative of the force by phi2, from a `unit_force`."""
+    return p.f2 * unit.cosine_2
+
+
+@jit_inline
 def first_terms_of_phase(p, unit: Force, angle):
     """Return the first two Taylor coefficients of the derivative of the force by phi2, from a `unit_force`."""
-    return p.f2 * unit.cosine_2, -(p.f2 * unit.sine_2) * angle
+    return force_by_phase(p, unit), -(p.f2 * unit.sine_2) * angle
 
 
 @jit_inline

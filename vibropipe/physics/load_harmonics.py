@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.compiler import jit_inline
 from vibropipe.physics.derivatives import F2
+from vibropipe.physics.load import has_second
 from vibropipe.physics.turns import TWO_PI, phase_integral
 
 
@@ -16,6 +17,12 @@ from vibropipe.physics.turns import TWO_PI, phase_integral
 def force_amplitude(p):
     """Return F of the force 2 Re(F exp(i nu tau))."""
     return complex(0.0, -0.5 * p.f)
+
+
+@jit_inline
+def force_amplitude_derivative():
+    """Return the derivative of `force_amplitude` by f."""
+    return complex(0.0, -0.5)
 
 
 @jit_inline
@@ -36,7 +43,7 @@ def second_amplitude_derivative(p, k):
 @jit_inline
 def with_force(p, k, m, amplitude):
     """Return a complex amplitude at k nu / m, with that of the external force added where k = m or 2 m."""
-    if k == 2 * m and p.f2 != 0.0:
+    if k == 2 * m and has_second(p):
         return amplitude + second_amplitude(p)
     return amplitude + force_amplitude(p) if k == m else amplitude
 
@@ -67,7 +74,7 @@ def reaction_integral(p, k, m, start, end):
         Integral of minus the force times exp(-i k nu tau / m) over the rest, in forcing periods.
     """
     first = complex(0.0, 0.5 * p.f) * reaction_difference(k, m, start, end)
-    if p.f2 == 0.0:
+    if not has_second(p):
         return first
     return first - reaction_of_second(second_amplitude(p), k, m, start, end)
 
@@ -84,6 +91,18 @@ def reaction_of_second(amplitude, k, m, start, end):
 def work_of_force(p, x):
     """Return the work of the first harmonic over a forcing period of the motion 2 Re(x exp(i nu tau))."""
     return -2.0 * p.nu * x.real * p.f * (math.pi / p.nu)
+
+
+@jit_inline
+def work_over_periods(p, m, x):
+    """Return the work of the first harmonic over m forcing periods; as `work_of_force`, rounded another way."""
+    return -2.0 * math.pi * m * p.f * x.real
+
+
+@jit_inline
+def work_by_amplitude(m, x):
+    """Return the derivative of `work_over_periods` by f, of a given motion."""
+    return -2.0 * math.pi * m * x.real
 
 
 @jit_inline

@@ -44,7 +44,7 @@ from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.linear import steady_at
-from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load import forcing_period, has_second
 from vibropipe.physics.saltation import product
 
 # Kinds of boundaries, as `Bifurcation` numbers them.
@@ -213,7 +213,7 @@ def _touching_clearance(p, sought, u, c):
     """Return the clearance of an orbit that touches a support, but for that touch; as `clearance`."""
     span, mirrored, supports, side = sought.span, sought.mirrored, sought.supports, sought.side
     n, touch = supports.size, u[2 * supports.size]
-    if n == 0 and p.f2 != 0.0:
+    if n == 0 and has_second(p):
         # From one touch to the next.
         until = touch + 1.0 - BEFORE_TOUCH
         gap, time, support = flight_clearance(p, touch, until, side, 0.0, c)

@@ -10,7 +10,7 @@ from vibropipe.compiler import jit
 from vibropipe.orbits.branches.sequence import next_impact, restitution_at
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, motion, taylor
-from vibropipe.physics.load import fastest_of_row, force_at, forcing_period
+from vibropipe.physics.load import fastest_of_row, force_at, forcing_period, has_second
 
 # Share of a step of the polynomial below which it is not halved any more: velocity and acceleration are then zero
 # together, and the point itself is taken as a turning point.
@@ -92,10 +92,10 @@ def flight_clearance(p, start, end, support, v, c):
         if end - time - step < MIN_STEP_SHARE * longest:
             step = end - time
         dt = step * period
-        if p.f2 == 0.0:
-            taylor(c, y, w, force_at(p, sigma, time), load, p.h, p.nu, dt)
-        else:
+        if has_second(p):
             taylor(c, y, w, force_at(p, sigma, time, 1), load, p.h, p.nu, dt, 1)
+        else:
+            taylor(c, y, w, force_at(p, sigma, time), load, p.h, p.nu, dt)
         if departs and w <= 0.0:
             if c[2] <= 0.0:
                 return c[2], time, 0

@@ -12,6 +12,7 @@ from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
+from vibropipe.physics.load import has_second
 from vibropipe.physics.turns import TWO_PI
 
 # Points over the range of the parameter, and iterations that locate a zero or a minimum of the gap.
@@ -46,7 +47,7 @@ def linear_extremes(p: Parameters) -> dict[int, tuple[float, float]]:
 
 def linear_touch(p: Parameters) -> tuple[int, float]:
     """Return the support that the motion without impacts comes nearest to, and its phase there; 1 if both."""
-    if p.f2 != 0.0:
+    if has_second(p):
         extremes = linear_extremes(p)
         support = min(extremes, key=lambda each: extremes[each][0])
         return support, extremes[support][1]
@@ -61,7 +62,7 @@ def linear_gap(problem: Problem, value: float) -> float:
     With one harmonic it is l - |delta - load| - 2 |X|.
     """
     p = parameters_of(problem, value)
-    if p.f2 != 0.0:
+    if has_second(p):
         amplitudes = linear_amplitude(p), second_linear_amplitude(p)
         if not all(map(cmath.isfinite, amplitudes)):
             return -math.inf
@@ -157,10 +158,10 @@ def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | 
     """
     p = parameters_of(problem, value)
     offset, amplitude = support_offset(p), abs(linear_amplitude(p))
-    amplitude += 2.0 * abs(second_linear_amplitude(p)) if p.f2 != 0.0 else 0.0
+    amplitude += 2.0 * abs(second_linear_amplitude(p)) if has_second(p) else 0.0
     support, time = linear_touch(p)
     supports, times = [support], [time % 1.0]
-    if p.f2 == 0.0 and offset == 0.0 and not problem.symmetric:
+    if not has_second(p) and offset == 0.0 and not problem.symmetric:
         supports, times = [1, 2], [time, time + 0.5]
     mirrored = int(problem.symmetric and offset == 0.0)
     # Impacts will have velocities of the order of the motion's largest one.

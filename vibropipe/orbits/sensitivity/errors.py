@@ -25,6 +25,7 @@ from vibropipe.physics.load import (
     force_at,
     force_value,
     forcing_period,
+    has_second,
     largest_force,
 )
 from vibropipe.physics.saltation import product
@@ -234,7 +235,7 @@ def write_closed_errors(p, x, v, out, row, first, last) -> None:
     if first == last:
         near = cancellation(p, p.nu)
         scale = ULP * (x + v + 2.0 * amplitude * (1.0 + near)) if amplitude > 0.0 else ULP * (x + v)
-        if p.f2 != 0.0:
+        if has_second(p):
             near = cancellation(p, 2.0 * p.nu)
             scale += ULP * 2.0 * abs(second_linear_amplitude(p)) * (1.0 + near)
     out.e_row[row, X] = scale

@@ -31,6 +31,7 @@ from vibropipe.physics.load import (
     unit_force,
 )
 from vibropipe.physics.load_harmonics import (
+    force_amplitude_derivative,
     reaction_difference,
     reaction_integral,
     reaction_of_second,
@@ -225,7 +226,7 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> No
             elif k == H:
                 change -= x * complex(0.0, w)
             elif k == F and forced:
-                change += complex(0.0, -0.5)
+                change += force_amplitude_derivative()
             elif second is not None and is_of_second(k) and q == 2 * m:
                 change += second_amplitude_derivative(p, k)
             d_amplitudes[q, k] = change * compliance

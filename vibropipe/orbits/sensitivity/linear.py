@@ -11,11 +11,14 @@ from vibropipe.physics.linear import (
     linear_multipliers,
     second_linear_amplitude,
 )
-from vibropipe.physics.load import forcing_period
+from vibropipe.physics.load import forcing_period, has_second
 from vibropipe.physics.load_harmonics import (
+    force_amplitude_derivative,
     second_amplitude_derivative,
     work_at_second,
+    work_by_amplitude,
     work_of_second,
+    work_over_periods,
 )
 from vibropipe.physics.quotient import divide
 
@@ -36,7 +39,9 @@ def amplitude_derivative(p, amplitude, n, k):
 def linear_amplitude_derivative(p, k):
     """Return the derivative of `linear_amplitude` by parameter k."""
     if k == F:
-        return divide(complex(0.0, -0.5), complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu))
+        return divide(
+            force_amplitude_derivative(), complex((1.0 - p.nu) * (1.0 + p.nu), p.h * p.nu)
+        )
     return amplitude_derivative(p, linear_amplitude(p), 1.0, k)
 
 
@@ -75,7 +80,7 @@ def write_linear(p, out, row) -> None:
         x, x2 = linear_amplitude_derivative(p, k), second_linear_amplitude_derivative(p, k)
         out.d_section[row, 0, k] = 2.0 * x.real
         out.d_section[row, 1, k] = -2.0 * (p.nu * x.imag + (amplitude.imag if k == NU else 0.0))
-        if p.f2 != 0.0 or k == F2:
+        if has_second(p) or k == F2:
             out.d_section[row, 0, k] += 2.0 * x2.real
             out.d_section[row, 1, k] -= 4.0 * p.nu * x2.imag
             out.d_section[row, 1, k] -= 4.0 * amplitude_2.imag if k == NU else 0.0
@@ -96,10 +101,10 @@ def write_linear(p, out, row) -> None:
         if out.d_exponent.size > 0:
             out.d_exponent[row, k] = first_h.real if k == H else 0.0
         if out.d_energy.size > 0:
-            work = -2.0 * math.pi * p.f * x.real
+            work = work_over_periods(p, 1, x)
             if k == F:
-                work -= 2.0 * math.pi * amplitude.real
-            if p.f2 != 0.0:
+                work += work_by_amplitude(1, amplitude)
+            if has_second(p):
                 work += work_of_second(p, x2)
             if is_of_second(k):
                 work += work_at_second(p, second_amplitude_derivative(p, k), amplitude_2)

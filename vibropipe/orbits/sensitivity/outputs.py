@@ -34,7 +34,9 @@ from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import (
     second_amplitude_derivative,
     work_at_second,
+    work_by_amplitude,
     work_of_second,
+    work_over_periods,
 )
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
@@ -141,8 +143,7 @@ def write_energy_derivatives(p, m, flights, amplitudes, d_amplitudes, energy, se
     second harmonic 2 suffice.
     """
     for k in range(n_parameters(second)):
-        # The work over a forcing period is -2 pi f Re X(nu).
-        energy[0, k] = -2.0 * math.pi * m * p.f * d_amplitudes[1, k].real
+        energy[0, k] = work_over_periods(p, m, d_amplitudes[1, k])
         if second is not None:
             # It is linear in X(2 nu), and nu cancels.
             energy[0, k] += m * work_of_second(p, d_amplitudes[2, k])
@@ -150,7 +151,7 @@ def write_energy_derivatives(p, m, flights, amplitudes, d_amplitudes, energy, se
                 by_force = second_amplitude_derivative(p, k)
                 energy[0, k] += m * work_at_second(p, by_force, amplitudes[2])
         energy[2, k] = energy[3, k] = 0.0
-    energy[0, F] -= 2.0 * math.pi * m * amplitudes[1].real
+    energy[0, F] += work_by_amplitude(m, amplitudes[1])
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
         r, i, home = restitution_at(p, support), j - 1, flights.home[j]

@@ -7,6 +7,11 @@ converge like Newton's method.
 
 A polynomial c has shape (DEGREE + 1,), of the exact method, or (3,), of Newmark's; theta and span are in steps of the
 grid.
+
+References
+----------
+L. F. Shampine, S. Thompson, "Event location for ordinary differential equations", Computers & Mathematics with
+Applications 39 (2000) 43-54: why a first event needs more than a change of sign.
 """
 
 from __future__ import annotations

@@ -283,6 +283,11 @@ class Exciter:
         v0 : float
             Velocity.
 
+        Returns
+        -------
+        (float, float)
+            Displacement and velocity.
+
         Raises
         ------
         ParameterError

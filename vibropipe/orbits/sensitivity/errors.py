@@ -121,8 +121,7 @@ def close_samples(
         Modulus of the product of all transfers, |M11| + |M22| + ...
     """
     n = position.size
-    m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
-    size = 0.0
+    m11, m12, m21, m22, size = 1.0, 0.0, 0.0, 1.0, 0.0
     for j in range(n):
         fill_record(p, position, velocity, support, j, m, records[j], second)
         t = records[j]
@@ -180,6 +179,8 @@ def write_orbit_errors(
         `e_row` and `e_impacts`.
     row, first : int
         The row, and its first impact.
+    second : int or None
+        The effect `second_harmonic`.
     """
     n, period = position.size, forcing_period(p)
     phases, speeds = samples
@@ -288,9 +289,8 @@ def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> N
     size = close_samples(
         p, position, velocity, support, m, closing, has_rest, records, phases, speeds, second
     )
-    samples = phases, speeds
     write_orbit_errors(
-        p, position, velocity, support, m, closing, size, samples, out, row, first, second
+        p, position, velocity, support, m, closing, size, (phases, speeds), out, row, first, second
     )
     if has_rest:
         out.e_row[row, TRACE] = 0.0

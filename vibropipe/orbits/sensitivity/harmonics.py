@@ -286,6 +286,8 @@ def replace_resonant_derivatives(
         Work space.
     total, d_amplitudes
         As `divide_derivatives` leaves them.
+    second : int or None
+        The effect `second_harmonic`.
     """
     period, share = forcing_period(p), 1.0 / length
     for q in range(total.size):

@@ -229,8 +229,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
             kind = classify_aperiodic(p, log, xs, vs, k)
             # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
             is_early = k <= LONG_ORBIT_PATIENCE * patience
-            near = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
-            repeats = lies_on_orbit(xs, vs, k, norm, near)
+            tolerance = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
+            repeats = lies_on_orbit(xs, vs, k, norm, tolerance)
             is_seen_chaotic = is_chaotic(divergence) and not repeats
             shrinking = contraction(p, k, on_1, impacts - on_1)
             limit = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)

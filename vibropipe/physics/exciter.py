@@ -96,14 +96,14 @@ def number_within(name: str, value: Any, within: Range) -> float:
 
 def si_value(name: str, value: Any) -> float:
     """Return a physical parameter as a number in SI, or raise a ParameterError naming it."""
-    known = PHYSICAL[name]
+    physical = PHYSICAL[name]
     try:
-        number = to_si(value, known.dimension, numbers=True)
+        number = to_si(value, physical.dimension, numbers=True)
     except UnitError as error:
         hint = f" ({error.hint})" if error.hint else ""
         raise ParameterError(name, value, error.allowed, got=repr(value) + hint) from None
-    if not known.range.contains(number):
-        raise ParameterError(name, value, known.range.text)
+    if not physical.range.contains(number):
+        raise ParameterError(name, value, physical.range.text)
     return number
 
 
@@ -159,8 +159,8 @@ class Exciter:
     phi2: float = DEFAULTS["phi2"]
 
     def __post_init__(self) -> None:
-        for name, known in PARAMETERS.items():
-            object.__setattr__(self, name, number_within(name, getattr(self, name), known.range))
+        for name, entry in PARAMETERS.items():
+            object.__setattr__(self, name, number_within(name, getattr(self, name), entry.range))
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
             allowed = (
                 "at least 1e-15 |delta| so that the supports are distinct floating-point numbers"

@@ -23,17 +23,17 @@ def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
     """
     values = {}
     for name, value in si.items():
-        known = PHYSICAL[name]
-        if not known.non_dimensional:
+        physical = PHYSICAL[name]
+        if not physical.non_dimensional:
             continue
-        if known.dimension == "frequency":
+        if physical.dimension == "frequency":
             value /= eigenfrequency(si["m"], si["C"])
-        elif known.dimension in ("force", "stiffness"):
+        elif physical.dimension in ("force", "stiffness"):
             value /= si["C"]
-        elif known.dimension == "damping":
+        elif physical.dimension == "damping":
             # Square roots first: the product m C can overflow where h does not.
             value = value / math.sqrt(si["m"]) / math.sqrt(si["C"])
-        values[known.non_dimensional] = value
+        values[physical.non_dimensional] = value
     if si.get("slope", 0.0) != 0.0:
         weight = si["m"] * si.get("gravity", STANDARD_GRAVITY)
         values["load"] = values.get("load", 0.0) - weight * math.sin(si["slope"]) / si["C"]

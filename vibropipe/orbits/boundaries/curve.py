@@ -119,8 +119,8 @@ class BoundaryCurve(Curve):
             there = self.shifted(u, points[k].u)
             if self.weighted(there - points[k].u) > 4.0 * self.box.max_length:
                 continue
-            found = self.advance(points[k], self.along_tangent(points[k], there))
-            if found is not None and self.weighted(found.u - there) < SAME_POINT:
+            reached = self.advance(points[k], self.along_tangent(points[k], there))
+            if reached is not None and self.weighted(reached.u - there) < SAME_POINT:
                 return True
         return False
 

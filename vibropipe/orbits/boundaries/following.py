@@ -133,23 +133,23 @@ def marks_within(
     marks: list[Mark] = []
     for test in (SPEED, GAP):
         if point.tests[test] > 0.0 >= new.tests[test]:
-            found = curve.zero_of(point, length, test)
-            if found is None:
+            zero = curve.zero_of(point, length, test)
+            if zero is None:
                 return None
             # Where an impact loses its speed, the flight towards it turns at its end: one meeting.
-            if not marks or found[0] < marks[0].length - 1e-6 * length:
-                marks.append(Mark(*found, curve.end_of(test, found[1], new), True))
+            if not marks or zero[0] < marks[0].length - 1e-6 * length:
+                marks.append(Mark(*zero, curve.end_of(test, zero[1], new), True))
     if is_no_motion(new) and not marks:
         return None
     if curve.kind == GRAZINGS:
         for test, name in ((FOLD, "grazing_fold"), (DOUBLING, "grazing_flip")):
             if point.tests[test] * new.tests[test] < 0.0:
-                found = curve.zero_of(point, length, test)
-                if found is None:
+                zero = curve.zero_of(point, length, test)
+                if zero is None:
                     return None
                 if test == DOUBLING and curve.sequence.mirrored:
                     name = "grazing_pitchfork"
-                marks.append(Mark(*found, name))
+                marks.append(Mark(*zero, name))
     else:
         cusp = _cusp_within(curve, point, new, length)
         marks += [cusp] if cusp is not None else []
@@ -178,14 +178,14 @@ def _cusp_within(curve: BoundaryCurve, point: Point, new: Point, length: float) 
     first = _direction(curve, point)
     if np.dot(first, _direction(curve, new)) >= 0.0:
         return None
-    found = curve.locate(
+    zero = curve.locate(
         point, (0.0, length), lambda each: float(np.dot(first, _direction(curve, each)))
     )
-    if found is None or np.abs(_direction(curve, found[1])).max() > NO_CHANGE:
+    if zero is None or np.abs(_direction(curve, zero[1])).max() > NO_CHANGE:
         return None
     # At a degenerate bifurcation doubled orbits shrink to their parent, and go back with their halves exchanged.
-    half = curve.halves_at(found[1])
-    return Mark(*found, f"degenerate_{half}" if half else "cusp", bool(half))
+    half = curve.halves_at(zero[1])
+    return Mark(*zero, f"degenerate_{half}" if half else "cusp", bool(half))
 
 
 def _limits_within(
@@ -198,17 +198,17 @@ def _limits_within(
             column = index - 2
             if sign * (new.u[column] - limit) <= 0.0:
                 continue
-            found = _crossing(curve, point, length, column, float(limit))
-            if found is None:
+            crossing = _crossing(curve, point, length, column, float(limit))
+            if crossing is None:
                 return None
-            exact = found[1].u.copy()
+            exact = crossing[1].u.copy()
             exact[column] = limit
             settled = curve.settle(exact, column)
             if settled is None:
                 return None
-            if curve.cosine(found[1], settled) < 0.0:
+            if curve.cosine(crossing[1], settled) < 0.0:
                 settled = Point(settled.u, -settled.tangent, settled.tests)
-            marks.append(Mark(found[0], settled, "box", True))
+            marks.append(Mark(crossing[0], settled, "box", True))
     return marks
 
 
@@ -218,8 +218,8 @@ def _returns(curve: BoundaryCurve, start: Point, point: Point, new: Point, lengt
     at = curve.along_tangent(point, there)
     if not 0.0 < at <= length or curve.weighted(there - point.u) > 2.0 * length:
         return False
-    found = curve.advance(point, at)
-    return found is not None and curve.weighted(found.u - there) < SAME_POINT
+    reached = curve.advance(point, at)
+    return reached is not None and curve.weighted(reached.u - there) < SAME_POINT
 
 
 def _missed(
@@ -237,7 +237,7 @@ def _missed(
             continue
         for share in np.linspace(-0.96, 0.96, MAX_SEARCH):
             length = float(share * (ahead if share > 0.0 else back))
-            found = curve.advance(point, length)
-            if found is not None and found.tests[test] < 0.0:
+            trial = curve.advance(point, length)
+            if trial is not None and trial.tests[test] < 0.0:
                 return length
     return None

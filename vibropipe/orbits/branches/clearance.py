@@ -117,8 +117,8 @@ def flight_clearance(p, start, end, support, v, c):
                 gap = min(height, 2.0 * p.l - height)
             if gap < least and turn < end:
                 least, at = gap, turn
-                near = gap == height
-                side = support if near else 3 - support
+                is_near = gap == height
+                side = support if is_near else 3 - support
         y, w, departs = y1, w1, False
         time = end if end - time <= step else time + step
         step = min(longest, 2.0 * step)

@@ -68,19 +68,19 @@ def marks_within(
         last = before_end
     for test in (FOLD, DOUBLING):
         if point.tests[test] * last.tests[test] < 0.0:
-            found = _locate_test(curve, point, length, test)
-            if found is None:
+            zero = _locate_test(curve, point, length, test)
+            if zero is None:
                 return None
-            marks.append(Mark(*found, *_kind_of(curve, test, found[1])))
-            if is_steep(curve, point, found[0], UNRESOLVED_LENGTH):
-                marks[-1] = Mark(*found, "end", "rounding")
+            marks.append(Mark(*zero, *_kind_of(curve, test, zero[1])))
+            if is_steep(curve, point, zero[0], UNRESOLVED_LENGTH):
+                marks[-1] = Mark(*zero, "end", "rounding")
     marks.sort(key=length_of)
     ends = [Mark(0.0, point, "", ""), *marks, Mark(length, new, "", "")]
     for before, after in pairwise(ends):
-        found_at = _values_within(curve, point, before, after, start)
-        if found_at is None:
+        at_values = _values_within(curve, point, before, after, start)
+        if at_values is None:
             return None
-        marks += found_at
+        marks += at_values
     return sorted([*marks, ends[-1]], key=length_of)
 
 
@@ -88,11 +88,11 @@ def _locate_test(
     curve: Curve, point: Point, length: float, test: int
 ) -> tuple[float, Point] | None:
     """Return where in a step a test function is zero; None if it cannot be located."""
-    found = curve.locate(point, (0.0, length), lambda each: float(each.tests[test]))
-    if found is None or abs(found[1].tests[test]) > MAX_TEST_LEFT[test]:
-        unresolved = found is not None and is_steep(curve, point, found[0], UNRESOLVED_LENGTH)
-        return found if unresolved else None
-    return found
+    zero = curve.locate(point, (0.0, length), lambda each: float(each.tests[test]))
+    if zero is None or abs(zero[1].tests[test]) > MAX_TEST_LEFT[test]:
+        unresolved = zero is not None and is_steep(curve, point, zero[0], UNRESOLVED_LENGTH)
+        return zero if unresolved else None
+    return zero
 
 
 def is_steep(curve: Curve, point: Point, at: float, within: float) -> bool:
@@ -110,13 +110,13 @@ def _ends_within(curve: Curve, point: Point, new: Point, length: float) -> list[
     marks: list[Mark] = []
     for test in (SPEED, GAP):
         if point.tests[test] * new.tests[test] < 0.0:
-            found = _locate_test(curve, point, length, test)
+            zero = _locate_test(curve, point, length, test)
             # Where an impact loses its speed, the flight towards it turns at its end: one event.
-            if found is None or (marks and found[0] > marks[0].length - 1e-6 * length):
+            if zero is None or (marks and zero[0] > marks[0].length - 1e-6 * length):
                 if marks:
                     continue
                 return None
-            marks.append(Mark(*found, *_kind_of(curve, test, found[1])))
+            marks.append(Mark(*zero, *_kind_of(curve, test, zero[1])))
     return None if is_no_motion(new) and not marks else marks
 
 
@@ -149,10 +149,10 @@ def _values_within(
     for value, meaning in values.items():
         if not (before.point.value - value) * (after.point.value - value) < 0.0:
             continue
-        found = _point_at(curve, point, (before.length, after.length), value)
-        if found is None:
+        zero = _point_at(curve, point, (before.length, after.length), value)
+        if zero is None:
             return None
-        length, settled = found
+        length, settled = zero
         is_start = start is not None and value == start.value
         if start is not None and is_start and curve.distance(settled, start) < SAME_ORBIT:
             marks.append(Mark(length, settled, "", "closed"))
@@ -165,13 +165,13 @@ def _point_at(
     curve: Curve, point: Point, ends: tuple[float, float], value: float
 ) -> tuple[float, Point] | None:
     """Return where between two lengths of a step the parameter has a value, which the point has exactly."""
-    found = curve.locate(point, ends, lambda each: each.value - value)
-    if found is None:
+    zero = curve.locate(point, ends, lambda each: each.value - value)
+    if zero is None:
         return None
-    length, near = found
-    exact = near.u.copy()
+    length, crossing = zero
+    exact = crossing.u.copy()
     exact[-1] = value
     settled = curve.settle(exact)
     if settled is None:
         return None
-    return length, settled.reversed() if curve.cosine(near, settled) < 0.0 else settled
+    return length, settled.reversed() if curve.cosine(crossing, settled) < 0.0 else settled

@@ -182,9 +182,9 @@ def _missed(
         slope = (slope_back * ahead + slope_ahead * back) / (back + ahead)
         if curvature != 0.0 and (b - 0.5 * slope**2 / curvature) * b > 0.5 * b * b:
             continue
-        found = _search(curve, point, -back, ahead, test, math.copysign(1.0, b))
-        if found is not None:
-            return found
+        length = _search(curve, point, -back, ahead, test, math.copysign(1.0, b))
+        if length is not None:
+            return length
     return None
 
 
@@ -198,8 +198,8 @@ def _search(
     for _ in range(MAX_SEARCH):
         for length in (first, second):
             if length not in values:
-                found = curve.advance(point, length)
-                values[length] = math.inf if found is None else sign * float(found.tests[test])
+                trial = curve.advance(point, length)
+                values[length] = math.inf if trial is None else sign * float(trial.tests[test])
                 if values[length] < 0.0:
                     return length
         if values[first] < values[second]:

@@ -26,13 +26,13 @@ def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] |
     """
     sequence, u = halved(curve.sequence, point.u, kind)
     parent = Curve(curve.problem, sequence, curve.speed)
-    near = parent.settle(u)
-    if near is None:
+    start = parent.settle(u)
+    if start is None:
         return None
     for probe in PROBES:
-        found = parent.locate(near, (-probe, probe), lambda each: float(each.tests[DOUBLING]))
-        if found is not None and abs(found[1].tests[DOUBLING]) < AT_PARENT:
-            return parent, found[1]
+        zero = parent.locate(start, (-probe, probe), lambda each: float(each.tests[DOUBLING]))
+        if zero is not None and abs(zero[1].tests[DOUBLING]) < AT_PARENT:
+            return parent, zero[1]
     return None
 
 
@@ -93,10 +93,10 @@ def reached_parent(curve: Curve, point: Point, kind: str) -> Point | None:
         That of `parent_ahead`.
     """
     now = halves_difference(curve.sequence, point.u, curve.weights, kind)
-    found = parent_point(curve, point, kind)
-    if now is None or found is None:
+    at_parent = parent_point(curve, point, kind)
+    if now is None or at_parent is None:
         return None
-    parent, at = found
+    parent, at = at_parent
     _child, reached = child_point(parent, at, parent.doubling_vector(at))
     change = reached.u - point.u
     change[: len(curve.sequence.supports)] -= round(change[0])

@@ -186,8 +186,10 @@ def seeds_at(branch: Branch, event: Event) -> list[Seed]:
     if event.kind == "grazing":
         return (_removed if event.reason == "speed" else _inserted)(branch.curve, point)
     if event.reason == "doubled":
-        found = parent_point(branch.curve, point, event.kind)
-        if found is None:
+        at_parent = parent_point(branch.curve, point, event.kind)
+        if at_parent is None:
             return []
-        return [Seed(found[0], _with_tests(found[1], doubling=0.0), point.value, (1.0, -1.0))]
+        return [
+            Seed(at_parent[0], _with_tests(at_parent[1], doubling=0.0), point.value, (1.0, -1.0))
+        ]
     return _doubled_seeds(branch.curve, point, event.kind)

@@ -116,7 +116,7 @@ def follow_tree(
     """
     branches: list[Branch] = []
     waiting: deque[tuple[Key | None, Seed]] = deque([(None, seed)])
-    known: list[Key] = []
+    keys: list[Key] = []
     arrived: list[Key] = []
     while waiting and len(branches) < MAX_BRANCHES:
         origin, seed = waiting.popleft()
@@ -130,11 +130,11 @@ def follow_tree(
             key = _key(branch, event)
             if event.kind not in switch:
                 continue
-            if _find(problem, known, key):
+            if _find(problem, keys, key):
                 if event.reason and origin is not None and not _find(problem, [origin], key):
                     arrived.append(key)
                 continue
-            known.append(key)
+            keys.append(key)
             limit = rules.limit_at(branch, event)
             if limit:
                 branch.events[index] = event._replace(reason=limit)

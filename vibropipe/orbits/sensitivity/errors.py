@@ -234,11 +234,11 @@ def write_closed_errors(p, x, v, out, row, first, last) -> None:
     amplitude = abs(linear_amplitude(p))
     scale = ULP * (x + v + abs(p.l) + abs(p.delta))
     if first == last:
-        near = cancellation(p, p.nu)
-        scale = ULP * (x + v + 2.0 * amplitude * (1.0 + near)) if amplitude > 0.0 else ULP * (x + v)
+        lost = cancellation(p, p.nu)
+        scale = ULP * (x + v + 2.0 * amplitude * (1.0 + lost)) if amplitude > 0.0 else ULP * (x + v)
         if has_second(p):
-            near = cancellation(p, 2.0 * p.nu)
-            scale += ULP * 2.0 * abs(second_linear_amplitude(p)) * (1.0 + near)
+            lost = cancellation(p, 2.0 * p.nu)
+            scale += ULP * 2.0 * abs(second_linear_amplitude(p)) * (1.0 + lost)
     out.e_row[row, X] = scale
     out.e_row[row, V] = scale * max(1.0, p.nu)
     out.e_row[row, IMPULSES], out.e_row[row, PHASES] = scale, 0.0

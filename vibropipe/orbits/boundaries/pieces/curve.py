@@ -124,8 +124,8 @@ class PieceBoundary(BoundaryCurve):
         if point is None:
             return None
         tests = np.append(point.tests, self.sought.guess)
-        found = self.marched_events(point.u)
-        if found != self.events:
+        events = self.marched_events(point.u)
+        if events != self.events:
             tests[GAP] = -1.0
         return Point(point.u, point.tangent, tests)
 
@@ -170,8 +170,8 @@ class PieceBoundary(BoundaryCurve):
     def passes(self, points: list[Point], point: Point) -> bool:  # type: ignore[override]
         """Return whether the boundary through some points passes through another, of the same events."""
         scale, tests = self.weights[-2:], [TRACE, DETERMINANT]
-        apart = np.abs((np.array([each.u[-2:] for each in points]) - point.u[-2:]) * scale)
-        for nearest in np.argsort(apart.max(axis=1))[:NEAREST]:
+        distances = np.abs((np.array([each.u[-2:] for each in points]) - point.u[-2:]) * scale)
+        for nearest in np.argsort(distances.max(axis=1))[:NEAREST]:
             here: Point | None = points[nearest]
             for _ in range(MAX_STEPS):
                 assert here is not None
@@ -200,11 +200,11 @@ class PieceBoundary(BoundaryCurve):
         low, high, last = 0.0, length, point
         while high - low > END_LENGTH:
             middle = 0.5 * (low + high)
-            found = self.advance(point, middle)
-            if found is None:
+            trial = self.advance(point, middle)
+            if trial is None:
                 return None
-            if found.tests[GAP] > 0.0:
-                low, last = middle, found
+            if trial.tests[GAP] > 0.0:
+                low, last = middle, trial
             else:
                 high = middle
         return low, last
@@ -221,10 +221,10 @@ class PieceBoundary(BoundaryCurve):
 
     def end_of(self, test: int, point: Point, beyond: Point) -> str:  # noqa: D102 - as BoundaryCurve
         if test == GAP and self.replayed(beyond):
-            found = self.marched_events(beyond.u)
-            if found is None:
+            events = self.marched_events(beyond.u)
+            if events is None:
                 return "rest"
-            if contacts_of(found) == self.contacts():
+            if contacts_of(events) == self.contacts():
                 return "change"
         return TOUCHES[self.kind]
 

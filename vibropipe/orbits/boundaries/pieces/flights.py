@@ -39,12 +39,12 @@ def motion_within(e, p, pieces, i, span):
 
 
 @jit
-def nearest_touch(e, p, pieces, found) -> None:
-    """Fill found (4,) with the least gap at which a flight turns, the piece, the support, and the phase.
+def nearest_touch(e, p, pieces, touch) -> None:
+    """Fill touch (4,) with the least gap at which a flight turns, the piece, the support, and the phase.
 
     The gap is infinite where no flight turns towards a support.
     """
-    found[0], found[1], found[2], found[3] = np.inf, 0.0, 0.0, 0.0
+    touch[0], touch[1], touch[2], touch[3] = np.inf, 0.0, 0.0, 0.0
     n = pieces.values.shape[0] - 1
     for i in range(1, n + 1):
         if pieces.codes[i, FORM] != FREE:
@@ -61,7 +61,7 @@ def nearest_touch(e, p, pieces, found) -> None:
                 at = k - 1
                 if k == SAMPLES and gap < here and follows in (TURN, STICK):
                     lowest, at, here = True, k, gap
-                if lowest and at > 0 and abs(here) < abs(found[0]):
-                    found[0], found[1], found[2] = here, i, side
-                    found[3] = begin + span * at / SAMPLES / period
+                if lowest and at > 0 and abs(here) < abs(touch[0]):
+                    touch[0], touch[1], touch[2] = here, i, side
+                    touch[3] = begin + span * at / SAMPLES / period
                 before, here = here, gap

@@ -199,7 +199,7 @@ def _cut(rows: list[Row], first: int, last: int, span: float, mirrored: int) -> 
 
 def events_of(codes: np.ndarray, mirrored: int = 0) -> Counter[Hashable]:
     """Return how often each event happens in the pieces (n, 4); with `mirrored` also in their mirror image."""
-    found: Counter[Hashable] = Counter()
+    counts: Counter[Hashable] = Counter()
     for cause, _form, home, direction in codes.tolist():
         if cause == BEGIN:
             continue
@@ -208,8 +208,8 @@ def events_of(codes: np.ndarray, mirrored: int = 0) -> Counter[Hashable]:
                 what = home if side == 0 else 3 - home
             else:
                 what = -direction if (home == 1) != (side == 1) else direction
-            found[cause, what] += 1
-    return found
+            counts[cause, what] += 1
+    return counts
 
 
 def contacts_of(events: Counter[Any]) -> tuple[int, int]:

@@ -163,7 +163,7 @@ def replay(e, p, pieces, mirrored, at, start, span):
         By how much the last event comes later than after `span`, in forcing periods.
     missed : float
         By how much its velocity (displacement) differs from `start`.
-    found : bool
+    is_replayed : bool
         Whether each event was found.
     """
     codes, values, n = pieces.codes, pieces.values, pieces.values.shape[0] - 1

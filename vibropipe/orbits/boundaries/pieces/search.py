@@ -93,9 +93,9 @@ def _branches(
         along = int(box.along[index])
         for orbit in ordered:
             value, held = float(orbit.values[along]), float(orbit.values[box.along[1 - index]])
-            known = passed.setdefault((index, held), [])
+            orbits_there = passed.setdefault((index, held), [])
             state = orbit.state
-            if _contains(known, value, orbit):
+            if _contains(orbits_there, value, orbit):
                 continue
             at = tuple(
                 sorted(
@@ -112,12 +112,12 @@ def _branches(
             )  # fmt: skip
             curve = PieceCurve(problem, orbit.m, orbit.size, orbit.speed, effects, march_room, room)
             point = curve.settle(np.array([*state, value]))
-            known.append((value, orbit.m, state))
+            orbits_there.append((value, orbit.m, state))
             if point is None:
                 continue
             seed = Seed(curve, point, value, (1.0, -1.0))
             for branch in _with_children(problem, seed):
-                known += _passed(branch, set(at))
+                orbits_there += _passed(branch, set(at))
                 yield branch
 
 
@@ -145,7 +145,7 @@ def _passed(branch: Branch, at: set[float]) -> list[tuple[float, int, np.ndarray
 
 
 def _contains(
-    known: Iterable[tuple[float, int, np.ndarray]], value: float, orbit: SettledPieces
+    orbits: Iterable[tuple[float, int, np.ndarray]], value: float, orbit: SettledPieces
 ) -> bool:
     """Return whether an orbit is among some."""
     scales = np.array([orbit.size, orbit.speed])
@@ -153,7 +153,7 @@ def _contains(
         value == there
         and orbit.m == m
         and float(np.abs((state - orbit.state) / scales).max()) < SAME_STATE
-        for there, m, state in known
+        for there, m, state in orbits
     )
 
 
@@ -168,8 +168,8 @@ def _begin(
     """Yield the boundary through a bifurcation of a branch, if there is one, and its point there."""
     curve = branch.curve
     assert isinstance(curve, PieceCurve)
-    near = branch.points[event.point : event.point + (2 if event.kind == "change" else 1)]
-    for point in near:
+    points = branch.points[event.point : event.point + (2 if event.kind == "change" else 1)]
+    for point in points:
         values = branch.problem.values.copy()
         values[branch.problem.along] = point.value
         m = curve.sequence.m
@@ -183,9 +183,9 @@ def _begin(
         law = law_of(march_room[0].pieces, m, box.symmetric, slow, p.friction > 0.0)
         if law is None:
             if kind == GRAZINGS and p.friction == 0.0:
-                found = begin_linear(box, ends, values)
-                if found is not None:
-                    yield found
+                begun = begin_linear(box, ends, values)
+                if begun is not None:
+                    yield begun
                     return
             continue
         of_half = kind == PITCHFORKS
@@ -223,9 +223,9 @@ def _beyond(
             if law is None or law.mirrored != curve.law.mirrored or law.n_contacts > MAX_CONTACTS:
                 continue
             scales = (curve.size, curve.speed)
-            found = begin_at(box, curve.kind, law, ahead[-2:], scales, effects, march_room)
-            if found is not None and not is_no_motion(found[1]):
-                yield found
+            begun = begin_at(box, curve.kind, law, ahead[-2:], scales, effects, march_room)
+            if begun is not None and not is_no_motion(begun[1]):
+                yield begun
                 break
 
 
@@ -245,13 +245,13 @@ def begin_at(
         flown = PieceBoundary(box, FLIPS, law, NO_TOUCH, *scales, *room)
         flown.sought.guess[:] = law.spans
         u = np.array([law.at, law.start, *ends])
-        found = np.empty(4)
+        nearest = np.empty(4)
         if not flown.flies(u):
             return None
-        nearest_touch(effects, flown.parameters(u), flown.sought.pieces, found)
-        if not abs(found[0]) < NEAR_TOUCH * scales[0]:
+        nearest_touch(effects, flown.parameters(u), flown.sought.pieces, nearest)
+        if not abs(nearest[0]) < NEAR_TOUCH * scales[0]:
             return None
-        touch, timed = Touch(int(found[1]), int(found[2])), [found[3]]
+        touch, timed = Touch(int(nearest[1]), int(nearest[2])), [nearest[3]]
     curve = PieceBoundary(box, kind, law, touch, *scales, *room)
     return settled(curve, np.array([law.at, law.start, *timed, *ends]))
 

@@ -81,8 +81,8 @@ def fill_residuals(sought, u, residuals) -> bool:
     p = parameters_of_point(sought.values, sought.along, u)
     for i in range(sought.guess.size):
         pieces.values[i, 1] = sought.guess[i]
-    late, missed, found = replay(e, p, pieces, sought.mirrored, u[0], u[1], sought.span)
-    if not found:
+    late, missed, is_replayed = replay(e, p, pieces, sought.mirrored, u[0], u[1], sought.span)
+    if not is_replayed:
         return False
     residuals[0], residuals[1] = late, missed
     if sought.kind == GRAZINGS:
@@ -107,11 +107,11 @@ def _fill_system(sought, u, weights, work) -> bool:
         if k >= size - 2:
             step = DIFFERENCE * max(min(reach, abs(held)), 0.01 * reach)
         u[k] = held + step
-        is_found = fill_residuals(sought, u, work.above)
+        is_replayed = fill_residuals(sought, u, work.above)
         u[k] = held - step
-        is_found = is_found and fill_residuals(sought, u, work.below)
+        is_replayed = is_replayed and fill_residuals(sought, u, work.below)
         u[k] = held
-        if not is_found:
+        if not is_replayed:
             return False
         for row in range(size - 1):
             work.matrix[row, k] = (work.above[row] - work.below[row]) / (2.0 * step)

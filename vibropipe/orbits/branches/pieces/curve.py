@@ -18,9 +18,9 @@ from vibropipe.orbits.branches.pieces.return_map import (
     BEST_MARGIN,
     BY_PARAMETER,
     BY_SECTION,
-    FOUND,
     LAW,
     MARGIN,
+    N_RESULTS,
     V,
     X,
     differentiate,
@@ -54,7 +54,7 @@ PIECES, SECTION = GAP_FLIGHT, GAP_TIME
 UNKNOWNS = 3
 # Distance of the section from the next event, in forcing periods, below which it is moved to where it is larger by a
 # factor: the section of an orbit bends, or jumps, where an event passes it.
-LEAST_MARGIN, GAIN = 0.02, 2.0
+MIN_MARGIN, GAIN = 0.02, 2.0
 # Sections are at multiples of this share of a period, which numbers have exactly.
 SECTIONS = 64
 # Length of a step that gives the tangent at another section.
@@ -95,7 +95,7 @@ class PieceCurve(Curve):
         self.values = problem.values.reshape(1, -1).copy()
         name = Parameters._fields[problem.along]
         self.column = ALL_DIFFERENTIATED.index(name)
-        self.section, self.found = 0.0, np.empty(FOUND)
+        self.section, self.result = 0.0, np.empty(N_RESULTS)
 
     def of_multiple(self, m: int) -> PieceCurve:
         """Return the branch of orbits of another period multiple."""
@@ -127,17 +127,17 @@ class PieceCurve(Curve):
 
     def differentiate(self, u: NDArray) -> NDArray | None:
         """Return the return map and its derivatives at u, as `return_map.differentiate` finds them; None if not."""
-        problem, value, found = self.problem, float(u[-1]), self.found
+        problem, value, result = self.problem, float(u[-1]), self.result
         reach = problem.high - problem.low
         # Far beyond the range parameters may have no motion, as negative frequencies.
         is_in_reach = problem.low - reach < value < problem.high + reach
         if not (is_in_reach and np.isfinite(u).all()):
             return None
-        is_known = differentiate(
+        is_smooth = differentiate(
             self.effects, self.values, problem.along, self.column, u, self.sequence.m,
-            self.section, self.march_room, self.room, found,
+            self.section, self.march_room, self.room, result,
         )  # fmt: skip
-        return found if is_known and np.isfinite(found).all() else None
+        return result if is_smooth and np.isfinite(result).all() else None
 
     def state_at(self, point: Point, section: float) -> NDArray:
         """Return (x, x') of an orbit at another section, marched on from its own."""
@@ -147,7 +147,7 @@ class PieceCurve(Curve):
         if turns == 0.0:
             return point.u[:2].copy()
         p = parameters_at(self.values, self.problem.along, value)
-        x, v, _known = returned(self.effects, p, begin, x, v, turns, self.march_room)
+        x, v, _is_marched = returned(self.effects, p, begin, x, v, turns, self.march_room)
         return np.array([x, v])
 
     def halves_difference(self, point: Point) -> float:
@@ -168,15 +168,15 @@ class PieceCurve(Curve):
     def recut(self, point: Point) -> Point:
         """Return a point at a section farther from all events, if its own is close to one and another is better."""
         self.section = float(point.tests[SECTION])
-        found = self.differentiate(point.u)
-        if found is None or not found[MARGIN] < min(LEAST_MARGIN, found[BEST_MARGIN] / GAIN):
+        result = self.differentiate(point.u)
+        if result is None or not result[MARGIN] < min(MIN_MARGIN, result[BEST_MARGIN] / GAIN):
             return point
-        section = round(float(found[BEST]) * SECTIONS) / SECTIONS % self.sequence.m
-        near = self.advance(point, TANGENT_LENGTH)
-        if near is None:
+        section = round(float(result[BEST]) * SECTIONS) / SECTIONS % self.sequence.m
+        ahead = self.advance(point, TANGENT_LENGTH)
+        if ahead is None:
             return point
         moved, beside = (
-            np.append(self.state_at(each, section), each.value) for each in (point, near)
+            np.append(self.state_at(each, section), each.value) for each in (point, ahead)
         )
         border = (beside - moved) / TANGENT_LENGTH * self.squares
         self.section = section
@@ -192,12 +192,12 @@ class PieceCurve(Curve):
         """Correct u, in place, to the orbit in the plane border . u = target; return the last system of equations."""
         previous, law, matrix = math.inf, math.nan, np.empty((UNKNOWNS, UNKNOWNS))
         for _ in range(MAX_CORRECTIONS):
-            found = self.differentiate(u)
-            if found is None:
+            result = self.differentiate(u)
+            if result is None:
                 return None
-            matrix[:2, :2] = found[BY_SECTION].reshape(2, 2) - np.eye(2)
-            matrix[:2, 2], matrix[2] = found[BY_PARAMETER], border
-            residual = np.array([found[X] - u[0], found[V] - u[1], border @ u - target])
+            matrix[:2, :2] = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+            matrix[:2, 2], matrix[2] = result[BY_PARAMETER], border
+            residual = np.array([result[X] - u[0], result[V] - u[1], border @ u - target])
             try:
                 step = np.linalg.solve(matrix, residual)
             except np.linalg.LinAlgError:
@@ -207,10 +207,10 @@ class PieceCurve(Curve):
                 return None
             u -= step
             # Next to a change of the pieces, iterates may alternate between both sides: that is no rounding.
-            stalls = change <= STALLED and change >= 0.8 * previous and found[LAW] == law
+            stalls = change <= STALLED and change >= 0.8 * previous and result[LAW] == law
             if change <= CONVERGED or stalls:
                 return matrix
-            previous, law = change, found[LAW]
+            previous, law = change, result[LAW]
         return None
 
     def _point(self, u: NDArray, matrix: NDArray) -> Point | None:
@@ -232,5 +232,5 @@ class PieceCurve(Curve):
         tests[GAP] = tests[SPEED] = 1.0
         tests[TRACE], tests[DETERMINANT] = trace, determinant
         tests[CROSSING] = np.linalg.det(bordered)
-        tests[PIECES], tests[SECTION] = self.found[LAW], self.section
+        tests[PIECES], tests[SECTION] = self.result[LAW], self.section
         return Point(u, tangent, tests)

@@ -126,8 +126,8 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
 def _changes_ahead(curve: PieceCurve, point: Point) -> bool:
     """Return whether the motion just ahead of a point has other pieces, or grazes a rigid support."""
     curve.section = float(point.tests[SECTION])
-    found = curve.differentiate(point.u + AHEAD * point.tangent)
-    return found is None or found[LAW] != point.tests[PIECES]
+    ahead = curve.differentiate(point.u + AHEAD * point.tangent)
+    return ahead is None or ahead[LAW] != point.tests[PIECES]
 
 
 def _beyond(curve: PieceCurve, point: Point) -> Point | None:
@@ -140,13 +140,13 @@ def _beyond(curve: PieceCurve, point: Point) -> Point | None:
     while gap < LARGEST_GAP:
         u = point.u.copy()
         u[-1] += way * gap / curve.weights[-1]
-        found = curve.settle(u)
-        is_other = found is not None and found.tests[PIECES] != point.tests[PIECES]
-        if found is None or not is_other:
+        other = curve.settle(u)
+        is_other = other is not None and other.tests[PIECES] != point.tests[PIECES]
+        if other is None or not is_other:
             gap *= 10.0
             continue
-        if curve.distance(point, found) < SAME_ORBIT + STEEPEST * gap:
-            return found if found.tests[FOLD] * way > 0.0 else found.reversed()
+        if curve.distance(point, other) < SAME_ORBIT + STEEPEST * gap:
+            return other if other.tests[FOLD] * way > 0.0 else other.reversed()
         gap *= 10.0
     return None
 
@@ -156,14 +156,14 @@ def _locate_change(curve: PieceCurve, point: Point, new: Point, length: float) -
     low, high, before, after, reached = 0.0, length, point, new, length
     while high - low > CHANGE_LENGTH:
         middle = 0.5 * (low + high)
-        found = curve.advance(point, middle)
-        if found is not None and found.tests[PIECES] == point.tests[PIECES]:
-            low, before = middle, found
+        trial = curve.advance(point, middle)
+        if trial is not None and trial.tests[PIECES] == point.tests[PIECES]:
+            low, before = middle, trial
             continue
         high = middle
         # Close to the change Newton's method may alternate between its sides.
-        if found is not None:
-            after, reached = found, middle
+        if trial is not None:
+            after, reached = trial, middle
     return Change(before, after, low, reached)
 
 
@@ -211,11 +211,11 @@ def _marks(
     crosses = point.tests[CROSSING] * new.tests[CROSSING] < 0.0
     # A symmetric orbit loses its symmetry where its branch is crossed.
     if crosses and curve.halves == "pitchfork" and curve.halves_difference(new) < SYMMETRIC:
-        found = curve.locate(point, (0.0, length), lambda each: float(each.tests[CROSSING]))
-        if found is None and length > CROSSING_LENGTH:
+        crossing = curve.locate(point, (0.0, length), lambda each: float(each.tests[CROSSING]))
+        if crossing is None and length > CROSSING_LENGTH:
             return None
         # The equations are singular there, and a step may fail.
-        marks.append(Mark(*((length, new) if found is None else found), "pitchfork", ""))
+        marks.append(Mark(*((length, new) if crossing is None else crossing), "pitchfork", ""))
     return sorted(marks, key=length_of)
 
 

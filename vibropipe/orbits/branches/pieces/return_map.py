@@ -18,7 +18,7 @@ from vibropipe.physics.contact import to_displacement, to_velocity
 X, V, BY_SECTION, BY_PARAMETER, LAW, MARGIN, BEST, BEST_MARGIN = (
     0, 1, slice(2, 6), slice(6, 8), 8, 9, 10, 11,
 )  # fmt: skip
-FOUND = 12
+N_RESULTS = 12
 # Frames of a piece: of the equilibrium and of each support.
 FRAMES = 3
 # Roots are counted in parts of this size.
@@ -54,24 +54,24 @@ def returned(e, p, section, x, v, m, march_room):
 
 
 @jit
-def fill_margins(p, pieces, m, found) -> None:
+def fill_margins(p, pieces, m, result) -> None:
     """Fill MARGIN, BEST and BEST_MARGIN; the section cuts a piece into the first and the last."""
     last = pieces.counts[PIECES] - 1
     begin, end = pieces.values[0, AT], end_of_piece(p, pieces, 0)
     start = pieces.values[last, AT] - m
-    found[9], found[10], found[11] = min(end - begin, begin - start), 0.5 * (start + end), 0.0
-    found[11] = 0.5 * (end - start)
+    result[9], result[10], result[11] = min(end - begin, begin - start), 0.5 * (start + end), 0.0
+    result[11] = 0.5 * (end - start)
     for i in range(1, last):
         here, there = pieces.values[i, AT], end_of_piece(p, pieces, i)
-        if 0.5 * (there - here) > found[11]:
-            found[10], found[11] = 0.5 * (here + there), 0.5 * (there - here)
+        if 0.5 * (there - here) > result[11]:
+            result[10], result[11] = 0.5 * (here + there), 0.5 * (there - here)
     if last == 0:
-        found[9] = found[11]
+        result[9] = result[11]
 
 
 @jit
-def differentiate(e, values, along, column, u, m, section, march_room, room, found) -> bool:
-    """Fill found (FOUND,) with the return map and its derivatives.
+def differentiate(e, values, along, column, u, m, section, march_room, room, result) -> bool:
+    """Fill result (N_RESULTS,) with the return map and its derivatives.
 
     Parameters
     ----------
@@ -89,22 +89,22 @@ def differentiate(e, values, along, column, u, m, section, march_room, room, fou
     march_room
         As for `march_orbit`; its log is left with the orbit.
     room : PieceVariations
-    found : (FOUND,) float
+    result : (N_RESULTS,) float
 
     Returns
     -------
     bool
-        Whether the map is known and smooth there.
+        Whether the map exists and is smooth there.
     """
     p = parameters_at(values, along, u[2])
-    found[0], found[1], known = returned(e, p, section, u[0], u[1], m, march_room)
+    result[0], result[1], is_marched = returned(e, p, section, u[0], u[1], m, march_room)
     pieces = march_room[0].pieces
-    if not known or not vary_pieces(e, p, pieces, m, BY, room):
+    if not is_marched or not vary_pieces(e, p, pieces, m, BY, room):
         return False
     for part in range(2):
-        found[2 + 2 * part] = room.ends[part, BY_X]
-        found[3 + 2 * part] = room.ends[part, BY_V]
-        found[6 + part] = room.ends[part, PARAMETER + column]
-    found[8] = law_of_orbit(pieces)
-    fill_margins(p, pieces, m, found)
+        result[2 + 2 * part] = room.ends[part, BY_X]
+        result[3 + 2 * part] = room.ends[part, BY_V]
+        result[6 + part] = room.ends[part, PARAMETER + column]
+    result[8] = law_of_orbit(pieces)
+    fill_margins(p, pieces, m, result)
     return True

@@ -14,7 +14,7 @@ from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
 # Lengths of the first step of doubled orbits that are tried, and the least difference of their halves over it: the
 # parent solves the same equations.
-FIRST_LENGTHS, LEAST_SHARE = (DOUBLED_LENGTH, 1e-3, 1e-4, 1e-5), 0.1
+FIRST_LENGTHS, MIN_SHARE = (DOUBLED_LENGTH, 1e-3, 1e-4, 1e-5), 0.1
 
 
 def limit_of_pieces(branch: Branch, event: Event) -> str:
@@ -51,7 +51,7 @@ def _first_length(child: PieceCurve, start: Point) -> float:
     """Return the length of a first step that leads away from the parent; 0 if there is none."""
     for length in FIRST_LENGTHS:
         ahead = child.advance(start, length)
-        if ahead is not None and child.halves_difference(ahead) > LEAST_SHARE * length:
+        if ahead is not None and child.halves_difference(ahead) > MIN_SHARE * length:
             return length
     return 0.0
 
@@ -59,9 +59,9 @@ def _first_length(child: PieceCurve, start: Point) -> float:
 def _across(curve: PieceCurve, child: PieceCurve, point: Point, multiplier: float) -> Point:
     """Return a bifurcation as a point of the branch that begins there, its tangent along a Floquet vector."""
     curve.section = float(point.tests[SECTION])
-    found = curve.differentiate(point.u)
-    assert found is not None
-    multipliers, vectors = np.linalg.eig(found[BY_SECTION].reshape(2, 2))
+    result = curve.differentiate(point.u)
+    assert result is not None
+    multipliers, vectors = np.linalg.eig(result[BY_SECTION].reshape(2, 2))
     vector = np.real(vectors[:, np.abs(multipliers - multiplier).argmin()])
     tangent = np.append(vector, 0.0)
     doubled = child.sequence.m // curve.sequence.m
@@ -71,13 +71,13 @@ def _across(curve: PieceCurve, child: PieceCurve, point: Point, multiplier: floa
 def _along_parent(parent: PieceCurve, point: Point) -> Point | None:
     """Return the point where a branch turns at its parent as a point of the parent."""
     parent.section = float(point.tests[SECTION])
-    found = parent.differentiate(point.u)
-    if found is None:
+    result = parent.differentiate(point.u)
+    if result is None:
         return None
-    equations = found[BY_SECTION].reshape(2, 2) - np.eye(2)
+    equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
     # At a pitchfork the equations are singular: of all solutions, the least one.
-    section = np.linalg.lstsq(equations, -found[BY_PARAMETER], rcond=1e-6)[0]
-    return _start(parent, point, np.append(section, 1.0), float(found[LAW]))
+    section = np.linalg.lstsq(equations, -result[BY_PARAMETER], rcond=1e-6)[0]
+    return _start(parent, point, np.append(section, 1.0), float(result[LAW]))
 
 
 def _start(curve: PieceCurve, point: Point, tangent: np.ndarray, law: float) -> Point:

@@ -68,11 +68,11 @@ def trace_slopes(e, values, k, x, v, m, law, march_room, out, row):
         moved = n * step
         values[0, INDICES[k]] = size + moved
         x1, v1 = x + moved * out.d_section[row, 0, k], v + moved * out.d_section[row, 1, k]
-        found = trace_of_orbit(e, row_parameters(values, 0), x1, v1, m, march_room)
+        other = trace_of_orbit(e, row_parameters(values, 0), x1, v1, m, march_room)
         # (f(-2) - 8 f(-1) + 8 f(1) - f(2)) / 12
         weight = (8.0 / n if abs(n) == 1 else -2.0 / n) / (12.0 * step)
-        trace, determinant = trace + weight * found[0], determinant + weight * found[1]
-        is_smooth = is_smooth and found[2] == law
+        trace, determinant = trace + weight * other[0], determinant + weight * other[1]
+        is_smooth = is_smooth and other[2] == law
     values[0, INDICES[k]] = size
     return trace, determinant, is_smooth
 

@@ -17,6 +17,8 @@ from strategies import Case, cases
 import vibropipe as vp
 from vibropipe.lab.reference_solver import ReferenceSolver
 from vibropipe.physics.load import NEVER, force_at, force_value, release_wait_of_second
+from vibropipe.words.regimes import Regime
+from vibropipe.words.status import Status
 
 FORCED: dict[str, Any] = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
 TWO = vp.Exciter(**FORCED, f2=0.4, phi2=0.7)
@@ -144,6 +146,30 @@ def test_the_release_is_the_first_zero_of_the_force(
     assert wait == 0.0 or pressing.max(initial=-math.inf) <= 1e-13 * size
     if 0.0 < wait < NEVER:
         assert abs(force_value(force_at(p, 1.0, turn + wait, 1), 1) + load) <= 1e-14 * size
+
+
+@pytest.mark.parametrize("harmonic", ["f", "f2"])
+@pytest.mark.parametrize(
+    "held", [{"friction": 0.3}, {"delta": -0.8, "R1": 0.0, "R2": 0.0}], ids=["friction", "support"]
+)
+def test_a_force_that_only_reaches_what_holds_the_mass_frees_it_never(
+    held: dict[str, float], harmonic: str
+) -> None:
+    exciter = vp.Exciter(**{"l": 0.5, "nu": 1.0, "h": 0.2, harmonic: 0.3} | held)
+    motion = vp.simulate(exciter, 20 * exciter.period, samples_per_period=0)
+    until = motion.stick_end if "friction" in held else motion.rest_end
+    np.testing.assert_array_equal(until, [math.inf])
+    above = vp.simulate(
+        dataclasses.replace(exciter, **{harmonic: 0.3 * (1 + 1e-9)}), exciter.period
+    )
+    assert (above.stick_end if "friction" in held else above.rest_end)[0] < math.inf
+
+
+def test_a_row_does_not_depend_on_the_second_harmonic_of_others() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, friction=1.0)
+    rows, alone = vp.sweep(exciter, {"f2": [0.0, 0.1]}), vp.steady_state(exciter)
+    assert rows.regime[0] == alone.regime == Regime.NO_IMPACT
+    assert rows.status[0] == alone.status == Status.OK
 
 
 def test_second_harmonic_of_zero_is_none() -> None:

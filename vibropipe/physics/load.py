@@ -244,7 +244,8 @@ def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
     -----
     The release is the first zero at which the load turns positive. A parabola above the load, whose curvature is the
     largest one of the load, has no zero before its own, so no release is passed; near a zero these strides converge
-    like Newton's method.
+    like Newton's method. There the load rises beyond its rounding if a parabola below it does; a maximum that only
+    touches zero does not, and is passed.
     """
     force, _rate, second = force_bounds(p)
     per_turn = TWO_PI / p.nu
@@ -254,9 +255,10 @@ def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
     for _ in range(MAX_STRIDES):
         at = force_at(p, sigma, turn + wait, 1)
         value, slope = force_value(at, 1) + load, force_rate(p, at, 1) * per_turn
-        if value > rounding or (value >= -rounding and slope > 0.0):
+        rises = slope > 0.0 and slope * slope > 4.0 * curvature * rounding
+        if value > rounding or (value >= -rounding and rises):
             return wait
-        # The stride is that of a load pressed by its rounding at least, so a maximum that touches zero is passed.
+        # The stride is that of a load pressed by its rounding at least, so that no zero holds it up.
         press = max(-value, rounding)
         root = math.sqrt(slope * slope + 2.0 * curvature * press)
         wait += 2.0 * press / (root + slope) if slope > 0.0 else (root - slope) / curvature

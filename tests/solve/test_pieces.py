@@ -12,6 +12,7 @@ from comparisons import reference
 
 import vibropipe as vp
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 MOTIONS = reference("effects")
@@ -204,3 +205,14 @@ def test_energies_of_a_motion_that_starts_with_an_impact() -> None:
     assert float(motion["impact_tau"][0]) == 0.0
     assert abs(float(motion["energy_residual"])) < 1e-15
     assert float(motion["energy_friction"]) > 0.5
+
+
+@pytest.mark.parametrize("of_support", [{"k1": 1e60}, {"k1": 1e4, "h1": 1e12}])
+def test_a_contact_of_too_many_steps_is_refused(of_support: dict[str, float]) -> None:
+    """They ended in a mass glued to its support, with status ok, or did not end."""
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, **of_support)
+    with pytest.raises(vp.ParameterError, match=r"tau_end: must be reached in at most 1e\+11 "):
+        vp.simulate(exciter, 10.0)
+    row = vp.steady_state(exciter)
+    assert row.status == Status.MAX_STEPS
+    assert row.regime == Regime.UNRESOLVED

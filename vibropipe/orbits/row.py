@@ -35,7 +35,7 @@ from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import fastest_of_row, forcing_period
-from vibropipe.physics.stiffness import is_soft
+from vibropipe.physics.stiffness import fastest_contact, is_soft
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -86,7 +86,8 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         gives the reason.
     """
     out.section[row, 0], out.section[row, 1] = x, v
-    if not forcing_period(p) * fastest_rate(fastest_of_row(p), p.h) / REACH < MAX_STEPS_PER_PERIOD:
+    fastest = max(fastest_rate(fastest_of_row(p), p.h), fastest_contact(e, p))
+    if not forcing_period(p) * fastest / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = grid_in_room(e, p, exact_steps(e, p), room.grid)

@@ -19,9 +19,10 @@ from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.flow import DEGREE, REACH
 from vibropipe.physics.limits import MAX_MARCH_STEPS, SAMPLES_PER_PERIOD
 from vibropipe.physics.linear import stays_off_supports
+from vibropipe.physics.stiffness import fastest_contact
 from vibropipe.solve import linear_motion as linear
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.conservative_motion import contacts, positions
@@ -168,7 +169,8 @@ def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> Mot
     solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
     if solve_closed_form is None:
         grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
-        _check_steps(request, (turns[1] - turns[0]) * grid.steps)
+        steps = (turns[1] - turns[0]) * grid.steps
+        _check_steps(request, steps * _parts_in_contact(exciter, request.effects, grid))
         run = _march(exciter, request, grid, turns)
     else:
         after = sample_times(turns, request.samples_per_period)
@@ -229,6 +231,13 @@ def _conservative(
     for name in ("impact_tau", "grazing_tau"):
         impacts[name] += request.tau_start
     return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
+
+
+def _parts_in_contact(exciter: Exciter, effects: Effects, grid: StepGrid) -> float:
+    """Return into how many parts a step is divided at most, in contact with a soft support."""
+    if grid.exact is None or effects.soft is None:
+        return 1.0
+    return max(1.0, fastest_contact(effects, exciter.parameters()) * grid.dt / REACH)
 
 
 def _check_steps(request: MotionRequest, steps: float) -> None:

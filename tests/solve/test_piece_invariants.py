@@ -40,6 +40,7 @@ def motions(draw: Any, lossless: bool = False) -> Start:
         of_support[f"k{support}"] = k
         of_support[f"h{support}"] = 2.0 * math.sqrt(k) * number(0.0, 1.5) * (not lossless)
     friction = draw(st.just(0.0) | st.floats(0.01, 0.6)) * (not lossless)
+    second = 0.0 if lossless else draw(st.just(0.0) | st.floats(-1.0, 1.0, allow_subnormal=False))
     assume(friction > 0.0 or of_support["k1"] + of_support["k2"] > 0.0)
     exciter = vp.Exciter(
         l=0.5,
@@ -50,6 +51,9 @@ def motions(draw: Any, lossless: bool = False) -> Start:
         R1=1.0 if lossless else number(0.1, 1.0),
         R2=1.0 if lossless else number(0.1, 1.0),
         friction=friction,
+        load=draw(st.just(0.0) | st.floats(-0.5, 0.5, allow_subnormal=False)),
+        f2=second,
+        phi2=number(-3.0, 3.0) if second else 0.0,
         **of_support,
     )
     return Start(exciter, number(exciter.lower, exciter.upper), number(-1.0, 1.0))
@@ -110,9 +114,13 @@ def agrees_with_40_digits(motion: Start) -> None:
     Where a force is the friction within rounding, the twin tells a stick from a slip that no double can.
     """
     e = motion.exciter
-    assume(all(number == 0.0 or abs(number) > 1e-6 for number in (e.f, e.h, motion.v0)))
-    held = (abs(motion.x0), abs(e.f), abs(motion.x0) + abs(e.f), abs(abs(motion.x0) - abs(e.f)))
-    assume(all(abs(force - e.friction) > 1e-6 for force in held))
+    numbers = (e.f, e.h, e.f2, e.load, motion.v0)
+    assume(all(number == 0.0 or abs(number) > 1e-6 for number in numbers))
+    phase = np.linspace(0.0, 2.0 * math.pi, 4001)
+    force = e.f * np.sin(phase) + e.f2 * np.sin(2.0 * phase + e.phi2)
+    pull = e.load - motion.x0
+    held = np.abs([pull, force.max(), *(pull + np.array([force[0], force.min(), force.max()]))])
+    assume((np.abs(held - e.friction) > 2e-6).all())
     sensitivity = amplification(motion)
     assume(sensitivity < 1e4)
     task = (motion.exciter, TAU_END, motion.x0, motion.v0)

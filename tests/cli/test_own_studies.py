@@ -10,6 +10,8 @@ from sampling import sampled
 from sharded_study import PROGRAM
 
 from vibropipe import __version__
+from vibropipe.cli import main
+from vibropipe.cli.workers import Workers
 from vibropipe.study import load_study
 from vibropipe.study.schema import schema_text
 
@@ -81,6 +83,28 @@ def test_a_mistake_is_reported_before_any_job(tmp_path):
 def test_what_cannot_be_made_is_refused(tmp_path, arguments, message):
     tmp_path.joinpath("mine.yaml").write_text(STUDY)
     assert message in vibropipe(tmp_path, "run", *arguments, code=2)
+
+
+@pytest.mark.parametrize("more", [(), ("--results", "/tmp/elsewhere")])
+def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
+    tmp_path, more, monkeypatch, capsys
+):
+    file = tmp_path / "mine.yaml"
+    file.write_text(STUDY)
+    monkeypatch.chdir(tmp_path)
+
+    def refuse(dir):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(Workers, "start", lambda _: None)
+    with pytest.raises(SystemExit) as stopped:
+        main(["run", "mine.yaml", *more])
+    assert stopped.value.code == 2
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"vibropipe: {tmp_path}: cannot be written (Permission denied), but")
+    assert printed.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
 
 
 def test_a_new_study_is_valid_and_never_overwrites(tmp_path):

@@ -1,12 +1,19 @@
 """The studies of a call, as the rules of the workflow read them."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.jobs.run import FIRST, check_writable, clear_leftovers, read_run
+from vibropipe.jobs.run import (
+    FIRST,
+    check_working_folder,
+    check_writable,
+    clear_leftovers,
+    read_run,
+)
 from vibropipe.jobs.solving import code_hash
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.scenes.costs import PlanError
@@ -99,6 +106,25 @@ def test_a_folder_that_cannot_be_written_is_reported_and_another_one_created(tmp
         NotWrittenError, match=r"file/results: cannot be written \(Not a directory\): change"
     ):
         check_writable(str(tmp_path / "file" / "results"))
+
+
+@pytest.mark.parametrize("refused", [".", "logs"])
+def test_a_working_folder_that_cannot_be_written_is_reported(folder, refused, monkeypatch):
+    folder.joinpath("logs").mkdir()
+    check_working_folder()
+    files = sorted(folder.rglob("*"))
+
+    def temporary_file(dir):
+        if dir == Path(refused):
+            raise PermissionError(13, "Permission denied")
+        return nullcontext()
+
+    monkeypatch.setattr("tempfile.TemporaryFile", temporary_file)
+    with pytest.raises(PlanError) as refusal:
+        check_working_folder()
+    where = f"{folder / refused}: cannot be written (Permission denied), but"
+    assert str(refusal.value).startswith(where)
+    assert sorted(folder.rglob("*")) == files
 
 
 def test_leftovers_of_other_cuts_are_removed_among_shards_alone(tmp_path):

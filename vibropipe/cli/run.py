@@ -37,7 +37,7 @@ def run(
     if not dry_run:
         WORKERS.start()
 
-    from vibropipe.jobs.run import check_results_name
+    from vibropipe.jobs.run import check_results_name, check_working_folder
     from vibropipe.study import config_of_files, load_study
 
     # a mistake is reported at once, before the workflow is loaded
@@ -46,6 +46,7 @@ def run(
     check_results_name(settings.results)
     for name in settings.studies:
         load_study(settings.study_file(name))
+    check_working_folder()
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [

@@ -36,6 +36,8 @@ from vibropipe.study import (
 )
 
 CONFIG = "config/config.yaml"
+# Folders in which a run writes, whatever the folder of results, if they exist.
+WORKING_FOLDERS = (".", ".snakemake", "logs")
 # Seconds of work, on one core, for each thread of a sweep.
 SECONDS_PER_THREAD = 4
 # Priority of jobs that start before all others.
@@ -235,6 +237,19 @@ def check_results_name(results: str) -> None:
         raise PlanError(f"results: must be a folder's name without {{, }} and *, got {results!r}")
     if Path(results).exists() and not Path(results).is_dir():
         raise PlanError(f"results: must be a folder, got the file {results}")
+
+
+def check_working_folder() -> None:
+    """Raise PlanError unless files can be written in the working folder, where snakemake keeps records and logs."""
+    for folder in filter(Path.is_dir, map(Path, WORKING_FOLDERS)):
+        try:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            raise PlanError(
+                f"{folder.absolute()}: cannot be written ({error.strerror}), but the records and logs of a run are kept"
+                " there: call it in another folder, or change the permissions of this one"
+            ) from None
 
 
 def check_writable(results: str) -> None:

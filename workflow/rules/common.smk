@@ -8,7 +8,12 @@ from vibropipe.cli import exit_code
 from vibropipe.cli.workers import WORKERS
 from vibropipe.jobs.drawing import drawing_hash
 from vibropipe.jobs.html_report import captions, is_requested, write_opening
-from vibropipe.jobs.run import check_writable, clear_leftovers, read_run
+from vibropipe.jobs.run import (
+    check_working_folder,
+    check_writable,
+    clear_leftovers,
+    read_run,
+)
 from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.scenes.costs import PlanError
@@ -38,6 +43,7 @@ RUN = exit_on_error(
     # snakemake gives a workflow its targets only after all rules are read
     sys.argv[1:],
 )
+exit_on_error(check_working_folder)
 RESULTS = RUN.results
 # Files that had to be made when the run began, with their modification times then.
 PLANNED = {}

@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,9 @@ from sharded_study import PROGRAM
 from vibropipe import __version__
 from vibropipe.cli import main
 from vibropipe.cli.workers import Workers
+from vibropipe.jobs.run import read_run
+from vibropipe.jobs.solving import identity
+from vibropipe.store import write_sidecar
 from vibropipe.study import load_study
 from vibropipe.study.schema import schema_text
 
@@ -55,6 +59,7 @@ def test_results_of_a_study_elsewhere_are_made_in_the_current_folder(tmp_path):
     # the same study by its absolute path
     printed = vibropipe(here, "run", str(file), "--cores", "2", "--results", "made")
     assert "Nothing to be done" in printed
+    assert "far: up to date (made/far/report.pdf)" in printed
     file.write_text(STUDY.replace("tau_end: 5", "tau_end: 6"))
     printed = vibropipe(here, "run", str(file), "--dry-run", "--results", "made")
     assert set(re.findall(r"far: (.+)", printed)) >= {"solving forced", "typesetting the report"}
@@ -126,3 +131,37 @@ def test_a_new_study_with_units_is_valid(tmp_path):
     vibropipe(tmp_path, "new", "--units", "robot")
     study = load_study(tmp_path / "robot.yaml")
     assert study.scenes["response"].mass_and_stiffness == (2.0, 8000.0)
+
+
+def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longer_have(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "far.yaml"
+    file.write_text(STUDY)
+    run = read_run(None, {"studies": ["far.yaml"], "results": "made"})
+    for target in run.targets("far"):
+        Path(target).parent.mkdir(parents=True, exist_ok=True)
+        Path(target).touch()
+    study = run.studies["far"]
+    write_sidecar("made/far/forced.nc", 1.0, 1, **identity(study, study.scene("forced")))
+    Path("made/far/old.nc").touch()
+    write_sidecar("made/far/old.nc", 1.0, 1, fingerprint="f")
+    monkeypatch.setattr(Workers, "start", lambda _: None)
+    monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(0))
+    monkeypatch.setattr(sys, "argv", [])
+    for more, lines in (
+        ((), 2),
+        (("--dry-run",), 0),
+    ):
+        with pytest.raises(SystemExit) as stopped:
+            main(["run", "far.yaml", "--results", "made", *more])
+        assert not stopped.value.code
+        printed = capsys.readouterr().err.splitlines()
+        assert (
+            printed
+            == [
+                "far: up to date (made/far/report.pdf)",
+                "  kept, though no longer in the study: results of old; delete them if not needed",
+            ][:lines]
+        )

@@ -212,3 +212,22 @@ def test_no_study_is_one_message_and_exit_code_2(folder, tmp_path, capsys):
     assert not printed.out
     assert folder in printed.err
     assert "solve the study first" in printed.err
+
+
+def test_a_scene_that_the_study_no_longer_has_is_named(tmp_path, capsys):
+    file, results = tmp_path / "tiny.yaml", tmp_path / "results"
+    moments = {"detail": "2026-01-01T00:00:00+00:00", "closeup": "2026-01-01T00:00:01+00:00"}
+    for name, moment in moments.items():
+        scene = "{kind: motion, tau_end: 5, samples_per_period: 16}"
+        file.write_text(f"title: T\nexciter: {{l: 0.5, f: -1}}\nscenes:\n  {name}: {scene}\n")
+        solve_to_file(load_study(file), name, results / f"{name}.nc", None, 1)
+        sidecar = results / f"{name}.json"
+        sidecar.write_text(json.dumps(json.loads(sidecar.read_text()) | {"finished": moment}))
+    assert run(results, "--seed", 1) == 0
+    closeup, detail, left, _ = capsys.readouterr().out.splitlines()
+    assert closeup.startswith("closeup: ")
+    assert detail.startswith("detail: ")
+    assert left == "  no longer in the study; delete it if not needed"
+    # one file alone says nothing of the study as it is now
+    assert run(results / "detail.nc", "--seed", 1) == 0
+    assert "no longer" not in capsys.readouterr().out

@@ -69,7 +69,22 @@ def run(
             # the workflow has said that it was interrupted
             remove_socket()
             os._exit(INTERRUPTED)
-        raise
+        if stop.code or dry_run:
+            raise
+    _print_summary(paths, settings.results)
+
+
+def _print_summary(files: list[str], results: str) -> None:
+    """Print the summary of a run unless the workflow did, which calls nothing where nothing is to be done."""
+    from vibropipe.jobs.run import read_run
+    from vibropipe.jobs.summary import PRINTED, summarise_all
+
+    if PRINTED:
+        return
+    summary = summarise_all(read_run(None, {"studies": files, "results": results}))
+    typer.echo("\n".join(summary.lines), err=True)
+    if summary.missing:
+        raise typer.Exit(1)
 
 
 def new(

@@ -19,12 +19,24 @@ HOW_TO_RESUME = (
 MAX_LISTED, MAX_SCENES_LISTED = 20, 4
 
 
+LEFT_OVER = "no longer in the study"
+
+
 @dataclass(frozen=True)
 class Summary:
     """Lines that are printed at the end of a run, and paths of missing files (none if all were made)."""
 
     lines: list[str]
     missing: list[str]
+
+
+# Summaries that this process has printed: the workflow prints none where nothing is to be done.
+PRINTED: list[Summary] = []
+
+
+def summarise_all(run: Run) -> Summary:
+    """Return the summary of a run whose studies were all up to date."""
+    return summarise(run, [path for name in run.default for path in run.targets(name)], {})
 
 
 def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) -> Summary:
@@ -76,9 +88,7 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
         lines += unresolved
         if gone := scenes_left_over(run, name):
             left = f"results of {_listed(gone)}"
-            lines.append(
-                f"  kept, though no longer in the study: {left}; delete them if not needed"
-            )
+            lines.append(f"  kept, though {LEFT_OVER}: {left}; delete them if not needed")
     missing = list(dict.fromkeys(missing))
     if missing:
         lines.append(

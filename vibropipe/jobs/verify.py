@@ -7,17 +7,25 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vibropipe.jobs.summary import LEFT_OVER
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import StoreError, attributes_of, expected_changes, scene_files
+from vibropipe.store import (
+    StoreError,
+    attributes_of,
+    expected_changes,
+    read_sidecar,
+    scene_files,
+)
 from vibropipe.study import Study, StudyError, fingerprint, study_of_text
 from vibropipe.words.wording import count
 
@@ -45,6 +53,8 @@ class Verdict:
         Why differences are expected on this system.
     left_out : str
         What was not compared, as text.
+    is_left_over : bool
+        Whether the study no longer has the scene.
     """
 
     name: str
@@ -52,6 +62,7 @@ class Verdict:
     faults: list[str] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     left_out: str = ""
+    is_left_over: bool = False
 
     @property
     def good(self) -> bool:
@@ -67,6 +78,7 @@ class Verdict:
         if len(self.faults) > MAX_REPORTED:
             lines.append(f"  and {len(self.faults) - MAX_REPORTED} more")
         lines += [f"  not compared: {self.left_out}"] if self.left_out else []
+        lines += [f"  {LEFT_OVER}; delete it if not needed"] if self.is_left_over else []
         if self.reasons:
             word = "possible" if self.good else "expected"
             lines.append(f"  differences are {word} on this system: {'; '.join(self.reasons)}")
@@ -105,7 +117,24 @@ def verify(
     """
     files = scene_files(results)
     sample_seed = new_seed() if seed is None else seed
-    return (_verdict(path, rows, sample_seed) for path in files)
+    gone = left_over(files)
+    return (replace(_verdict(path, rows, sample_seed), is_left_over=path in gone) for path in files)
+
+
+def left_over(files: Sequence[Path]) -> list[Path]:
+    """Return the datasets of scenes that their study no longer has, by its text in the dataset that was made last."""
+    made = {}
+    for path in files:
+        with suppress(StoreError):
+            made[path] = str(read_sidecar(path).get("finished", ""))
+    last = max(made, key=made.__getitem__, default=None)
+    if last is None or not made[last]:
+        return []
+    try:
+        study, _ = _study_and_scene(attributes_of(last))
+    except (StoreError, StudyError, _ForeignError, KeyError):
+        return []  # the verdict on this file says why
+    return [path for path in made if made[path] and path.stem not in study.scenes]
 
 
 def _verdict(path: Path, rows: int, seed: int) -> Verdict:

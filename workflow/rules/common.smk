@@ -14,7 +14,7 @@ from vibropipe.jobs.run import (
     clear_leftovers,
     read_run,
 )
-from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
+from vibropipe.jobs.summary import HOW_TO_RESUME, PRINTED, file_times, summarise
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.values import NAME
@@ -81,6 +81,7 @@ def summarise_run(jobs):
     """Print what was made of each study; exit with an error if requested files are missing."""
     summary = summarise(RUN, kept_outputs(jobs), PLANNED)
     print_message("\n".join(summary.lines))
+    PRINTED.append(summary)
     if summary.missing:
         raise SystemExit(1)
 

@@ -15,7 +15,7 @@ from vibropipe.jobs.run import (
     read_run,
 )
 from vibropipe.jobs.solving import code_hash
-from vibropipe.jobs.summary import HOW_TO_RESUME, file_times, summarise
+from vibropipe.jobs.summary import HOW_TO_RESUME, causes, file_times, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import NotWrittenError, write_sidecar
@@ -165,6 +165,18 @@ def test_a_summary_names_scenes_that_were_removed(folder):
         "  kept, though no longer in the study: results of old; delete them if not needed"
     )
     assert folder.joinpath("results/first/old.nc").exists()
+
+
+def test_the_causes_of_a_failed_run_are_the_errors_at_the_ends_of_logs(tmp_path):
+    texts = {
+        "one": "vibropipe: the kernel cache\nvibropipe: two\nlines\n",
+        "again": "vibropipe: two\nlines\n",
+        "bug": "Traceback: vibropipe: no\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    logs = [str(tmp_path / name) for name in (*texts, "missing")]
+    assert causes(logs) == ["vibropipe: two\nlines"]
 
 
 def write_file(path: Path) -> None:

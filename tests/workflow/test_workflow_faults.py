@@ -152,6 +152,23 @@ def test_results_that_cannot_be_written_stop_a_run_before_any_job(unsolved):
     assert not jobs(printed, "Started")
 
 
+def test_a_damaged_dataset_is_named_last_and_a_truncated_one_stops_a_run_before_any_job(project):
+    dataset, figure = (project.path("results/tiny", n) for n in ("free.nc", "figures/free.svg"))
+    whole, again = dataset.read_bytes(), "delete it and rerun; only missing files are recomputed"
+    dataset.write_bytes(whole[:-100])
+    printed = project.snakemake(code=2)
+    lost = "results/tiny/free.nc: is truncated or was changed since it was written"
+    assert printed.splitlines()[-1] == f"vibropipe: {lost}: {again}"
+    assert not jobs(printed, "Started")
+    assert figure.is_file()
+
+    middle = len(whole) // 2
+    dataset.write_bytes(whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :])
+    printed = project.snakemake(code=1)
+    lost = "results/tiny/free.nc: is damaged (its checksum does not match)"
+    assert printed.splitlines()[-1] == f"vibropipe: {lost}: {again}"
+
+
 @pytest.mark.slow
 def test_a_second_snakemake_is_refused_and_a_killed_one_can_be_resumed(unsolved, undisturbed):
     process = unsolved.start("--notemp", TARGET, **OFTEN)

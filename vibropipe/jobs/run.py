@@ -23,8 +23,8 @@ from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.values import NAME
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import NotWrittenError
-from vibropipe.store.atomic import remove_leftovers
+from vibropipe.store import NotWrittenError, check_intact, remove_leftovers
+from vibropipe.store.files import ENDING
 from vibropipe.study import (
     Config,
     Study,
@@ -263,6 +263,13 @@ def check_writable(results: str) -> None:
             f"{results}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
             f" another folder under `results` in {CONFIG}"
         ) from None
+
+
+def check_whole(paths: Iterable[str]) -> None:
+    """Raise StoreError if a dataset is truncated. Snakemake deletes what a job makes before the job can find it out."""
+    for path in dict.fromkeys(paths):
+        if Path(path).suffix == ENDING and Path(path).is_file():
+            check_intact(path, every_byte=False)
 
 
 def clear_leftovers(paths: Iterable[str]) -> None:

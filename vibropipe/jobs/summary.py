@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,9 +13,11 @@ from vibropipe.store import read_sidecar
 from vibropipe.words.wording import share
 
 HOW_TO_RESUME = (
-    "The run is incomplete; see the error above and logs/. Fix the cause and run the same command again: completed\n"
+    "The run is incomplete; see its errors and logs/. Fix the cause and run the same command again: completed\n"
     "files are kept. If snakemake was killed and reports a locked folder, run `snakemake --unlock` first."
 )
+# Begins the error of a job, in its log.
+ERROR = "vibropipe: "
 # Limits of the lists: paths of missing files, and names of scenes (beyond it their number is printed).
 MAX_LISTED, MAX_SCENES_LISTED = 20, 4
 
@@ -105,6 +108,17 @@ def scenes_left_over(run: Run, name: str) -> list[str]:
         for path in sorted(Path(run.results, name).glob("*.nc"))
         if path.stem not in run.studies[name].scenes and "fingerprint" in read_sidecar(path)
     ]
+
+
+def causes(logs: Iterable[str]) -> list[str]:
+    """Return the errors that end the logs of failed jobs, each once."""
+    found: dict[str, None] = {}
+    for path in logs:
+        with suppress(OSError):
+            text = Path(path).read_text(encoding="utf-8", errors="replace")
+            _, begin, error = f"\n{text}".rpartition(f"\n{ERROR}")
+            found |= {f"{ERROR}{error.strip()}": None} if begin else {}
+    return list(found)
 
 
 def file_times(paths: Iterable[str]) -> dict[str, int]:

@@ -1,4 +1,5 @@
 # The studies of this call, read once before any job, and the messages before and after the jobs.
+import atexit
 import os
 import sys
 from collections import Counter
@@ -9,16 +10,23 @@ from vibropipe.cli.workers import WORKERS
 from vibropipe.jobs.drawing import drawing_hash
 from vibropipe.jobs.html_report import captions, is_requested, write_opening
 from vibropipe.jobs.run import (
+    check_whole,
     check_working_folder,
     check_writable,
     clear_leftovers,
     read_run,
 )
-from vibropipe.jobs.summary import HOW_TO_RESUME, PRINTED, file_times, summarise
+from vibropipe.jobs.summary import (
+    HOW_TO_RESUME,
+    PRINTED,
+    causes,
+    file_times,
+    summarise,
+)
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.values import NAME
-from vibropipe.store import NotWrittenError
+from vibropipe.store import NotWrittenError, StoreError
 from vibropipe.study import StudyError
 
 
@@ -31,7 +39,7 @@ def exit_on_error(function, *arguments):
     """Return the result of a function; an error ends the run with the message and exit code of `vibropipe`."""
     try:
         return function(*arguments)
-    except (StudyError, PlanError, NotWrittenError) as error:
+    except (StudyError, PlanError, StoreError, NotWrittenError) as error:
         print_message(f"vibropipe: {error}")
         raise SystemExit(exit_code(error))
 
@@ -47,6 +55,8 @@ exit_on_error(check_working_folder)
 RESULTS = RUN.results
 # Files that had to be made when the run began, with their modification times then.
 PLANNED = {}
+# Logs with their modification times then.
+LOGS = {}
 
 # Jobs find `vibropipe` beside the python that runs snakemake, even if its environment is not activated.
 os.environ.update(
@@ -55,10 +65,13 @@ os.environ.update(
 
 
 def prepare(jobs):
-    """Check, before any job, that results can be written, and remove leftovers; the files of the jobs are locked."""
+    """Check, before any job, what is read and written, and remove leftovers; the files of the jobs are locked."""
     exit_on_error(check_writable, RESULTS)
-    clear_leftovers(path for job in jobs for path in job.output)
+    made = {path for job in jobs for path in job.output}
+    exit_on_error(check_whole, [p for job in jobs for p in job.input if p not in made])
+    clear_leftovers(made)
     PLANNED.update(kept_outputs(jobs))
+    LOGS.update(file_times(str(path) for job in jobs for path in job.log))
     if workflow.local_exec:
         # Its limit, 100 jobs a second, needs a timer for each look for jobs, which leads to a further look after a
         # second: ever more of them, and the last one delays the end.
@@ -84,6 +97,16 @@ def summarise_run(jobs):
     PRINTED.append(summary)
     if summary.missing:
         raise SystemExit(1)
+
+
+def explain_failure(jobs):
+    """Print how to go on and, when snakemake has said all it says, why jobs failed."""
+    print_message(HOW_TO_RESUME)
+    failed = [j for j in jobs if not all(os.path.exists(path) for path in j.output)]
+    now = file_times(str(path) for job in failed for path in job.log)
+    errors = causes(path for path, time in now.items() if time != LOGS.get(path))
+    if errors:
+        atexit.register(print_message, "\n".join(errors))
 
 
 def plans_text():

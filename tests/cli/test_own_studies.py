@@ -112,6 +112,33 @@ def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
 
 
+def test_a_second_run_on_the_same_results_is_refused_in_plain_words(tmp_path, monkeypatch, capsys):
+    (tmp_path / "far.yaml").write_text(STUDY)
+    (tmp_path / ".snakemake/locks").mkdir(parents=True)
+    lock = tmp_path / ".snakemake/locks/0.output.lock"
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Workers, "start", lambda _: None)
+    monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(7))
+    monkeypatch.setattr(sys, "argv", [])
+    lock.write_text("results/far/forced.nc\nresults/far/forced.json\n")
+    assert exit_code("run", "far.yaml") == 2
+    assert capsys.readouterr().err == (
+        f"vibropipe: {tmp_path}: another run is at work in this folder, on results/far/: wait until it has ended; if it"
+        " was killed, delete .snakemake/locks and give the same command again\n"
+    )
+    # snakemake locks no files for a dry run; another study, or another folder of results, is free
+    assert exit_code("run", "far.yaml", "-n") == 7
+    assert exit_code("run", "far.yaml", "--results", "made") == 7
+    lock.write_text("results/farther/forced.nc\n")
+    assert exit_code("run", "far.yaml") == 7
+
+
+def exit_code(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as stopped:
+        main([*arguments])
+    return int(stopped.value.code or 0)
+
+
 def test_a_new_study_is_valid_and_never_overwrites(tmp_path):
     printed = vibropipe(tmp_path, "new", "mine")
     assert "vibropipe run mine.yaml" in printed

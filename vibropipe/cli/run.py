@@ -37,6 +37,7 @@ def run(
     if not dry_run:
         WORKERS.start()
 
+    from vibropipe.jobs.locks import check_unlocked
     from vibropipe.jobs.run import check_results_name, check_working_folder
     from vibropipe.study import config_of_files, load_study
 
@@ -47,6 +48,8 @@ def run(
     for name in settings.studies:
         load_study(settings.study_file(name))
     check_working_folder()
+    if not dry_run:
+        check_unlocked(settings.results, settings.studies)
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [

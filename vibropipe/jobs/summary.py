@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
+from vibropipe.jobs.locks import LOCKS
 from vibropipe.jobs.run import Run
 from vibropipe.store import read_sidecar
 from vibropipe.words.wording import share
 
 HOW_TO_RESUME = (
     "The run is incomplete; see its errors and logs/. Fix the cause and run the same command again: completed\n"
-    "files are kept. If snakemake was killed and reports a locked folder, run `snakemake --unlock` first."
+    f"files are kept. If a run was killed and its files are still locked, delete {LOCKS} first."
 )
 # Begins the error of a job, in its log.
 ERROR = "vibropipe: "

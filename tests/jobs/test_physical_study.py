@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import vibropipe as vp
 from vibropipe.cli.commands import app
+from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.store import summary
@@ -156,3 +157,32 @@ def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("vibropipe.solve.physical.to_physical", None)
     solve_to_file(plain, "s", tmp_path / "s.nc", None, 1)
     assert vp.load(tmp_path / "s.nc")["nu"].attrs["units"] == "1"
+
+
+PLANS = """
+title: With units
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}
+exciter: {R1: 0.7, R2: 0.6}
+scenes:
+  sweep:
+    kind: sweep
+    over: {omega: {start: 20 rad/s, stop: 200 rad/s, points: 19}, delta: [0, 1 mm]}
+    follow: {along: omega, direction: both}
+  borders: {kind: boundary, of: [fold], over: {omega: [50 rad/s, 250 rad/s], F: [20 N, 200 N]}}
+  pure: {kind: boundary, of: [fold], over: {R1: [0.2, 0.9], l: [4 mm, 9 mm]}}
+  laws: {kind: branch, along: {omega: {from: 50 rad/s, to: [20 rad/s]}}, over: {delta: [0, 1 mm]}}
+  wanted: {kind: design, vary: {omega: [40 rad/s, 90 rad/s], R1: [0.5, 0.9]}, target: {period_multiple: 1}}
+"""
+
+
+def test_plans_have_the_names_and_values_of_the_study(tmp_path):
+    scenes = study_at(tmp_path / "plans.yaml", PLANS).scenes
+    plans = {name: plan_scene(scene) for name, scene in scenes.items()}
+    assert {name: plan.size for name, plan in plans.items()} == {
+        "sweep": "2 direction x 19 omega x 2 delta",
+        "borders": "omega 50 to 250 rad/s x F 20 to 200 N",
+        "pure": "R1 0.2 to 0.9 x l 0.004 to 0.009 m",
+        "laws": "omega from 50 to 20 rad/s, 2 delta",
+        "wanted": f"{scenes['wanted'].samples} samples over omega, R1",
+    }
+    assert plans["sweep"].method == "exact, omega both"

@@ -17,7 +17,9 @@ from vibropipe.compiler.cache import cache_root
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
-from vibropipe.words.vocabulary import physical_name
+from vibropipe.solve.physical import convert
+from vibropipe.words.units import DIMENSIONS
+from vibropipe.words.vocabulary import physical_name, physical_quantity
 
 # Least seconds in which a job loads libraries and compiled kernels.
 MIN_LOAD_SECONDS = 0.7
@@ -164,11 +166,25 @@ def compiled_kernels() -> int:
 
 def grid_size(scene: BaseScene) -> str:
     """Write the sizes of the grids as a product: 200 nu x 3 f."""
-    is_physical = scene.mass_and_stiffness is not None
     return " x ".join(
-        f"{grid.size} {physical_name(name) if is_physical else name}"
-        for name, grid in scene.grids().items()
+        f"{grid.size} {stored_name(scene, name)}" for name, grid in scene.grids().items()
     )
+
+
+def stored_name(scene: BaseScene, name: str) -> str:
+    """Return the name of a parameter in the data of a scene, which are in SI if its study has units."""
+    return name if scene.mass_and_stiffness is None else physical_name(name)
+
+
+def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple[list[str], str]:
+    """Return values of a parameter as its data have them, as texts, and their unit with a blank before it, or ""."""
+    numbers, unit = np.array([*values]), ""
+    if scene.mass_and_stiffness is not None:
+        m, C = scene.mass_and_stiffness
+        numbers = convert(name, numbers, {"m": m, "C": C})
+        dimension = physical_quantity(name).dimension
+        unit = f" {DIMENSIONS[dimension].plain}" if dimension else ""
+    return [f"{number:g}" for number in numbers], unit
 
 
 def steady_bytes(

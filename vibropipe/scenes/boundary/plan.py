@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work
+from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, stored_name, stored_values
 
 if TYPE_CHECKING:
     from vibropipe.scenes.boundary.keys import BoundaryScene
@@ -16,15 +17,19 @@ USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 4, 300, 1e-3, 120
 def plan(scene: BoundaryScene) -> Work:
     """Return the work of curves of the usual number and length, which are not known before."""
     points = len(scene.of) * USUAL_CURVES * USUAL_POINTS
-    size = " x ".join(f"{name} {a:g} to {b:g}" for name, (a, b) in scene.over.items())
     return Work(
-        size=size,
+        size=" x ".join(_range_text(scene, str(name), ends) for name, ends in scene.over.items()),
         rows=scene.row_count,
         method="exact",
         outputs=(),
         seconds=points * SECONDS_PER_POINT,
         bytes=HEAD_BYTES + points * POINT_BYTES,
     )
+
+
+def _range_text(scene: BoundaryScene, name: str, ends: Sequence[float]) -> str:
+    (first, last), unit = stored_values(scene, name, ends)
+    return f"{stored_name(scene, name)} {first} to {last}{unit}"
 
 
 def estimate(scene: BoundaryScene, sampler: Sampler) -> Estimate:

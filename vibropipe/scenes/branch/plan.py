@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, steady_bytes
-from vibropipe.solve.physical import convert
+from vibropipe.scenes.costs import (
+    HEAD_BYTES,
+    Estimate,
+    Sampler,
+    Work,
+    steady_bytes,
+    stored_name,
+    stored_values,
+)
 from vibropipe.words.outputs import OF_STEADY_STATE
-from vibropipe.words.units import DIMENSIONS
-from vibropipe.words.vocabulary import physical_name, physical_quantity
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -35,16 +38,11 @@ def plan(scene: BranchScene) -> Work:
 
 def _size_text(scene: BranchScene) -> str:
     """Write how far branches are followed and at how many values of a further parameter, in SI as their data are."""
-    name, values = scene.followed, np.array([scene.ends.begin, *scene.ends.to])
-    swept, unit = [f"{grid.size} {other}" for other, grid in scene.over.items()], ""
-    if scene.mass_and_stiffness is not None:
-        m, C = scene.mass_and_stiffness
-        values = convert(name, values, {"m": m, "C": C})
-        swept = [f"{grid.size} {physical_name(str(other))}" for other, grid in scene.over.items()]
-        dimension = physical_quantity(name).dimension
-        name, unit = physical_name(name), f" {DIMENSIONS[dimension].plain}" if dimension else ""
-    begin, *ends = (f"{value:g}" for value in values)
-    return ", ".join([f"{name} from {begin} to {', '.join(ends)}{unit}", *swept])
+    name = scene.followed
+    (begin, *ends), unit = stored_values(scene, name, [scene.ends.begin, *scene.ends.to])
+    swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]
+    followed = f"{stored_name(scene, name)} from {begin} to {', '.join(ends)}{unit}"
+    return ", ".join([followed, *swept])
 
 
 def estimate(scene: BranchScene, sampler: Sampler) -> Estimate:

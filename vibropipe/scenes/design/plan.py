@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, steady_bytes
+from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, steady_bytes, stored_name
 from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def plan(scene: DesignScene) -> Work:
     """Return the work of a search of usual length, which is not known before."""
     searches = SEARCHES + (FRONT_SEARCHES if len(scene.minimise) == 2 else 0)
     seconds = scene.samples * SAMPLE_SECONDS + searches * SEARCH_SECONDS * (1 + len(scene.minimise))
-    names = ", ".join(map(str, scene.vary))
+    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
     return Work(
         size=f"{scene.samples} samples over {names}",
         rows=scene.row_count,

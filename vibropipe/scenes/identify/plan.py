@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan
+from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, stored_name
 
 if TYPE_CHECKING:
     from vibropipe.scenes.identify.keys import IdentifyScene
@@ -16,7 +16,7 @@ OUTPUTS = ("harmonics", "impacts", "stability")
 
 def plan(scene: IdentifyScene) -> Work:
     """Return the work of a search of usual length, which is not known before."""
-    names = ", ".join(map(str, scene.vary))
+    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
     return Work(
         size=f"{scene.points} measurements, {scene.samples} samples over {names}",
         rows=scene.row_count,

@@ -14,6 +14,7 @@ from vibropipe.scenes.costs import (
     Sampler,
     Work,
     steady_bytes,
+    stored_name,
     thinned,
 )
 from vibropipe.scenes.keys.grids import ValueGrid
@@ -39,11 +40,14 @@ SEGMENT = 32
 
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
-    followed, grid = scene.follow_pair(), row_grid(scene)
+    grid = row_grid(scene)
+    dims = [stored_name(scene, name) for name in grid.dims]
+    pair = scene.follow_pair()
+    followed = [f"{stored_name(scene, pair[0])} {pair[1]}"] if pair else []
     return Work(
-        size=" x ".join(f"{size} {name}" for name, size in zip(grid.dims, grid.shape, strict=True)),
+        size=" x ".join(f"{size} {name}" for name, size in zip(dims, grid.shape, strict=True)),
         rows=scene.row_count,
-        method=", ".join(["exact", *([f"{followed[0]} {followed[1]}"] if followed else [])]),
+        method=", ".join(["exact", *followed]),
         outputs=tuple(scene.outputs),
         seconds=scene.row_count * SECONDS_PER_ROW,
         bytes=scene.row_count

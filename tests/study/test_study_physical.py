@@ -105,7 +105,8 @@ SWEPT = "scenes.sweep.over.omega"
         ("start: 20 rad/s", "start: 20", f"{SWEPT}.start: must be {FREQUENCY}, got 20 (it has no unit)"),
         ("start: 20 rad/s", "start: 20 1/s",
          f"{SWEPT}.start: must be {FREQUENCY}, got '20 1/s' (1/s may count radians or cycles: write rad/s, Hz or rpm)"),
-        ("start: 20 rad/s", "start: 300 rad/s", f"{SWEPT}: must have start below stop, got start 300.0, stop 200.0"),
+        ("start: 20 rad/s", "start: 300 rad/s",
+         f"{SWEPT}: must have start below stop, got start 300 rad/s, stop 200 rad/s"),
         ("start: 20 rad/s", "start: -20 rad/s", f"{SWEPT}.start: must be {FREQUENCY}, got '-20 rad/s'"),
         ("{start: 20 rad/s, stop: 200 rad/s, points: 9}", "20 rad/s",
          f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
@@ -117,7 +118,14 @@ SWEPT = "scenes.sweep.over.omega"
          "scenes.sweep.over.m: is an unknown key; must be one of H, F, omega, l, delta, C1, C2, H1, H2, load, "
          "friction, F2, phi2, R1, R2"),
         ("[0, 1 mm]", "[1 mm, 0]",
-         "scenes.sweep.over.delta: must be increasing numbers, each once, got 0.0 after 0.001"),
+         "scenes.sweep.over.delta: must be increasing numbers, each once, got 0 after 1 mm"),
+        ("start: 20 rad/s, stop: 200 rad/s", "start: 30 Hz, stop: 3 Hz",
+         f"{SWEPT}: must have start below stop, got start 30 Hz, stop 3 Hz"),
+        ("start: 20 rad/s, stop: 200 rad/s, points: 9", "start: 3 Hz, stop: 3.00000000000001 Hz, points: 9",
+         f"{SWEPT}: must have points that are distinct floating-point numbers, got 9 points from 3 Hz to "
+         "3.00000000000001 Hz"),
+        ("[0, 1 mm]", "{values: [2 mm, 1 mm]}",
+         "scenes.sweep.over.delta.values: must be increasing numbers, each once, got 1 mm after 2 mm"),
         ("{kind: sweep,", "{kind: sweep, physical: {omega: 9 Hz},",
          "scenes.sweep.physical.omega: must be left out, since omega is swept, got '9 Hz'"),
         ("{kind: sweep,", "{kind: sweep, follow: {along: F, direction: up},",
@@ -125,7 +133,7 @@ SWEPT = "scenes.sweep.over.omega"
         ("x0: 5 mm", "x0: 5",
          "scenes.motion.start.x0: must be a length with its unit, such as 8 mm, got 5 (it has no unit)"),
         ("x0: 5 mm", "x0: 9 mm",
-         "scenes.motion.start.x0: must be a number from -0.008 to 0.008 m (between the supports), got 0.009 m"),
+         "scenes.motion.start.x0: must be a number from -0.008 to 0.008 m (between the supports), got 9 mm"),
         ("0.5 s", "5 mm",
          "scenes.motion.tau_end: must be a number in s or a time > 0 with its unit, such as 0.5 s, got '5 mm' (mm is "
          "no unit of time)"),
@@ -146,6 +154,26 @@ def test_each_misuse_is_told_alone_and_in_the_words_of_the_file(
     old: str, new: str, fault: str
 ) -> None:
     assert faults((old, new)) == [fault]
+
+
+@pytest.mark.parametrize(
+    ("scene", "fault"),
+    [
+        ("{kind: boundary, of: [fold], over: {omega: [-3 Hz, 3 Hz], F: [20 N, 200 N]}}",
+         f"over.omega[0]: must be {FREQUENCY}, got '-3 Hz'"),
+        ("{kind: basins, over: {x0: {start: -9 mm, stop: 9 mm, points: 4}, v0: [0 m/s, 1 m/s]}}",
+         "over.x0: must be numbers from -0.008 to 0.008 m (between the supports), got -9 mm"),
+        ("{kind: branch, along: {omega: {from: 3 Hz, to: 5 Hz}}, at: [5 Hz, 4 Hz]}",
+         "at: must be increasing numbers, each once, got 4 Hz after 5 Hz"),
+        ("{kind: design, vary: {omega: [3 Hz, 30 Hz]}, target: {displacement_mean: 0 mm}, tolerance: {delta: -1 mm}}",
+         f"tolerance.delta: must be {LENGTH}, got -1 mm"),
+    ],
+)  # fmt: skip
+def test_faults_of_each_kind_quote_what_the_file_says(scene: str, fault: str) -> None:
+    head, _ = TEXT.split("scenes:")
+    with pytest.raises(StudyError) as caught:
+        study_of_text(f"{head}scenes:\n  odd: {scene}\n", "units")
+    assert str(caught.value) == f"the study units: scenes.odd.{fault}"
 
 
 def test_a_missing_length_is_asked_for_in_physical() -> None:

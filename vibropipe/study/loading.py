@@ -225,7 +225,7 @@ def parse_study(
     if sound is not None:
         invalid += check_study(sound, both_paths(broken | dropped))
     if is_physical(tree):
-        invalid = [as_written(problem, written) for problem in invalid]
+        invalid = [as_written(problem, written, tree) for problem in invalid]
     problems_so_far += invalid
     if problems_so_far or study is None:
         raise StudyError(source, distinct(problems_so_far))

@@ -21,6 +21,7 @@ from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
 from vibropipe.study.pydantic_errors import plain_path
+from vibropipe.study.quoting import quoted
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, STARTS, Range
 from vibropipe.words.units import UnitError, to_si
@@ -187,11 +188,13 @@ class _Reader:
         if path[-2:-1] == ("along",):
             return self.scaled(key, si)
         if isinstance(value, (dict, list)) and len(self.problems) == n_problems:
-            self.check_grid(si, path)
+            self.check_grid(si, value, path)
         if len(self.problems) > n_problems:
             if path[-2:-1] == ("vary",):
                 return STAND_INS["vary"]
-            return [STAND_IN] if isinstance(value, (dict, list)) else STAND_IN
+            n_values = len(value) if isinstance(value, list) else 1
+            stand_ins = [STAND_IN * (n + 1) for n in range(n_values)]
+            return stand_ins if isinstance(value, (dict, list)) else STAND_IN
         return self.scaled(key, si)
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
@@ -258,15 +261,16 @@ class _Reader:
             self.problems.append(Problem(path, describe(value), rule.allowed))
         return number
 
-    def check_grid(self, si: Any, path: KeyPath) -> None:
-        """Check a grid in SI, so that messages show its numbers as they were written."""
+    def check_grid(self, si: Any, written: Any, path: KeyPath) -> None:
+        """Check a grid in SI; messages show its numbers as they were written."""
         try:
             _GRID.validate_python(si)
         except ValidationError as error:
             for entry in error.errors(include_url=False):
                 if entry["type"] == REFUSED:
                     words = {**entry["ctx"]}
-                    words["found"] = words["found"] or describe(entry["input"])
+                    found = words["found"] or describe(entry["input"])
+                    words["found"] = quoted(found, si, written)
                     self.problems.append(Problem((*path, *plain_path(entry["loc"])), **words))
 
     def scaled(self, key: str, si: Any) -> Any:

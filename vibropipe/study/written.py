@@ -8,8 +8,9 @@ from typing import Any
 
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
 from vibropipe.scenes.keys.values import UnitRule
-from vibropipe.study.physical import GOALS, MEASURED, NAMES, VARIED, WRITTEN
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
+from vibropipe.study.quoting import entry, quoted
+from vibropipe.words.parameters import PARAMETERS, POSITIVE
 
 
 def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
@@ -20,15 +21,19 @@ def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
     )
 
 
-def as_written(problem: Problem, tree: dict[str, Any]) -> Problem:
-    """Return a fault of the tree without units as one of the tree of the file: its path, and a goal with its unit."""
+def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) -> Problem:
+    """Return a fault of the tree without units, `plain`, as one of the tree of the file: its path and its values."""
     path = _renamed(problem.path, "exciter", "physical", WRITTEN)
     name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
     if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
-    goal = _entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
+    goal = entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
     if problem.found and isinstance(goal, str):
         return replace(problem, path=path, found=describe(goal))
+    found = quoted(problem.found, entry(plain, problem.path), entry(tree, path))
+    problem = replace(problem, found=found)
+    if path[-2:-1] == ("tolerance",) and name in NAMES and problem.allowed == POSITIVE.text:
+        return replace(problem, path=path, allowed=UnitRule(name, KEYS[name][0], POSITIVE).allowed)
     if path == problem.path or not in_physical:
         return replace(problem, path=path)
     number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
@@ -47,10 +52,3 @@ def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -
             steps[index + 1] = names[str(key)]
             break
     return tuple(steps)
-
-
-def _entry(tree: Any, path: KeyPath) -> Any:
-    """Return what stands at a path of a tree; None if nothing does."""
-    for step in path:
-        tree = tree.get(step) if isinstance(tree, dict) else None
-    return tree

@@ -121,7 +121,8 @@ def _starts(scene: BasinsScene) -> Iterator[Problem]:
         if not all(least <= value <= most for least, most in rooms):
             lower = max(exciter.lower for exciter in exciters)
             upper = min(exciter.upper for exciter in exciters)
-            allowed = f"numbers from {lower!r} to {upper!r} (between the supports)"
+            unit = "" if scene.mass_and_stiffness is None else " m"
+            allowed = f"numbers from {lower!r} to {upper!r}{unit} (between the supports)"
             yield Problem(("over", "x0"), repr(value), allowed)
             return
 

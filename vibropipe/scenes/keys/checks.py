@@ -93,7 +93,7 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
         return
     unit = "" if scene.mass_and_stiffness is None else " m"
     allowed = f"a number from {lower!r} to {upper!r}{unit} (between the supports)"
-    yield Problem(("start", "x0"), f"{x0!r}{unit}", allowed)
+    yield Problem(("start", "x0"), repr(x0), allowed)
 
 
 def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:

@@ -81,6 +81,15 @@ def test_a_list_that_cannot_be_meant_with_commas_has_no_such_hint(tmp_path, valu
     assert line.endswith(f"must be increasing numbers, each once, got {found}")
 
 
+def test_a_decimal_comma_in_a_bound(tmp_path):
+    design = "{{kind: design, vary: {{nu: [1, 2]}}, subject_to: {{impact_velocity_max_1: {}}}}}"
+    path = "scenes.s.subject_to.impact_velocity_max_1"
+    for bound in ("< 1,5", "'< 1,5'"):
+        (line,) = scene_faults(design.format(bound), tmp_path)
+        assert line.startswith(f"{path}: must be ")
+        assert line.endswith(", got '< 1,5' (write \"< 1.5\", with a point)")
+
+
 def test_lists_and_mappings_without_spaces_stay_what_they_are(tmp_path):
     study = study_of(BASE.replace("[0.1, 0.4, 0.6]", "[1,5]"), tmp_path)
     assert study.scene("free").over_arrays()["amplitude"].tolist() == [1, 5]

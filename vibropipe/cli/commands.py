@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from vibropipe.cli.options import (
+    NUMBER,
     Accuracy,
     DatasetFile,
     OutputFile,
@@ -102,8 +103,10 @@ def simulate(
     f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
     phi2: Annotated[float, parameter_option("phi2")] = DEFAULTS["phi2"],
     x0: StartDisplacement = None,
-    v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.")] = 0.0,
-    tau_end: Annotated[float, typer.Option("--tau-end", help="End of the motion.")] = 60.0,
+    v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.", **NUMBER)] = 0.0,
+    tau_end: Annotated[
+        float, typer.Option("--tau-end", help="End of the motion.", **NUMBER)
+    ] = 60.0,
     method: Annotated[str, typer.Option("--method", help=f"{' or '.join(METHODS)}.")] = METHODS[0],
     steps_per_period: StepsPerPeriod = None,
     accuracy: Accuracy = None,

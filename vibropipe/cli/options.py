@@ -27,18 +27,35 @@ ResultsFolder = Annotated[
         help="Folder of all results; each study has its own folder in it.",
     ),
 ]
+
+
+def number(text: str | float) -> float:
+    """Return the number of an option, or refuse it with the value and a hint."""
+    from vibropipe.scenes.keys.values import number_hint
+
+    try:
+        return float(text)
+    except ValueError:
+        hint = number_hint(text) or "numbers of this command have no unit"
+        raise typer.BadParameter(f"must be a number, got {text!r} ({hint})") from None
+
+
+# For options that are numbers: the option's own messages name neither the value nor a remedy.
+NUMBER: dict[str, Any] = {"parser": number, "metavar": "NUMBER"}
 StartDisplacement = Annotated[
     float | None,
     typer.Option(
         "--x0",
         help="Displacement at tau = 0 (default: the equilibrium, or the support nearest to it).",
+        **NUMBER,
     ),
 ]
 StepsPerPeriod = Annotated[
     int | None, typer.Option("--steps-per-period", help="Steps per forcing period; newmark only.")
 ]
 Accuracy = Annotated[
-    float | None, typer.Option("--accuracy", help="Maximum error; selects method and step.")
+    float | None,
+    typer.Option("--accuracy", help="Maximum error; selects method and step.", **NUMBER),
 ]
 DatasetFile = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="F", help="Write the dataset: .nc.")
@@ -64,7 +81,7 @@ PlotFile = Annotated[
 
 def parameter_option(name: str) -> Any:
     """Return the option of a parameter; its help text is the long name in datasets."""
-    return typer.Option(f"--{name}", help=f"{quantity(name).long_name.capitalize()}.")
+    return typer.Option(f"--{name}", help=f"{quantity(name).long_name.capitalize()}.", **NUMBER)
 
 
 def parse_shard(text: str) -> tuple[int, int]:

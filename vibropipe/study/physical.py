@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import A_GRID, Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
-from vibropipe.scenes.keys.values import REFUSED, UnitRule
+from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
@@ -60,6 +60,7 @@ STAND_INS: dict[str, Any] = {
 }
 
 _BOUND = re.compile(r"([<>])=?([^<>,]+)")
+_CUT = re.compile(r"\d+\s*[^\W\d]")
 _GRID: TypeAdapter[Any] = TypeAdapter(Grid)
 
 
@@ -209,7 +210,8 @@ class _Reader:
         dimension = self.goal_dimension(name, path)
         if not dimension:
             return value
-        if isinstance(value, str) and (bounds := _BOUND.findall(value)):
+        has_comma = isinstance(value, str) and DECIMAL_COMMA.search(value)
+        if isinstance(value, str) and not has_comma and (bounds := _BOUND.findall(value)):
             numbers = [(sign, self.pure(end.strip(), dimension, path)) for sign, end in bounds]
             ends = dict(numbers)
             if len(numbers) == len(ends) == 2 and not ends[">"] < ends["<"]:
@@ -241,21 +243,25 @@ class _Reader:
             return ""
         return "" if goal.derived == SENSITIVITY else quantity(goal.variable).dimension
 
-    def in_si(self, key: str, value: Any, path: KeyPath) -> Any:
-        """Return the numbers of a key in SI, in their lists and mappings."""
+    def in_si(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
+        """Return the numbers of a key in SI, in their lists and mappings; `hint` goes before others of a fault."""
         if isinstance(value, dict):
             return {
                 part: inner if part in COUNTS else self.in_si(key, inner, (*path, part))
                 for part, inner in value.items()
             }
         if isinstance(value, list):
-            return [self.in_si(key, inner, (*path, n)) for n, inner in enumerate(value)]
+            after = [*value[1:], None]
+            return [
+                self.in_si(key, inner, (*path, n), comma_hint(inner, after[n]))
+                for n, inner in enumerate(value)
+            ]
         dimension, within = KEYS[key]
         rule = UnitRule(key, dimension, within, numbers=key in BARE)
         try:
             number = to_si(value, dimension, numbers=key in BARE)
         except UnitError as error:
-            self.problems.append(Problem(path, describe(value), rule.allowed, error.hint))
+            self.problems.append(Problem(path, describe(value), rule.allowed, hint or error.hint))
             return STAND_IN
         if not within.contains(number):
             self.problems.append(Problem(path, describe(value), rule.allowed))
@@ -285,6 +291,12 @@ class _Reader:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
         p = eigenfrequency(**self.units)
         return {"velocity": si / p, "time": si * p}.get(KEYS[key][0], si)
+
+
+def comma_hint(value: Any, after: Any) -> str:
+    """Return a hint for a number that was cut by a comma in a list: [0.5 mm, 1,5 mm]."""
+    is_cut = isinstance(value, int) and isinstance(after, str) and _CUT.match(after)
+    return f"if {value}.{after} is meant, write it with a point" if is_cut else ""
 
 
 def _si(name: str, value: Any) -> float | None:

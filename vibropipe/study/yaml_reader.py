@@ -32,8 +32,9 @@ MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 200_000
 
-_WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
-_AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?", re.ASCII)
+# What stands before a comma that was meant as a point, a bound included, and after it, a unit included.
+_WHOLE = re.compile(r"([<>]=?\s*)?[-+]?\d+", re.ASCII)
+_AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?(\s*([^\W\d]|1\s*/)[^,]*)?")
 _TAB_INDENT = re.compile(r" *\t")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TWO_READINGS = re.compile(
@@ -192,10 +193,12 @@ class _Builder:
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             held = next(self.events)
             if before is not None and _is_decimal_comma(before[1], event, held):
-                # YAML reads {l: 0,5} as {l: 0, 5: null}
+                # YAML reads {l: 0,5} as {l: 0, 5: null}, and {l: 8,5 mm} as {l: 8, 5 mm: null}
                 written = f"{before[1].value},{event.value}"
                 self.problems.append(decimal_comma((*path, before[0]), written))
-                value[before[0]], before = float(written.replace(",", ".")), None
+                pointed, name = written.replace(",", "."), before[0]
+                value[name] = float(pointed) if NUMBER.fullmatch(pointed) else pointed
+                before = None
                 continue
             key = self.key(event, path)
             child = self.node(held, (*path, key))

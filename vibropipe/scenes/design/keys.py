@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -14,6 +15,7 @@ from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
+    DECIMAL_COMMA,
     Interval,
     NumberOrUnit,
     NumberRange,
@@ -65,6 +67,9 @@ class BoundRule(TextRule):
     def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not any(sign in value for sign in "<>"):
             refuse(self.allowed)
+        if DECIMAL_COMMA.search(value):
+            pointed = re.sub(r"(?<=\d),(?=\d)", ".", value)
+            refuse(self.allowed, hint=f'write "{pointed}", with a point')
         return super().convert(value)
 
 

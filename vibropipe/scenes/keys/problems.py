@@ -106,8 +106,11 @@ def repeated(path: KeyPath, spelling: str = "") -> Problem:
 
 def decimal_comma(path: KeyPath, written: str) -> Problem:
     """Return the fault of a number with a comma where the point should be."""
-    hint = f"write {written.replace(',', '.')}, with a point"
-    return Problem(path, describe(written), "a number", hint)
+    pointed = written.replace(",", ".")
+    quote = '"' if pointed[:1] in "<>" else ""
+    return Problem(
+        path, describe(written), "a number", f"write {quote}{pointed}{quote}, with a point"
+    )
 
 
 def one_of(choices: Iterable[str]) -> str:

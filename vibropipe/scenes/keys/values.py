@@ -23,6 +23,7 @@ from vibropipe.words.units import DIMENSIONS, UnitError, allowed_text, to_si
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 WITH_UNIT = re.compile(rf"\s*(?:{NUMBER.pattern})\s+[^\W\d_].*", re.ASCII)
+DECIMAL_COMMA = re.compile(r"\d,\d", re.ASCII)
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}", re.ASCII)
 
 

@@ -112,6 +112,20 @@ def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
 
 
+def test_a_folder_in_place_of_a_study_is_refused_with_the_studies_in_it(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Workers, "start", lambda _: None)
+    assert exit_code("run", ".") == 2
+    told = capsys.readouterr().err
+    assert "Invalid value for FILE: must be a YAML file, got the folder ." in told
+    (tmp_path / "far.yaml").write_text(STUDY)
+    assert exit_code("run", ".") == 2
+    told = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert "got the folder . (there is far.yaml)" in told
+
+
 def test_a_second_run_on_the_same_results_is_refused_in_plain_words(tmp_path, monkeypatch, capsys):
     (tmp_path / "far.yaml").write_text(STUDY)
     (tmp_path / ".snakemake/locks").mkdir(parents=True)

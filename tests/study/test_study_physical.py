@@ -139,7 +139,7 @@ SWEPT = "scenes.sweep.over.omega"
         ("x0: 5 mm", "x0: 5",
          "scenes.motion.start.x0: must be a length with its unit, such as 8 mm, got 5 (it has no unit)"),
         ("x0: 5 mm", "x0: 9 mm",
-         "scenes.motion.start.x0: must be a number from -0.008 to 0.008 m (between the supports), got 9 mm"),
+         "scenes.motion.start.x0: must be a number from -0.008 to 0.008 m (between the supports), got '9 mm'"),
         ("0.5 s", "5 mm",
          "scenes.motion.tau_end: must be a number in s or a time > 0 with its unit, such as 0.5 s, got '5 mm' (mm is "
          "no unit of time)"),
@@ -167,6 +167,12 @@ def test_each_misuse_is_told_alone_and_in_the_words_of_the_file(
     [
         ("{kind: boundary, of: [fold], over: {omega: [-3 Hz, 3 Hz], F: [20 N, 200 N]}}",
          f"over.omega[0]: must be {FREQUENCY}, got '-3 Hz'"),
+        ("{kind: boundary, of: [fold], over: {omega: {start: 3 Hz, stop: 9 Hz}, F: [20 N, 200 N]}}",
+         "over.omega: must be two increasing numbers, [low, high], got a mapping"),
+        ("{kind: boundary, of: [fold], over: {omega: 3 Hz, F: [20 N, 200 N]}}",
+         "over.omega: must be two increasing numbers, [low, high], got '3 Hz'"),
+        ("{kind: design, vary: {omega: 3}, target: {displacement_mean: 0 mm}}",
+         "vary.omega: must be two increasing numbers, [low, high], got 3"),
         ("{kind: basins, over: {x0: {start: -9 mm, stop: 9 mm, points: 4}, v0: [0 m/s, 1 m/s]}}",
          "over.x0: must be numbers from -0.008 to 0.008 m (between the supports), got -9 mm"),
         ("{kind: branch, along: {omega: {from: 3 Hz, to: 5 Hz}}, at: [5 Hz, 4 Hz]}",
@@ -177,7 +183,7 @@ def test_each_misuse_is_told_alone_and_in_the_words_of_the_file(
          'subject_to.impact_velocity_max_1: must be bounds in quotes, such as "< 0.8" or "> 0.1, < 0.8"; with units '
          "\"< 0.8 m/s\", got '> 0,5 m/s, < 1 m/s' (write \"> 0.5 m/s, < 1 m/s\", with a point)"),
         ("{kind: design, vary: {omega: [3 Hz, 30 Hz]}, target: {displacement_mean: 0 mm}, tolerance: {delta: -1 mm}}",
-         f"tolerance.delta: must be {LENGTH}, got -1 mm"),
+         f"tolerance.delta: must be {LENGTH}, got '-1 mm'"),
     ],
 )  # fmt: skip
 def test_faults_of_each_kind_quote_what_the_file_says(scene: str, fault: str) -> None:

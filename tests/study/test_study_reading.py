@@ -32,6 +32,21 @@ def test_text_that_cannot_be_read_on_stops_with_one_message(tmp_path, text, told
 
 
 @pytest.mark.parametrize(
+    ("text", "is_text"),
+    [
+        ("title: Which: frequency\n", True),
+        ("scenes:\n  s: {kind: motion, title: Which: frequency}\n", True),
+        ("title: T\n  scenes: 1\n", False),
+        ("title: [1\nscenes: 2\n", False),
+    ],
+)
+def test_a_text_with_a_colon_is_to_be_quoted(tmp_path, text, is_text):
+    (line,) = faults(text, tmp_path)
+    assert line.startswith("must be valid YAML, got a syntax error in line ")
+    assert line.endswith(' (put a text with ": " in quotes)') == is_text
+
+
+@pytest.mark.parametrize(
     "tag", ["!!python/object/apply:os.system ['true']", "!!str 1", "! x", "!mine {}", "!!set {a}"]
 )
 def test_tags_are_refused_and_make_nothing(tmp_path, tag):

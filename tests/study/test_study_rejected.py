@@ -117,6 +117,23 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
             "s.over.f.points: must be a whole number from 2 to 1e8, got 1000000000000.0",
         ),
         (
+            "{kind: sweep, over: {f: {start: 0, stop: 1, points: 1}}}",
+            "s.over.f.points: must be a whole number from 2 to 1e8, got 1 (one value is written as a list, such as "
+            "[0.5])",
+        ),
+        (
+            "{kind: boundary, of: [fold], over: {nu: [1, 2]}}",
+            "s.over: must be a mapping of pairs [low, high] by parameter, exactly two, got a mapping of 1",
+        ),
+        (
+            "{kind: boundary, of: [fold], over: {nu: {start: 1, stop: 2}, f: [1, 2]}}",
+            "s.over.nu: must be two increasing numbers, [low, high], got a mapping",
+        ),
+        (
+            "{kind: design, vary: {R1: 0.4}, target: {displacement_mean: 0}}",
+            "s.vary.R1: must be two increasing numbers, [low, high], got 0.4",
+        ),
+        (
             "{kind: sweep, over: {f: {start: 0, stop: 1}}}",
             "s.over.f.points: is required (a whole number from 2 to 1e8)",
         ),

@@ -41,6 +41,7 @@ def run(
     from vibropipe.jobs.run import check_results_name, check_working_folder
     from vibropipe.study import config_of_files, load_study
 
+    check_files(files)
     # a mistake is reported at once, before the workflow is loaded
     paths = [os.path.relpath(file) for file in files]
     settings = config_of_files(paths, str(results))
@@ -75,6 +76,18 @@ def run(
         if stop.code or dry_run:
             raise
     _print_summary(paths, settings.results)
+
+
+def check_files(files: list[Path]) -> None:
+    """Refuse a folder where a study is expected, and name the YAML files in it."""
+    for file in files:
+        # a name without suffix may be one of a study in the folder of the workflow
+        if file.is_dir() and not Path("config", f"{file.name}.yaml").is_file():
+            inside = sorted(str(path) for path in file.glob("*.yaml"))
+            there = f" (there is {', '.join(inside)})" if inside else ""
+            raise typer.BadParameter(
+                f"must be a YAML file, got the folder {file}{there}", param_hint="FILE"
+            )
 
 
 def _print_summary(files: list[str], results: str) -> None:

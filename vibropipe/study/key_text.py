@@ -21,6 +21,8 @@ _GRIDS: dict[str, type[BaseModel]] = {
     "<range>": RangeGrid,
 }
 
+NUMBERS = ("none", "one", "two")
+
 
 def tags() -> dict[str, type[BaseModel]]:
     """Return the model of each tag that pydantic inserts into paths."""
@@ -39,8 +41,13 @@ def allowed_text(field: FieldInfo) -> str:
         if isinstance(entry, Rule):
             return entry.allowed
     text = _type_text(field.annotation)
-    needs_entry = any(getattr(entry, "min_length", 0) for entry in field.metadata)
-    return f"{text}, at least one" if needs_entry and text.startswith("a mapping") else text
+    least, most = (
+        next((n for entry in field.metadata if (n := getattr(entry, name, None))), 0)
+        for name in ("min_length", "max_length")
+    )
+    if not least or not text.startswith("a mapping"):
+        return text
+    return f"{text}, {'exactly' if least == most else 'at least'} {NUMBERS[least]}"
 
 
 def _type_text(annotation: Any) -> str:

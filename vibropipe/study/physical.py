@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
-from vibropipe.scenes.keys.grids import A_GRID, Grid
+from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule
 from vibropipe.solve.design.goals import CURVE
@@ -181,11 +181,10 @@ class _Reader:
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
         n_problems = len(self.problems)
-        if path[-2:-1] in (("over",), ("vary",)) and not isinstance(value, (dict, list)):
-            allowed = A_GRID if path[-2] == "over" else "two increasing numbers"
-            self.problems.append(Problem(path, describe(value), allowed))
-            return STAND_INS[str(path[-2])]
         si = self.in_si(key, value, path)
+        if path[-2:-1] in (("over",), ("vary",)) and not isinstance(value, (dict, list)):
+            del self.problems[n_problems:]  # the model says which lists are taken
+            return self.scaled(key, si)
         if path[-2:-1] == ("along",):
             return self.scaled(key, si)
         if isinstance(value, (dict, list)) and len(self.problems) == n_problems:

@@ -47,6 +47,8 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
     context = error.get("ctx", {})
     path = plain_path(loc)
     found = describe(value)
+    if kind in ("too_short", "too_long") and isinstance(value, dict) and value:
+        found = f"a mapping of {len(value)}"
     if kind == REFUSED:
         return Problem(path, **{**context, "found": context["found"] or found})
     if kind == "extra_forbidden":

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from vibropipe.scenes.keys.problems import KeyPath
+from vibropipe.scenes.keys.problems import KeyPath, describe
 
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?", re.ASCII)
 
@@ -23,6 +23,8 @@ def quoted(found: str, numbers: Any, written: Any) -> str:
     written : object
         The same value as in the file.
     """
+    if isinstance(written, str) and found == repr(numbers):
+        return describe(written)
     texts = dict(_texts(numbers, written))
     return _NUMBER.sub(lambda match: texts.get(match[0], match[0]), found)
 

@@ -35,6 +35,7 @@ MAX_NODES = 200_000
 # What stands before a comma that was meant as a point, a bound included, and after it, a unit included.
 _WHOLE = re.compile(r"([<>]=?\s*)?[-+]?\d+", re.ASCII)
 _AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?(\s*([^\W\d]|1\s*/)[^,]*)?")
+_SECOND_COLON = re.compile(r".*\w: +[^'\"].*:$")
 _TAB_INDENT = re.compile(r" *\t")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TWO_READINGS = re.compile(
@@ -116,13 +117,17 @@ def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
             tab = Problem((), found, hint=hint, must="must be indented by spaces")
             raise StudyError(source, [*builder.problems, tab]) from None
         at = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise _broken(source, builder, f"{at} ({error.problem or error.context})") from None
+        where = f"{at} ({error.problem or error.context})"
+        line = _line(text, mark.line) if mark else ""
+        is_text = _SECOND_COLON.match(line[: mark.column + 1]) if mark else None
+        hint = 'put a text with ": " in quotes' if is_text else ""
+        raise _broken(source, builder, where, hint) from None
     except yaml.YAMLError as error:
         raise _broken(source, builder, f" ({str(error).splitlines()[0]})") from None
 
 
-def _broken(source: str, builder: _Builder, where: str) -> StudyError:
-    problem = Problem((), f"a syntax error{where}", "valid YAML")
+def _broken(source: str, builder: _Builder, where: str, hint: str = "") -> StudyError:
+    problem = Problem((), f"a syntax error{where}", "valid YAML", hint)
     return StudyError(source, [*builder.problems, problem])
 
 

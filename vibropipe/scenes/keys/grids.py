@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -19,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from vibropipe.scenes.keys.values import UNIT_TEXT, Measured, NumberRange, refuse
+from vibropipe.scenes.keys.values import UNIT_TEXT, Measured, NumberRange, as_number, refuse
 
 MAX_ROWS = 10**8
 A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
@@ -75,12 +76,22 @@ class ValueGrid(StudyModel):
         return np.array(self.values, dtype=np.float64)
 
 
+@dataclass(frozen=True)
+class CountRule(NumberRange):
+    """A number of values."""
+
+    def convert(self, value: Any) -> float | int:  # noqa: D102 - as Rule
+        if as_number(value) == 1:
+            refuse(self.allowed, hint="one value is written as a list, such as [0.5]")
+        return super().convert(value)
+
+
 class RangeGrid(StudyModel):
     """`points` values from `start` to `stop`, both included, equally spaced."""
 
     start: Measured = Field(description="First value.")
     stop: Measured = Field(description="Last value, included; above `start`.")
-    points: Annotated[int, NumberRange(2, MAX_ROWS, whole=True)] = Field(
+    points: Annotated[int, CountRule(2, MAX_ROWS, whole=True)] = Field(
         description="Number of values, both ends included."
     )
     spacing: Literal["linear", "log"] = Field(

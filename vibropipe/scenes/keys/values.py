@@ -254,10 +254,19 @@ Sigma = Annotated[float, NumberOrUnit(0, above=True)]  # a standard deviation
 Name = Annotated[str, NameRule()]
 
 
+AN_INTERVAL = "two increasing numbers, [low, high]"
+
+
+def _pair(value: Any) -> Any:
+    if not isinstance(value, (list, tuple)):
+        refuse(AN_INTERVAL)
+    return value
+
+
 def _interval(ends: list[float]) -> list[float]:
     if len(ends) != 2 or not ends[0] < ends[1]:
-        refuse("two increasing numbers", f"{ends!r}")
+        refuse(AN_INTERVAL, f"{ends!r}")
     return ends
 
 
-Interval = Annotated[list[Measured], AfterValidator(_interval)]
+Interval = Annotated[list[Measured], BeforeValidator(_pair), AfterValidator(_interval)]

@@ -185,14 +185,20 @@ def _indexed(symbol: str, index: int | None) -> str:
 
 
 def clock(dataset: xr.Dataset) -> str:
-    """Return the name of time in a dataset: `time` in physical units, else `tau`."""
-    return "time" if "time" in dataset.variables else "tau"
+    """Return the name of time in a dataset, sampled or not: `time` in physical units, else `tau`."""
+    return "time" if {"time", "C"} & {*dataset.variables} else "tau"
 
 
 def times_of(dataset: xr.Dataset, event: str) -> xr.DataArray:
     """Return the times of the impacts or grazings of a motion, under the name that the dataset has for them."""
     name = f"{event}_{clock(dataset)}"
     return dataset[name if name in dataset else f"{event}_tau"]
+
+
+def time_label(dataset: xr.Dataset, event: str) -> str:
+    """Return the label of an axis of time, which may be unsampled, in the units of the times of `event`."""
+    units = times_of(dataset, event).attrs.get("units", "1")
+    return axis_label(xr.DataArray(0.0, name=clock(dataset), attrs={"units": units}))
 
 
 def frequency(dataset: xr.Dataset) -> str:

@@ -1,4 +1,4 @@
-"""A motion without samples: impacts and grazings over tau, or the reason why there are none."""
+"""A motion without samples: impacts and grazings over time, or the reason why there are none."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ from vibropipe.figures.text import (
     NO_SAMPLES,
     NO_SUPPORT_STRUCK,
     axis_label,
-    clock,
     parameter_line,
+    time_label,
     times_of,
 )
 from vibropipe.scenes.motion.panels import GRAZING_STYLE, shade_rests
-from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
 
 
@@ -39,10 +38,7 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
     ax = figure.subplots()
     ax.axhline(0.0, color=NEUTRAL, linewidth=0.6)
     times = times_of(dataset, "impact")
-    xlabel = (
-        axis_label(dataset[clock(dataset)]) if clock(dataset) in dataset.variables else label("tau")
-    )
-    ax.set(xlabel=xlabel, ylabel=axis_label(dataset["impact_velocity"]))
+    ax.set(xlabel=time_label(dataset, "impact"), ylabel=axis_label(dataset["impact_velocity"]))
     figure.suptitle(parameter_line(dataset))
     handles = []
     for support in (1, 2):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 import xarray as xr
 from figures.sample_datasets import motion
@@ -11,6 +14,8 @@ from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
 from vibropipe.scenes.motion.captions import describe_impacts
 from vibropipe.scenes.motion.impacts import draw_impacts_only
+from vibropipe.scenes.motion.panels import window
+from vibropipe.scenes.motion.phase_plane import describe_section, turns, visits
 
 M, C = 1.0, 1e4  # 40 units of tau are then 0.4 s
 
@@ -27,3 +32,21 @@ def test_impacts_of_a_motion_without_samples_are_drawn_over_its_time(shown):
         figure = draw_impacts_only(bare)
     assert figure.axes[0].get_xlabel() == "time $t$ (ms)"
     assert describe_impacts(bare).startswith("Velocity before each impact against t;")
+
+
+def test_forcing_periods_are_counted_in_the_unit_that_is_shown(shown):
+    assert shown["time"].attrs["units"] == "ms"
+    exact = motion()
+    assert turns(shown, shown["impact_time"].values) == pytest.approx(
+        turns(exact, exact["impact_tau"].values), rel=1e-12
+    )
+    first, last = window(shown, 2)
+    assert last - first == pytest.approx(1e3 * 4 * math.pi / math.sqrt(C / M))
+
+
+def test_a_section_in_milliseconds_has_one_state_for_each_period():
+    at = 2 * math.pi * np.arange(0, 6.01, 0.25)
+    sampled = motion().isel(tau=slice(at.size)).assign_coords(tau=("tau", at))
+    shown = display_units({"motion": vp.to_physical(sampled, M, C)})["motion"]
+    assert np.array_equal(visits(shown), np.arange(0, 25, 4))
+    assert describe_section(shown).startswith("Left: 7 states")

@@ -50,6 +50,13 @@ def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     return {name: _scaled(dataset, prefixes) for name, dataset in datasets.items()}
 
 
+def scale(dataset: xr.Dataset, unit: str) -> float:
+    """Return the factor from a stored unit to the one shown in a dataset: of s, 1000 where its times are in ms."""
+    factors = dict(PREFIXES[unit])
+    shown = {str(variable.attrs.get("units")) for variable in dataset.variables.values()}
+    return next((factor for name, factor in factors.items() if name in shown), 1.0)
+
+
 def _scaled(dataset: xr.Dataset, prefixes: Mapping[str, tuple[str, float]]) -> xr.Dataset:
     """Return a dataset with the units that are in `prefixes` replaced."""
     coords: dict[Hashable, Any] = {}

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.jumps import certain_jumps, with_breaks
 from vibropipe.figures.phase_plane import walls_of
-from vibropipe.figures.text import clock, times_of
+from vibropipe.figures.text import clock, frequency, times_of
+from vibropipe.figures.units import scale
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +23,11 @@ def acceleration_bound(dataset: xr.Dataset) -> float:
     speed = float(np.abs(dataset["velocity"].values).max())
     reach = float(dataset["l"]) + abs(float(dataset["delta"]))
     return abs(float(dataset["f"])) + float(dataset["h"]) * speed + reach
+
+
+def forcing_period(dataset: xr.Dataset) -> float:
+    """Return the forcing period in the units of the times of a motion, which are ms where a short one is shown."""
+    return scale(dataset, "s") * 2.0 * math.pi / float(dataset[frequency(dataset)])
 
 
 def velocities_at_impacts(dataset: xr.Dataset) -> tuple[Floats, Floats]:

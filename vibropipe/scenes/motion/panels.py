@@ -5,7 +5,6 @@ Figures 4 and 7 (no force), 6 and 9 to 12 of the paper.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from typing import Any
 
@@ -40,11 +39,16 @@ from vibropipe.figures.text import (
     axis_label,
     clock,
     force_amplitude,
-    frequency,
     parameter_line,
     times_of,
 )
-from vibropipe.scenes.motion.curves import Floats, curve, jumps, velocities_at_impacts
+from vibropipe.scenes.motion.curves import (
+    Floats,
+    curve,
+    forcing_period,
+    jumps,
+    velocities_at_impacts,
+)
 
 PANEL_HEIGHT_CM = 3.1
 FORCE_HEIGHT_CM = 1.9
@@ -99,12 +103,12 @@ def draw_motion(
 
 
 def window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
-    """Return the first and last tau to show: all, or the last `periods` forcing periods."""
-    tau = dataset[clock(dataset)]
-    first, last = float(tau[0]), float(tau[-1])
+    """Return the first and last time to show: all, or the last `periods` forcing periods."""
+    time = dataset[clock(dataset)]
+    first, last = float(time[0]), float(time[-1])
     if periods is None:
         return first, last
-    return max(first, last - periods * 2.0 * math.pi / float(dataset[frequency(dataset)])), last
+    return max(first, last - periods * forcing_period(dataset)), last
 
 
 def events(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -22,12 +20,11 @@ from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, legend, ne
 from vibropipe.figures.text import (
     axis_label,
     clock,
-    frequency,
     parameter_line,
     sentences,
     times_of,
 )
-from vibropipe.scenes.motion.curves import curve, velocities_at_impacts
+from vibropipe.scenes.motion.curves import curve, forcing_period, velocities_at_impacts
 from vibropipe.scenes.motion.panels import window
 from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
@@ -81,7 +78,7 @@ def impacts_of(dataset: xr.Dataset) -> Impacts:
 
 def turns(dataset: xr.Dataset, time: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return times in forcing periods."""
-    return time * float(dataset[frequency(dataset)]) / (2 * math.pi)
+    return time / forcing_period(dataset)
 
 
 def visits(dataset: xr.Dataset) -> NDArray[np.intp]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+import xarray as xr
 from figures.sample_datasets import Scene, motion, sweep
 
 from vibropipe.figures.units import display_units
@@ -38,6 +40,39 @@ def test_datasets_of_a_study_have_the_same_prefixes():
     assert np.array_equal(shown["small"]["displacement"], 1e3 * small["displacement"])
     again = display_units(shown)
     assert np.array_equal(again["large"]["displacement"], shown["large"]["displacement"])
+
+
+@pytest.mark.parametrize(
+    ("given", "others", "unit"),
+    [
+        ({"F": 120.0}, 1453.0, "N"),
+        ({"F": 0.3}, 1453.0, "N"),
+        ({"F": 1200.0, "friction": 0.3}, 10.0, "N"),
+        ({"F": 1200.0, "friction": 0.0}, 14530.0, "kN"),
+        ({"F": 0.3}, 0.2, "mN"),
+    ],
+)
+def test_forces_get_a_prefix_in_which_no_parameter_is_small(given, others, unit):
+    forces = {**given, "contact_force_max": ("impact", np.array([others, np.nan]))}
+    dataset = xr.Dataset(forces)
+    for name in forces:
+        dataset[name].attrs["units"] = "N"
+    assert display_units({"a": dataset})["a"]["F"].attrs["units"] == unit
+
+
+def test_what_is_derived_from_a_length_chooses_no_prefix():
+    names = (
+        "l",
+        "displacement_mean_sensitivity",
+        "displacement_mean_std",
+        "displacement_mean_error",
+    )
+    dataset = xr.Dataset(dict(zip(names, (0.008, 40.0, 3.0, 2.0), strict=True)))
+    for name in names:
+        dataset[name].attrs["units"] = "m"
+    shown = display_units({"a": dataset})["a"]
+    assert [shown[name].attrs["units"] for name in names] == ["mm", "m", "mm", "mm"]
+    assert float(shown["displacement_mean_sensitivity"]) == 40.0
 
 
 def test_physical_datasets_are_drawn_in_small_numbers():

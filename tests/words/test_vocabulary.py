@@ -146,6 +146,13 @@ def test_names_outside_the_table_are_refused(name):
         quantity(name)
 
 
+def test_a_sensitivity_in_si_says_that_its_units_depend_on_the_parameter():
+    words = vocabulary.physical_attributes("displacement_mean_sensitivity")
+    assert words["units"] == "m/(unit of parameter)"
+    assert vocabulary.physical_attributes("displacement_mean")["units"] == "m"
+    assert vocabulary.attributes("displacement_mean_sensitivity")["units"] == "1"
+
+
 def test_describe_sets_attributes_and_keeps_those_of_others():
     dataset = xr.Dataset(
         {

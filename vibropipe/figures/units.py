@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.words.vocabulary import ERROR_SUFFIX
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, split_suffix
 
 # Prefixes that are tried for a unit, the largest first, with the factor from the stored unit.
 PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
@@ -19,8 +20,12 @@ PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "J": (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6)),
     "s": (("s", 1.0), ("ms", 1e3)),
 }
-# The largest magnitude of a unit is at least this in the prefix that is chosen.
+# The largest magnitude of a unit, and that of each parameter, is at least this in the prefix that is chosen.
 MIN_MAGNITUDE = 0.5
+# Units in which parameters are usually stated: none gets a larger prefix on account of other quantities.
+USUAL_UNITS: Mapping[str, str] = {"m": "mm", "N": "N"}
+# What is derived from a quantity and of its size: all else, such as errors and spreads, may be of any size.
+OF_ITS_SIZE = ("", "_target", "_lower", "_upper", "_measured", "_fitted")
 
 
 def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
@@ -28,26 +33,35 @@ def display_units(datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
 
     All quantities of one unit get the same prefix, in all datasets, since pictures and tables show several together.
     """
-    units = {
-        name: {str(n): v.attrs.get("units") for n, v in dataset.variables.items()}
-        for name, dataset in datasets.items()
-    }
     prefixes: dict[str, tuple[str, float]] = {}
     for unit, choices in PREFIXES.items():
-        largest = max(
-            (
-                _largest(datasets[name][variable].values)
-                for name, of_variables in units.items()
-                for variable, own in of_variables.items()
-                # an error may be of any size, and is never drawn
-                if own == unit and not variable.endswith(ERROR_SUFFIX)
-            ),
-            default=0.0,
-        )
-        fitting = [entry for entry in choices if largest * entry[1] >= MIN_MAGNITUDE]
+        sizes = [pair for dataset in datasets.values() for pair in _sizes(dataset, unit)]
+        largest = max((size for _, size in sizes), default=0.0)
         if largest > 0.0:
-            prefixes[unit] = fitting[0] if fitting else choices[-1]
+            given = [size for name, size in sizes if name in {*PARAMETERS, *PHYSICAL}]
+            prefixes[unit] = _prefix(choices, largest, given, USUAL_UNITS.get(unit))
     return {name: _scaled(dataset, prefixes) for name, dataset in datasets.items()}
+
+
+def _sizes(dataset: xr.Dataset, unit: str) -> list[tuple[str, float]]:
+    """Return name and largest magnitude of the variables with a unit, without zeros and what may be of any size."""
+    found = [
+        (str(name), _largest(variable.values))
+        for name, variable in dataset.variables.items()
+        if variable.attrs.get("units") == unit and split_suffix(str(name))[1] in OF_ITS_SIZE
+    ]
+    return [(name, size) for name, size in found if size > 0.0]
+
+
+def _prefix(
+    choices: Sequence[tuple[str, float]], largest: float, given: Sequence[float], usual: str | None
+) -> tuple[str, float]:
+    """Return the prefix that suits the largest magnitude, at most the usual unit if one `given` would be small."""
+    fitting = [entry for entry in choices if largest * entry[1] >= MIN_MAGNITUDE] or choices[-1:]
+    if usual is not None and any(size * fitting[0][1] < MIN_MAGNITUDE for size in given):
+        limit = dict(choices)[usual]
+        fitting = [entry for entry in fitting if entry[1] >= limit]
+    return fitting[0]
 
 
 def scale(dataset: xr.Dataset, unit: str) -> float:
@@ -63,7 +77,8 @@ def _scaled(dataset: xr.Dataset, prefixes: Mapping[str, tuple[str, float]]) -> x
     data: dict[Hashable, Any] = {}
     for name, variable in dataset.variables.items():
         unit, factor = prefixes.get(str(variable.attrs.get("units")), ("", 1.0))
-        if factor != 1.0:
+        # units of a sensitivity are those of a quantity over those of a parameter
+        if factor != 1.0 and not str(name).endswith(SENSITIVITY_SUFFIX):
             attrs = {**variable.attrs, "units": unit}
             target = coords if name in dataset.coords else data
             target[name] = (variable.dims, variable.values * factor, attrs)

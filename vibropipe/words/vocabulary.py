@@ -120,6 +120,8 @@ def _in_si(name: str, entry: Quantity) -> Quantity:
     symbol = entry.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
     dims = tuple(PHYSICAL_NAMES.get(dim, dim) for dim in entry.dims)
     units = DIMENSIONS[entry.dimension].units if entry.dimension else entry.units
+    if name.endswith(SENSITIVITY_SUFFIX):
+        units += "/(unit of parameter)"  # they differ along the dimension `parameter`
     return replace(entry, **{"symbol": symbol, "dims": dims, "units": units, **words})
 
 

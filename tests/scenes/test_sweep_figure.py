@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+import xarray as xr
 from drawing import draw, lightness
 from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
@@ -17,6 +18,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.lines import isolated
 from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.scenes.sweep.regime_map import value_norm
 from vibropipe.words.vocabulary import REGIMES
 
 
@@ -103,6 +105,24 @@ def test_a_descending_grid_is_drawn_ascending(made):
         assert one.get_xlim() == two.get_xlim()
         for line, other in zip(one.lines, two.lines, strict=True):
             assert np.array_equal(line.get_xdata(), other.get_xdata())
+
+
+def test_negative_states_at_the_section_are_drawn(made):
+    dataset = made["line"][1]
+    strobe = xr.DataArray(-0.1 - 0.1 * dataset["nu"], name="displacement_strobe")
+    figure = draw(
+        "sweep",
+        dataset.assign(displacement_strobe=strobe),
+        SweepFigure(show=["displacement_strobe"]),
+    )
+    low, high = figure.axes[0].get_ylim()
+    assert low < float(strobe.min()) < float(strobe.max()) < high
+    both = made["map"][1].assign(
+        displacement_strobe=-0.1 * made["map"][1]["nu"] + 0 * made["map"][1]["f"]
+    )
+    norm = value_norm(both, "displacement_strobe")
+    assert norm.vmin == pytest.approx(-0.3, abs=0.02)
+    assert norm.vmax == pytest.approx(-0.03, abs=0.02)
 
 
 def test_a_sweep_of_one_point(made):

@@ -31,6 +31,9 @@ SYMBOL_LETTERS = 5
 # Quantities that may be negative; the axis of any other starts at zero.
 SIGNED = {
     "displacement_mean",
+    "displacement_strobe",
+    "poincare_displacement",
+    "poincare_velocity",
     "velocity_mean",
     "energy_input",
     "energy_residual",

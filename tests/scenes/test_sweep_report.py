@@ -7,7 +7,7 @@ import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.sweep.findings import findings, sweep_texts
+from vibropipe.scenes.sweep.findings import findings, jumps_of, sweep_texts
 from vibropipe.scenes.sweep.report import sections
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -69,6 +69,17 @@ def test_findings_follow_the_direction():
     assert "ν = 1.65 from 0.48 to 0.1 (upwards); 1.65 from 0.1 to 0.48 (downwards)" in text
     assert "on support 1 at ν = 1.6, upwards" in text
     assert "Impacts occur at ν = 0.9 … 1.6 (upwards) and ν = 0.9 … 1.6 (downwards)" in text
+
+
+def test_a_step_without_steps_on_both_sides_is_no_jump():
+    line = one_line()
+    assert len(jumps_of(line, "nu")) == 1
+    assert not jumps_of(line.isel(nu=[0, 11]), "nu")
+    assert not jumps_of(line.isel(nu=slice(11, 14)), "nu")
+    assert len(jumps_of(line.isel(nu=slice(10, 14)), "nu")) == 1
+    lost = line["regime"].copy()
+    lost[10] = Regime.UNRESOLVED  # the row before the one in front of the jump
+    assert not jumps_of(line.assign(regime=lost), "nu")
 
 
 def test_findings_are_in_the_units_of_the_data():

@@ -38,7 +38,8 @@ MAX_RUNS = 6  # regimes along one line that a sentence names; the table names al
 # Jumps that a sentence lists on each line, and up to which number in all it states the amplitudes.
 MAX_JUMPS, FEW_JUMPS = 6, 3
 # A jump is a step of the amplitude by this share of its maximum on the line, and by this factor larger than the
-# steps on either side: a resonance curve is steep over several rows, a jump is not.
+# steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
+# either side, at an end of a line or beside a row without an orbit, cannot be told from steepness.
 JUMP_SHARE, JUMP_FACTOR = 0.1, 5.0
 IMPACTS = (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.WITH_REST)
 NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
@@ -194,8 +195,8 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
     if has_orbit.sum() < 2:
         return []
     pairs = has_orbit[:-1] & has_orbit[1:]
-    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), 0.0)
-    padded = np.concatenate([[0.0], steps, [0.0]])
+    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), np.inf)
+    padded = np.concatenate([[np.inf], steps, [np.inf]])
     beside = np.maximum(padded[:-2], padded[2:])
     is_jump = (steps > JUMP_SHARE * amplitude[has_orbit].max()) & (steps > JUMP_FACTOR * beside)
     values = line[axis].values

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import xarray as xr
 from drawing import caption, picture_of
+from figures.figure_text import words
+from figures.sample_datasets import motion
 
+from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
+from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.sweep.captions import describe_sweep, location_text
 from vibropipe.words.vocabulary import REGIMES
 
@@ -28,6 +33,18 @@ def test_motion_says_how_far_it_departs_from_the_exact_one(made):
     text = describe_motion(made["forced"][1])
     assert "the displacement computed by newmark differs from it by at most 0.001" in text
     assert "rests on a support once, for up to 2.5" in text
+
+
+@pytest.mark.parametrize("is_sampled", [True, False])
+def test_a_motion_without_impacts_says_that_nothing_is_struck(is_sampled):
+    dataset = motion(f=-0.1)
+    assert dataset.sizes["impact"] == 0
+    dataset = dataset if is_sampled else dataset.drop_dims("tau")
+    with house_style():
+        figure = draw_impacts_only(dataset)
+    for text in (words(figure), describe_impacts(dataset)):
+        assert "No support is struck" in text
+        assert ("are not stored" in text) is not is_sampled
 
 
 def test_free_response_names_its_parts(made):

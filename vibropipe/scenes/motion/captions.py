@@ -22,7 +22,7 @@ from vibropipe.figures.text import (
     times_of,
     with_units,
 )
-from vibropipe.scenes.motion.impacts import has_events
+from vibropipe.scenes.motion.impacts import has_events, is_sampled
 from vibropipe.scenes.motion.panels import panel_names
 from vibropipe.words.wording import count, series
 
@@ -45,13 +45,12 @@ def describe_motion(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 def describe_impacts(dataset: xr.Dataset) -> str:
     """Return the caption of the impacts of a motion: impacts, grazings, rests, steady state."""
     drawn = has_events(dataset)
-    unsampled = (
-        "" if dataset.sizes.get(clock(dataset)) else "; samples of the motion are not stored"
-    )
+    unsampled = "" if is_sampled(dataset) else "; samples of the motion are not stored"
+    reason = "" if is_sampled(dataset) else NO_SAMPLES
     return sentences(
         f"Velocity before each impact against {plain_symbol(clock(dataset))}{unsampled}"
         if drawn
-        else NO_SAMPLES,
+        else reason,
         impacts_text(dataset),
         grazing_text(dataset),
         rest_text(dataset, is_shaded=drawn),

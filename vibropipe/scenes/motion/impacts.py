@@ -22,6 +22,7 @@ from vibropipe.figures.text import (
     NO_SAMPLES,
     NO_SUPPORT_STRUCK,
     axis_label,
+    clock,
     parameter_line,
     time_label,
     times_of,
@@ -67,6 +68,11 @@ def has_events(dataset: xr.Dataset) -> bool:
     return bool(dataset.sizes.get("impact") or dataset.sizes.get("grazing"))
 
 
+def is_sampled(dataset: xr.Dataset) -> bool:
+    """Return whether displacement and velocity are stored."""
+    return bool(dataset.sizes.get(clock(dataset)))
+
+
 def draw_reason(dataset: xr.Dataset) -> Figure:
     """Return a figure with the reason why nothing is drawn."""
     figure = new_figure(2.6)
@@ -74,5 +80,5 @@ def draw_reason(dataset: xr.Dataset) -> Figure:
     ax = figure.subplots()
     ax.set_axis_off()
     impacts = NO_SUPPORT_STRUCK if "impact_support" in dataset else NO_IMPACTS
-    write_centred(ax, NO_SAMPLES, impacts)
+    write_centred(ax, *([] if is_sampled(dataset) else [NO_SAMPLES]), impacts)
     return figure

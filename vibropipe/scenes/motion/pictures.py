@@ -7,7 +7,6 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.figures.text import clock
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.balance import (
     describe_energy,
@@ -18,7 +17,7 @@ from vibropipe.scenes.motion.balance import (
     fits_spectrum,
 )
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
-from vibropipe.scenes.motion.impacts import draw_impacts_only
+from vibropipe.scenes.motion.impacts import draw_impacts_only, is_sampled
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.motion.panels import draw_motion
 from vibropipe.scenes.motion.phase_plane import (
@@ -28,11 +27,6 @@ from vibropipe.scenes.motion.phase_plane import (
     draw_section,
     fits_section,
 )
-
-
-def is_sampled(dataset: xr.Dataset) -> bool:
-    """Return whether a motion has samples."""
-    return bool(dataset.sizes.get(clock(dataset)))
 
 
 def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from store_datasets import motion, rows_of_sweep, shard
 from vibropipe import store
 from vibropipe.compiler import kernel_hash
 from vibropipe.store import StoreError
-from vibropipe.store.origin import _git_commit
+from vibropipe.store.origin import _commit_of, _git_commit
 from vibropipe.store.show import plain_symbol
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import VOCABULARY
@@ -119,6 +119,24 @@ def test_the_commit_of_a_checkout_is_marked_when_changed(tmp_path):
     _git_commit.cache_clear()
     (tmp_path / "a").write_text("2")
     assert _git_commit(str(tmp_path)) == f"{commit}-dirty"
+
+
+def test_the_commit_is_that_of_the_program_in_its_clone_alone(tmp_path):
+    installed = tmp_path / "study" / "env" / "site-packages" / "vibropipe"
+    installed.mkdir(parents=True)
+    subprocess.run(["git", "init", "-q", str(tmp_path / "study")], check=True)
+    (tmp_path / "study" / "a.yaml").touch()
+    identity = ("-c", "user.name=a", "-c", "user.email=a@b", "-c", "core.hooksPath=/dev/null")
+    for words in (("add", "."), ("commit", "-q", "-m", "one")):
+        subprocess.run(["git", "-C", str(tmp_path / "study"), *identity, *words], check=True)
+    assert _commit_of(installed) == "unknown"
+    assert _commit_of(tmp_path / "study" / "vibropipe") != "unknown"
+
+
+def test_the_folder_of_the_study_is_no_part_of_the_provenance(tmp_path, monkeypatch):
+    here = store.provenance("a: 1", "x", "exact")["git_commit"]
+    monkeypatch.chdir(tmp_path)
+    assert store.provenance("a: 1", "x", "exact")["git_commit"] == here
 
 
 def test_times_and_hosts_go_to_a_sidecar(tmp_path):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 import socket
 import subprocess
@@ -26,6 +25,7 @@ from vibropipe.store.atomic import StoreError, atomic_file
 PACKAGES = ("vibropipe", "numpy", "numba", "llvmlite", "xarray", "netCDF4")
 VECTOR_UNITS = ("avx512f", "avx2", "avx", "sse4_2", "sve", "asimd")
 UNKNOWN = "unknown"
+SOURCES = Path(__file__).resolve().parents[1]  # of the package, which a clone has at its top
 
 
 def provenance(
@@ -70,7 +70,7 @@ def provenance(
         "study_hash": hashlib.sha256(study_text.encode()).hexdigest(),
         "study": study_text,
         "versions": _versions(packages),
-        "git_commit": _git_commit(os.getcwd()),
+        "git_commit": _commit_of(SOURCES),
         "machine": _machine(),
         **more,
     }
@@ -175,6 +175,15 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return UNKNOWN
+
+
+def _commit_of(sources: Path) -> str:
+    """Return the commit of the program's sources if they are in a clone of their own; unknown if installed.
+
+    git is only called in a clone: elsewhere it would find the repository around the study or the environment.
+    """
+    clone = sources.parent
+    return _git_commit(str(clone)) if (clone / ".git").exists() else UNKNOWN
 
 
 @cache

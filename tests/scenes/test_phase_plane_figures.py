@@ -225,8 +225,12 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
     )
     values = [value for _, _, value in energy_terms(dataset, "orbit_energy")]
     assert sum(values) == pytest.approx(0.0, abs=1e-12)
+    rubbing = dataset.assign(orbit_energy_friction=0.1, orbit_energy_damping=0.123)
+    bars = [(text, value) for text, _, value in energy_terms(rubbing, "orbit_energy")]
+    assert bars[-1] == ("friction", -0.1)
+    assert sum(value for _, value in bars) == pytest.approx(0.0, abs=1e-12)
     with house_style():
-        for figure in (draw_energy(dataset), draw_spectra(dataset)):
+        for figure in (draw_energy(dataset), draw_energy(rubbing), draw_spectra(dataset)):
             assert not overlapping(figure)
 
 

@@ -104,6 +104,14 @@ def test_regimes_along_each_line_and_energies_are_tables():
     energy = describe(xr.Dataset({"energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))}))
     for name in ("energy_damping", "energy_impact"):
         energy[name] = energy["energy_input"] / 2
+    with_friction = energy.assign(energy_friction=energy["energy_input"] / 4)
+    tables = sections({"response": line.merge(with_friction), "plain": line.merge(energy)})[
+        0
+    ].tables
+    assert tables[2].head[1:] == [
+        "work of the force", "loss by damping", "loss at impacts", "loss by friction",
+    ]  # fmt: skip
+    assert [row[4] for row in tables[2].rows] == ["0.025 … 0.05", "–"]
     tables = sections({"response": line.merge(energy)})[0].tables
     assert tables[1].rows[0][:3] == ["response", "–", "ν"]
     assert tables[1].rows[0][3].startswith("no impact (0.5 … 0.8); two-sided (0.9 … 1.1); ")

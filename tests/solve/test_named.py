@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.solve.gradient import exact_slopes
 from vibropipe.solve.named import SMOOTH, labels, named, outputs_of
 from vibropipe.solve.points import solve_points
 
-EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7)
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.1)
 
 
 def test_every_name_is_the_column_of_a_table():
@@ -25,6 +28,16 @@ def test_every_name_is_the_column_of_a_table():
     table = vp.table(vp.sweep(EXCITER, over={"nu": [1.0]}, outputs=outputs))
     assert {name.name for name in names} <= {*table.columns}
     assert [table[name.name][0] for name in names] == values.tolist()
+
+
+def test_rows_without_friction_lose_nothing_by_it():
+    name = named("energy_friction", "target")
+    rows = np.array([replace(EXCITER, friction=0.0).parameters()] * 2)
+    rows[1, list(vars(EXCITER)).index("nu")] = 2.3  # chaos, without an orbit that has energies
+    outputs = (*outputs_of([name]), "sensitivity")
+    points = solve_points(rows, (None, 0.0), outputs, 1)
+    assert points.values([name])[:, 0].tolist() == pytest.approx([0.0, np.nan], nan_ok=True)
+    assert np.isnan(exact_slopes(points, [name], [0])).all()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,21 @@ def test_sensitivities_are_those_of_new_marches(spread):
             slope = over[quantity].diff(name).squeeze(name) / 2e-5
             found = spread[f"{quantity}_sensitivity"].sel(parameter=name)
             assert np.allclose(found, slope, rtol=1e-5)
+
+
+def test_the_loss_by_friction_has_its_spread():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.05)
+    spread = vp.tolerance(exciter, {"friction": 1e-3}, samples=64)
+    ends = [vp.steady_state(replace(exciter, friction=0.05 + step)) for step in (-1e-4, 1e-4)]
+    slope = float(ends[1].energy_friction - ends[0].energy_friction) / 2e-4
+    assert float(spread.energy_friction_sensitivity[0]) == pytest.approx(slope, rel=1e-4)
+    std = spread.energy_friction_std
+    assert float(std.sel(estimate="first_order")) == pytest.approx(1e-3 * abs(slope), rel=1e-4)
+    assert float(std.sel(estimate="samples")) == pytest.approx(1e-3 * abs(slope), rel=0.1)
+
+
+def test_without_friction_there_is_no_loss_by_it(spread):
+    assert not [name for name in spread.variables if str(name).startswith("energy_friction")]
 
 
 def test_contributions_are_shares(spread):

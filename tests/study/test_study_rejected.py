@@ -285,6 +285,11 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
             "s.figure.show: must leave out energy_input unless outputs have energy, got 'energy_input'",
         ),
         (
+            "{kind: sweep, over: {nu: [1]}, outputs: [energy], figure: {show: [energy_friction]}}",
+            "s.figure.show: must leave out energy_friction unless friction is above 0, got "
+            "'energy_friction'",
+        ),
+        (
             "{kind: motion, figure: {pictures: [spectrum]}}",
             "s.figure.pictures: must leave out spectrum unless outputs have harmonics, got 'spectrum'",
         ),

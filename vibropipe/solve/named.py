@@ -34,6 +34,7 @@ SMOOTH: Mapping[str, str] = {
     "energy_input": "energy",
     "energy_damping": "energy",
     "energy_impact": "energy",
+    "energy_friction": "energy",
 }
 # Whole numbers and fractions that belong to the law of motion.
 OF_LAW = ("period_multiple", "impacts_per_period", "impacts_per_orbit", "rests_per_orbit")
@@ -94,10 +95,16 @@ class Named(NamedTuple):
         """Return the quantity that a derived one is derived from."""
         return self._replace(derived="", parameter="")
 
+    def is_absent(self, variables: Variables) -> bool:
+        """Return whether it is the loss by friction, which rows have only if one of them has friction."""
+        return self.variable == "energy_friction" and self.variable not in variables
+
     def values(self, variables: Variables, parameters: np.ndarray) -> np.ndarray:
         """Return its values (rows,) from labelled rows and their parameters (rows, n)."""
         if self.is_parameter:
             return parameters[:, Parameters._fields.index(self.variable)]
+        if self.is_absent(variables):
+            return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real
@@ -105,6 +112,8 @@ class Named(NamedTuple):
 
     def slopes(self, variables: Variables, parameter: int) -> np.ndarray:
         """Return its derivatives (rows,) by one of the parameters of the output `sensitivity`."""
+        if self.is_absent(variables):
+            return np.full(len(variables["energy_input"][1]), np.nan)
         slopes = variables[self.variable + SENSITIVITY_SUFFIX][1][..., parameter]
         column = slopes if self.number is None else slopes[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real

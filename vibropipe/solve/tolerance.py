@@ -37,6 +37,7 @@ SPREAD = (
     "energy_input",
     "energy_damping",
     "energy_impact",
+    "energy_friction",
 )
 SAMPLES, SAMPLES_LIMITS = 4096, (16, 10**7)
 # Standard deviations that the worst case reaches to.
@@ -164,7 +165,8 @@ def spread_variables(
     from_start: Callable[[np.ndarray], Points],
 ) -> Variables:
     """Return the variables of `tolerance` at one solved point, without a dimension of the point."""
-    names = spread_names(harmonics)
+    # without friction there is no loss by it
+    names = [name for name in spread_names(harmonics) if name.variable in point.variables]
     columns = [Parameters._fields.index(name) for name in sigma]
     deviations = np.array(list(sigma.values()))
 

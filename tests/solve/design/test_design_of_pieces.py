@@ -49,6 +49,15 @@ def test_friction_and_stiffness_are_designed() -> None:
     assert found == pytest.approx(target, rel=0.02)
 
 
+def test_the_loss_by_friction_is_a_target() -> None:
+    exciter = replace(SOFT, friction=0.0)
+    name = "energy_friction"
+    ds = vp.design(exciter, {"friction": (0.0, 0.2)}, {name: 0.1}, samples=64, designs=1)
+    found = replace(exciter, friction=float(ds.friction[0]))
+    assert float(vp.steady_state(found)[name]) == pytest.approx(0.1, rel=1e-6)
+    assert float(ds[f"{name}_target"]) == 0.1
+
+
 def test_a_support_does_not_turn_rigid() -> None:
     with pytest.raises(vp.ParameterError, match=r"vary.k2: must be above 0 .*, got 0.0"):
         vp.design(SOFT, {"k2": (0.0, 400.0)}, {QUANTITY: 0.0})

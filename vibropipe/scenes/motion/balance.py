@@ -17,19 +17,26 @@ FORMS = {
     "energy": "from start to end of the motion",
     "orbit_energy": "per orbit of the steady state",
 }
+# Terms of a balance, in the order of the bars; what is fed in or stored counts positive.
+SIGNS = {"input": 1, "damping": -1, "impact": -1, "friction": -1, "change": 1}
+TEXTS = {
+    "input": "work of\nthe force",
+    "damping": "damping",
+    "friction": "friction",
+    "change": "stored",
+}
 
 
 def energy_terms(dataset: xr.Dataset, form: str) -> list[tuple[str, xr.DataArray, float]]:
     """Return (text, variable, value) of the energies of a motion or of its orbit; losses count negative."""
     terms = []
-    for name, sign in (("input", 1), ("damping", -1), ("impact", -1), ("change", 1)):
+    for name, sign in SIGNS.items():
         full = f"{form}_{name}"
         if full not in dataset:
             continue
         array = dataset[full]
         if array.ndim == 0:
-            text = {"input": "work of\nthe force", "damping": "damping", "change": "stored"}[name]
-            terms.append((text, array, sign * float(array)))
+            terms.append((TEXTS[name], array, sign * float(array)))
             continue
         for support, value in zip(dataset["support"].values, array.values, strict=True):
             terms.append((f"impacts on\nsupport {support}", array, sign * float(value)))

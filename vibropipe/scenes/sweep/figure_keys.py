@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import each_once
@@ -28,6 +29,7 @@ Shown = Literal[
     "energy_input",
     "energy_damping",
     "energy_impact",
+    "energy_friction",
     "impact_velocity",
     "displacement_strobe",
     "poincare_displacement",
@@ -75,6 +77,12 @@ class SweepFigure(FigureOptions):
     )
 
 
+def has_friction(scene: SweepScene) -> bool:
+    """Return whether some row of a sweep has friction."""
+    values: dict[str, Any] = {**scene.resolved_exciter(), **scene.over_arrays()}
+    return bool(np.any(values.get("friction", 0.0)))
+
+
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
@@ -95,6 +103,9 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
     for name in scene.figure.show:
         if name in POINTS and "bifurcation" not in pictures:
             must = f"must leave out {name} unless pictures have bifurcation"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
+        if name == "energy_friction" and not has_friction(scene):
+            must = f"must leave out {name} unless friction is above 0"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
         for start, needed in QUANTITY_NEEDS.items():
             if name.startswith(start) and not outputs & set(needed):

@@ -22,7 +22,7 @@ DEFAULT_SHOW = (
     "impact_velocity_max",
     "impacts_per_period",
 )
-ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact")
+ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact", "energy_friction")
 MAX_HARMONICS = 3
 LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
 LETTER_CM = 0.155  # usual width of a letter, with some room

@@ -33,6 +33,7 @@ ENERGIES = {
     "energy_input": "work of the force",
     "energy_damping": "loss by damping",
     "energy_impact": "loss at impacts",
+    "energy_friction": "loss by friction",
 }
 
 
@@ -90,17 +91,22 @@ def runs_tables(sweeps: Datasets) -> list[Table]:
 
 
 def energy_tables(sweeps: Datasets) -> list[Table]:
-    """Return the table of energies of the sweeps whose outputs include them."""
+    """Return the table of energies of the sweeps whose outputs include them; friction only where there is any."""
     stored = {name: data for name, data in sweeps.items() if "energy_input" in data}
+    heads = {
+        key: text for key, text in ENERGIES.items() if any(key in data for data in stored.values())
+    }
     rows = [
-        [breakable(name), *(energy_text(data, key) for key in ENERGIES)]
+        [breakable(name), *(energy_text(data, key) for key in heads)]
         for name, data in stored.items()
     ]
-    return [Table(["scene", *ENERGIES.values()], rows, ENERGY_CAPTION)] if rows else []
+    return [Table(["scene", *heads.values()], rows, ENERGY_CAPTION)] if rows else []
 
 
 def energy_text(dataset: xr.Dataset, name: str) -> str:
     """Write the range of an energy; that of impacts is the sum over both supports."""
+    if name not in dataset:
+        return DASH
     energy = dataset[name].where(dataset["regime"] < Regime.APERIODIC)
     values = (
         energy.sum("support", skipna=False).values if "support" in energy.dims else energy.values

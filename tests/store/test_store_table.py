@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import dask
 import dask.array as da
@@ -77,10 +78,15 @@ def test_a_motion_has_a_row_for_each_sample():
     )
 
 
-def test_a_motion_without_samples_is_one_row():
-    rows = vp.table(vp.simulate(EXCITER, 20.0, samples_per_period=0))
+@pytest.mark.parametrize("friction", [0.0, 0.15])
+def test_a_motion_without_samples_is_one_row(friction):
+    exciter = replace(EXCITER, friction=friction)
+    motion = vp.simulate(exciter, 20.0, samples_per_period=0, energy=True)
+    rows = vp.table(motion)
     assert len(rows) == 1
     assert rows["displacement_end"].notna().all()
+    assert not {"turn", "turn_tau", "stick", "stick_start"} & {*rows.columns}
+    assert len(vp.table(motion, impacts=True)) == motion.sizes["impact"] > 0
 
 
 def test_a_study_a_node_and_a_file_give_the_same(sweep, folder):

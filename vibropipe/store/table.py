@@ -28,10 +28,10 @@ COMPONENTS = (
     "estimate",
     "side",
 )
-# Dimensions whose length differs from row to row, or that list events.
 # States at the section of an attractor fill more columns than a table is read with.
 MAX_COMPONENTS = 64
-RAGGED = ("impact", "rest", "grazing", "orbit_impact")
+# Dimensions whose length differs from row to row, or that list events.
+RAGGED = ("impact", "rest", "grazing", "turn", "stick", "orbit_impact")
 
 
 def table(
@@ -49,12 +49,12 @@ def table(
     Returns
     -------
     pandas.DataFrame
-        A row for each point of the grid (of a motion: for each sample), the swept parameters first, then those that
-        are the same in every row, then the quantities. Codes such as regimes stand by their names. A quantity over
-        support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a complex one has
-        two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts, the states at the
-        section, and attractors at values of the parameter where they are not. With `impacts`, a row for each impact,
-        at its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
+        A row for each point of the grid (of a motion: for each sample, or one without samples), the swept parameters
+        first, then those that are the same in every row, then the quantities. Codes such as regimes stand by their
+        names. A quantity over support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a
+        complex one has two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts,
+        the states at the section, and attractors at values of the parameter where they are not. With `impacts`, a row
+        for each impact, at its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
 
     Raises
     ------

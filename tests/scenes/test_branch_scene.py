@@ -103,6 +103,11 @@ def test_the_table_lists_each_bifurcation(scene, dataset):
     assert len(table.rows) == dataset.sizes["bifurcation"]
 
 
+def test_branches_without_bifurcations_have_no_section(scene, dataset):
+    plain = dataset.isel(bifurcation=slice(0, 0))
+    assert kind_of(scene).report.sections({"response": plain}) == []
+
+
 def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     scene = loaded(tmp_path, STUDY + "    switch: [grazing]\n").scenes["response"]
     dataset = kind_of(scene).solve(scene)

@@ -18,11 +18,10 @@ KINDS, REASONS = flag_texts("bifurcation_kind"), flag_texts("end_reason")
 
 
 def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on the branches of a study."""
-    if not datasets:
-        return []
+    """Return the section on the branches of a study, if they have bifurcations."""
     tables = [bifurcation_table(name, data) for name, data in datasets.items()]
-    return [Section("Bifurcations of the branches", tables=[table for table in tables if table])]
+    found = [table for table in tables if table]
+    return [Section("Bifurcations of the branches", tables=found)] if found else []
 
 
 def bifurcation_table(scene: str, dataset: xr.Dataset) -> Table | None:

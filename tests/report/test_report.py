@@ -93,6 +93,14 @@ def test_parameters_in_si_have_their_units(solved):
     assert table.rows[0][1:4] == ["0.3 … 3 (121 values)", "0.1, 0.2, 0.5", "0.2"]
 
 
+def test_beside_many_parameters_the_scenes_keep_a_column(solved):
+    _, _, datasets = solved
+    dataset = datasets["response"]
+    assert parameter_table({"response": "sweep"}, {"response": dataset}).widths[0] == "1fr"
+    soft = dataset.assign_coords(k1=200.0, k2=200.0, h1=3.0, h2=3.0)
+    assert parameter_table({"response": "sweep"}, {"response": soft}).widths[0] == "2.2cm"
+
+
 def test_accuracy_and_provenance(data):
     rows = {
         row[0].replace(ZERO_WIDTH_SPACE, ""): row[1:] for row in data["accuracy"]["table"]["rows"]

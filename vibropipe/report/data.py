@@ -28,6 +28,8 @@ FURTHER_EFFECTS = {
     "load": ("load",),
     "second_harmonic": ("f2",),
 }
+# Parameters beside which the column of the scenes takes what is left, and its width beside more of them.
+MAX_PARAMETERS, SCENE_WIDTH = 10, "2.2cm"
 OTHER_GRIDS = ("delta_over_l", "tau_bar", "free_period", "amplitude")
 
 
@@ -91,7 +93,9 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
         "Parameters of each scene; those with several values are swept. A dash: not applicable."
     )
     head = [head_text(key, name, datasets) for key, name in keys.items()]
-    return Table(["scene", *head], rows, caption, ("1fr", *["auto"] * len(head)))
+    # what many columns leave would be too narrow for the names
+    first = SCENE_WIDTH if len(head) > MAX_PARAMETERS else "1fr"
+    return Table(["scene", *head], rows, caption, (first, *["auto"] * len(head)))
 
 
 def values_text(array: xr.DataArray) -> str:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figures.figure_text import texts
 from figures.sample_datasets import sweep
 
+from vibropipe.figures.style import freeze_layout, house_style, new_figure
 from vibropipe.figures.text import (
     format_number,
     grid_text,
     mathtext,
     parameter_line,
     regime_name,
+    scalar_parameters,
 )
 from vibropipe.words.vocabulary import REGIMES
 from vibropipe.words.wording import count, series
@@ -40,6 +43,7 @@ def test_number_keeps_the_digits_asked_for():
 def test_mathtext_raises_powers_of_ten():
     assert mathtext(1.5e-13) == r"$1.5\times 10^{-13}$"
     assert mathtext(-0.5) == "−0.5"
+    assert mathtext(4.0192e-7, 3) == r"$4.02\times 10^{-7}$"
 
 
 def test_amounts_lists_and_names():
@@ -55,6 +59,49 @@ def test_parameters_that_are_swept_are_not_in_the_line():
     assert "0.2" in line
     assert r"$\nu$" not in line
     assert "$f$" not in line
+
+
+def test_parameters_stand_in_as_few_lines_as_fit():
+    dataset = sweep()
+    assert "\n" not in parameter_line(dataset)
+    units = {
+        "m": "kg",
+        "C": "N/m",
+        "F": "kN",
+        "H": "N s/m",
+        "C1": "N/m",
+        "C2": "N/m",
+        "H1": "N s/m",
+        "H2": "N s/m",
+    }
+    for name, unit in units.items():
+        dataset[name] = ((), 1.25e6, {"units": unit, "symbol": f"${name[0]}_{{{name[1:]}}}$"})
+    lines = parameter_line(dataset).split("\n")
+    assert len(lines) == 2
+    with house_style():
+        figure = new_figure(3.0)
+        figure.suptitle("\n".join(lines))
+        figure.draw_without_rendering()
+        box = figure._suptitle.get_window_extent()
+    assert box.x0 > 0
+    assert box.x1 < figure.get_window_extent().x1
+    entries = [entry for line in lines for entry in line.removesuffix(",").split(",  ")]
+    assert len(entries) == len(scalar_parameters(dataset))
+
+
+def test_a_power_of_ten_stands_beside_the_unit_of_an_abscissa():
+    with house_style():
+        figure = new_figure(5.0)
+        left, right = figure.subplots(1, 2)
+        for ax, label in ((left, "stiffness $C_1$ (N/m)"), (right, "stiffness $k_1$")):
+            ax.plot([0, 2e6], [0, 1e6])
+            ax.set_xlabel(label)
+        freeze_layout(figure)
+        assert left.get_xlabel() == "stiffness $C_1$ ($10^{6}$ N/m)"
+        assert right.get_xlabel() == "stiffness $k_1$ ($10^{6}$)"
+        assert "1e6" not in [
+            text.get_text() for text in texts(figure) if text in left.xaxis.get_children()
+        ]
 
 
 def test_grids_are_written_whole_or_by_their_ends():

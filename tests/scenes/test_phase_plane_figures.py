@@ -229,8 +229,14 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
     bars = [(text, value) for text, _, value in energy_terms(rubbing, "orbit_energy")]
     assert bars[-1] == ("friction", -0.1)
     assert sum(value for _, value in bars) == pytest.approx(0.0, abs=1e-12)
+    both = rubbing.assign(
+        {f"energy_{name}": 4.02e-7 for name in ("input", "damping", "change", "friction")}
+    )
+    both["energy_impact"] = ("support", [0.232, 0.173])
     with house_style():
-        for figure in (draw_energy(dataset), draw_energy(rubbing), draw_spectra(dataset)):
+        whole = draw_energy(both)
+        assert r"$4.02\times 10^{-7}$" in [text.get_text() for text in texts(whole)]
+        for figure in (draw_energy(dataset), draw_energy(rubbing), whole, draw_spectra(dataset)):
             assert not overlapping(figure)
 
 

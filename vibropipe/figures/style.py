@@ -6,6 +6,7 @@ marker or label repeat the distinction, for print in grey.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ PRINT_WIDTH_CM = 16.0
 FONT_SIZE = 9.0
 SMALL_FONT_SIZE = 8.0
 CM_PER_INCH = 2.54
+LINE_CM = 0.5  # of a line of a title
 DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
 PAGE_HEIGHT_CM = 21.5  # of a figure with its caption below on A4
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
@@ -202,21 +204,40 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 def freeze_layout(figure: Figure) -> None:
     """Compute the layout once and round the positions of axes and title.
 
+    Further lines of a title make a figure taller, so that its axes stay as tall as with one line.
+
     The last bits of a position vary between runs of the layout solver, and names in an SVG file are
     made from positions.
     """
     engine = figure.get_layout_engine()
     if engine is None:
         return
+    title = figure._suptitle  # type: ignore[attr-defined]
+    if title is not None:
+        further_lines = title.get_text().count("\n")
+        figure.set_figheight(figure.get_figheight() + further_lines * LINE_CM / CM_PER_INCH)
     engine.execute(figure)
     figure.set_layout_engine(
         None
     )  # "none" would keep a placeholder engine, which draws once more per file
     for ax in figure.axes:
         ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), DECIMALS)))
-    title = figure._suptitle  # type: ignore[attr-defined]
+        move_power_to_label(ax)
     if title is not None:
         title.set_y(round(title.get_position()[1], DECIMALS))
+
+
+def move_power_to_label(ax: Axes) -> None:
+    """Write the power of ten of an abscissa beside its unit: at the end of the axis, it would lie on the label."""
+    power = re.fullmatch(r"1e([-−]?\d+)", ax.xaxis.get_offset_text().get_text())
+    label = ax.get_xlabel()
+    if power is None or not label:
+        return
+    factor = f"$10^{{{power[1].replace('−', '-')}}}$"
+    words, bracket, units = label.rpartition(" (")
+    is_unit = bracket and units.endswith(")")
+    ax.set_xlabel(f"{words} ({factor} {units}" if is_unit else f"{label} ({factor})")
+    ax.xaxis.get_offset_text().set_visible(False)
 
 
 def save_as(figure: Figure, path: Path) -> None:

@@ -47,6 +47,7 @@ NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
 NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
+LINE_LETTERS = 112  # of a line of parameters across a figure: 15.6 cm, at the fewest letters in a centimetre, 7.2
 # Plain symbols of quantities of a physical dataset that have another name than without units.
 PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
@@ -225,18 +226,38 @@ def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
-    """Write the parameters that are not swept as one line of mathtext: nu = 1, f = -1, ..."""
+    """Write the parameters that are not swept as mathtext: nu = 1, f = -1, ..., in as few lines as fit on a figure."""
     left_out = set(leave_out)
     names = [name for name in scalar_parameters(dataset) if name not in left_out]
-    return ",  ".join(value_text(dataset[name]) for name in names)
+    return in_lines([value_text(dataset[name]) for name in names])
 
 
-def mathtext(value: float | str) -> str:
-    """Write a number as `format_number` does, with powers of ten in mathtext."""
-    text = format_number(value)
+def in_lines(parts: list[str]) -> str:
+    """Join texts by commas, in as few lines of at most LINE_LETTERS letters as they need, all about as long."""
+    ends = np.cumsum([n_letters(part) + 3 for part in parts])
+    for amount in range(1, len(parts) + 1):
+        middles = ends - np.diff(ends, prepend=0) / 2
+        line_of = (amount * middles / ends[-1]).astype(int)
+        lines = [
+            ",  ".join(part for part, n in zip(parts, line_of, strict=True) if n == line)
+            for line in dict.fromkeys(line_of.tolist())
+        ]
+        if max(map(n_letters, lines)) <= LINE_LETTERS:
+            break
+    return ",\n".join(lines) if parts else ""
+
+
+def n_letters(text: str) -> int:
+    """Return the number of letters that a mathtext shows."""
+    return len(re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text)))
+
+
+def mathtext(value: float | str, digits: int = 4) -> str:
+    """Write a number as `format_number` does, with powers of ten in mathtext: fonts of figures lack raised digits."""
+    text = format_number(value, digits)
     if " × 10" not in text:
         return text
-    mantissa, exponent = f"{value:.4g}".split("e")
+    mantissa, exponent = f"{value:.{digits}g}".split("e")
     return rf"${mantissa}\times 10^{{{int(exponent)}}}$"
 
 

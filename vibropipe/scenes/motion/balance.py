@@ -9,10 +9,18 @@ from matplotlib.figure import Figure
 
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
 from vibropipe.figures.style import BLACK, GREY, SKY, SMALL_FONT_SIZE, YELLOW, legend, new_figure
-from vibropipe.figures.text import axis_label, format_number, parameter_line, sentences, with_units
+from vibropipe.figures.text import (
+    axis_label,
+    format_number,
+    mathtext,
+    parameter_line,
+    sentences,
+    with_units,
+)
 from vibropipe.words.vocabulary import label
 
 HEIGHT_CM = 6.5
+MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
     "energy": "from start to end of the motion",
     "orbit_energy": "per orbit of the steady state",
@@ -51,11 +59,15 @@ def fits_energy(dataset: xr.Dataset) -> bool:
 def draw_energy(dataset: xr.Dataset) -> Figure:
     """Draw the energy fed in, lost and stored as bars, of the motion and of its orbit."""
     forms = [form for form in FORMS if energy_terms(dataset, form)]
-    figure = new_figure(HEIGHT_CM)
-    for ax, form in zip(figure.subplots(1, len(forms), squeeze=False)[0], forms, strict=True):
-        draw_bars(ax, energy_terms(dataset, form))
+    terms = [energy_terms(dataset, form) for form in forms]
+    rows, columns = (len(forms), 1) if max(map(len, terms)) > MAX_BARS else (1, len(forms))
+    figure = new_figure(HEIGHT_CM * rows)
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for ax, form, bars in zip(axes, forms, terms, strict=True):
+        draw_bars(ax, bars)
         ax.set_title(FORMS[form])
-    figure.axes[0].set_ylabel(with_units(energy_terms(dataset, forms[0])[0][1], "energy"))
+    for ax in axes[::columns]:
+        ax.set_ylabel(with_units(terms[0][0][1], "energy"))
     figure.suptitle(parameter_line(dataset))
     return figure
 
@@ -77,7 +89,7 @@ def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
     span = max(map(abs, values), default=1.0) or 1.0
     for position, value in enumerate(values):
         ax.annotate(
-            format_number(value, 3), (position, value), (0, 2 if value >= 0 else -2),
+            mathtext(value, 3), (position, value), (0, 2 if value >= 0 else -2),
             textcoords="offset points", ha="center", va="bottom" if value >= 0 else "top",
             fontsize=SMALL_FONT_SIZE,
         )  # fmt: skip

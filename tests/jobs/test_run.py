@@ -6,9 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from vibropipe.compiler.sources import kernel_hash
+from vibropipe.compiler.sources import COMPILER, kernel_hash, source_hash
 from vibropipe.jobs.run import (
     FIRST,
+    ROWS,
     check_working_folder,
     check_writable,
     clear_leftovers,
@@ -74,12 +75,25 @@ def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
     run = read_run(None, {})
     assert run.threads(job("first", "race"), 8) == 8
     assert run.threads(job("first", "cases"), 8) == 1
-    assert run.threads(job("second", "wide"), 8) == round(2e6 * 4e-5 / 4)
     assert run.code(job("first", "one")) == code_hash(kinds()["motion"])
     codes = {run.code(job("first", name)) for name in ("one", "cases", "race")}
     assert len(codes) == 3
     assert all(code.startswith(kernel_hash()) for code in codes)
     assert run.code(job("first", "race")) == code_hash(kinds()["accuracy"])
+
+
+def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
+    folder, tmp_path, monkeypatch
+):
+    run, wide = read_run(None, {}), job("second", "wide")
+    monkeypatch.setattr("vibropipe.compiler.cache.cache_root", lambda: tmp_path / "cache")
+    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
+    # the folder alone, which importing the module creates, is not enough
+    kernels = tmp_path / f"cache/solve.rows-{source_hash([ROWS, COMPILER])}/__pycache__"
+    kernels.mkdir(parents=True)
+    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
+    kernels.joinpath("rows.solve_piece.nbi").touch()
+    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 4)
 
 
 def test_long_work_comes_first(folder):

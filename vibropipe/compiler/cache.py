@@ -53,8 +53,17 @@ def module_folder(module: str) -> Path:
     """Return the folder of the compiled kernels of a module."""
     if not module.startswith("vibropipe."):
         return _made(cache_root() / "other")  # numba checks these sources itself
-    name = f"{module.removeprefix('vibropipe.')}-{source_hash([module, COMPILER])}"
-    return _made(cache_root() / name)
+    return _made(_folder_of(module))
+
+
+def has_kernels(module: str) -> bool:
+    """Return whether kernels of a module of this package have been compiled before, for any effects."""
+    return any(_folder_of(module).rglob("*.nbi"))
+
+
+def _folder_of(module: str) -> Path:
+    """Return the path of the folder of the kernels of a module of this package."""
+    return cache_root() / f"{module.removeprefix('vibropipe.')}-{source_hash([module, COMPILER])}"
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vibropipe.compiler.cache import has_kernels
 from vibropipe.jobs.drawing import figure_names, scenes_drawn
 from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.jobs.solving import code_hash, identity
@@ -38,8 +39,11 @@ from vibropipe.study import (
 CONFIG = "config/config.yaml"
 # Folders in which a run writes, whatever the folder of results, if they exist.
 WORKING_FOLDERS = (".", ".snakemake", "logs")
-# Seconds of work, on one core, for each thread of a sweep.
-SECONDS_PER_THREAD = 4
+# Seconds of work, on one core, for each thread of a scene; and where its kernels have to be compiled first, which takes
+# one core half a minute: for less work than that, others would wait for it.
+SECONDS_PER_THREAD, SECONDS_PER_THREAD_UNCOMPILED = 4, 30
+# The module whose kernels solve rows.
+ROWS = "vibropipe.solve.rows"
 # Priority of jobs that start before all others.
 FIRST = 1000
 
@@ -177,7 +181,10 @@ class Run:
 
 def useful_threads(plan: ScenePlan) -> int:
     """Return the number of threads that the work of a scene justifies."""
-    return max(1, round(plan.seconds / SECONDS_PER_THREAD)) if plan.is_parallel else 1
+    if not plan.is_parallel:
+        return 1
+    per_thread = SECONDS_PER_THREAD if has_kernels(ROWS) else SECONDS_PER_THREAD_UNCOMPILED
+    return max(1, round(plan.seconds / per_thread))
 
 
 def read_run(

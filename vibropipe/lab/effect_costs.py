@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -46,6 +47,11 @@ def solve_effects(
     Parameters and result as of `measure_effects`, with the bytes that `stored_bytes` measures.
     """
     calls = [call for case in cases.values() for call in kernel_calls(case)]
+    calls += [
+        partial(stored_bytes, motion._replace(periods=1), case.row, case.outputs)
+        for case in cases.values()
+        for motion in (case.motion, full)
+    ]
     compile_side_by_side(calls, numba.get_num_threads())
     return measure_effects(cases, full, stored_bytes, rounds, progress)
 

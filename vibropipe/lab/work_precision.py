@@ -7,9 +7,10 @@ the grid; all methods are timed in every round, so that drift of the machine aff
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numba
@@ -201,18 +202,21 @@ def run_methods(
     return results
 
 
-def compile_methods(methods: Sequence[str], motion: BenchmarkMotion) -> None:
+def compile_methods(methods: Sequence[str], motions: Iterable[BenchmarkMotion]) -> None:
     """Compile the kernels of this package's methods, in as many processes as there are threads."""
-    short = motion._replace(periods=1)
+    short = [motion._replace(periods=1) for motion in motions]
 
-    def show(method: str) -> None:
-        build(method, 8.0, short).show()
+    def show(method: str, motion: BenchmarkMotion) -> None:
+        build(method, 8.0, motion).show()
 
-    def repeat(method: str) -> None:
-        build(method, 8.0, short).repeat(1)
+    def repeat(method: str, motion: BenchmarkMotion) -> None:
+        build(method, 8.0, motion).repeat(1)
 
+    # The two calls of a method share most of their code, which side by side would be compiled twice.
     own = [method for method in methods if method in OWN_METHODS]
-    calls = [partial(call, method) for method in own for call in (show, repeat)]
+    calls = [
+        partial(call, *arguments) for call in (show, repeat) for arguments in product(own, short)
+    ]
     compile_side_by_side(calls, numba.get_num_threads())
 
 
@@ -252,7 +256,7 @@ def solve_accuracy(
     """
     import xarray as xr
 
-    compile_methods(methods, next(iter(motions.values())))
+    compile_methods(methods, motions.values())
     listed = entries(methods, steps, tolerances)
     dims = ("motion", "method", "setting")
     shape = (len(motions), len(methods), max(entry.setting for entry in listed) + 1)

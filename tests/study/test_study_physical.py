@@ -99,6 +99,9 @@ SWEPT = "scenes.sweep.over.omega"
         ("l: 8 mm", "l: 8 mmm", f"physical.l: must be {LENGTH}, got '8 mmm' ('mmm' is no unit that is known)"),
         ("l: 8 mm", "l: 8 N", f"physical.l: must be {LENGTH}, got '8 N' (N is no unit of length)"),
         ("l: 8 mm", "l: -8 mm", f"physical.l: must be {LENGTH}, got '-8 mm'"),
+        ("physical: {m:", "physikal: {m:",
+         "physikal: is an unknown key; must be one of title, description, exciter, physical, scenes (did you mean "
+         "'physical'?)"),
         ("l: 8 mm", "l: 8,5 mm", "physical.l: must be a number, got '8,5 mm' (write 8.5 mm, with a point)"),
         ("tau_end: 0.5 s,", "tau_end: 0,5 s,",
          "scenes.motion.tau_end: must be a number, got '0,5 s' (write 0.5 s, with a point)"),
@@ -191,6 +194,12 @@ def test_faults_of_each_kind_quote_what_the_file_says(scene: str, fault: str) ->
     with pytest.raises(StudyError) as caught:
         study_of_text(f"{head}scenes:\n  odd: {scene}\n", "units")
     assert str(caught.value) == f"the study units: scenes.odd.{fault}"
+
+
+def test_a_misspelt_key_of_a_study_comes_before_the_faults_that_it_does_not_explain() -> None:
+    slip, other = faults(("physical: {m:", "physikal: {m:"), ("x0: 5 mm", "x0: 5"))
+    assert slip.startswith("physikal: is an unknown key; ")
+    assert other.startswith("scenes.motion.start.x0: must be a length with its unit")
 
 
 def test_a_missing_length_is_asked_for_in_physical() -> None:

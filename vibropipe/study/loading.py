@@ -26,6 +26,7 @@ from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
 from vibropipe.study.physical import is_physical, without_units
 from vibropipe.study.pydantic_errors import plain_path, problem_of
+from vibropipe.study.slips import without_slips
 from vibropipe.study.tables import Files, with_tables
 from vibropipe.study.written import as_written, both_paths
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
@@ -214,11 +215,12 @@ def parse_study(
         With all faults.
     """
     tree, spelled = spell_out(_mapping(tree, source, Study))
+    tree, slips = without_slips(tree, Study.model_fields)
     files = files or Files(Path())
     tree, unread = with_tables(tree, files)
     written = tree
     tree, misread = without_units(written)
-    problems_so_far = [*(problems or []), *spelled, *unread, *misread]
+    problems_so_far = [*slips, *(problems or []), *spelled, *unread, *misread]
     study, invalid = _validated(study_model(), tree)
     broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
     sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)

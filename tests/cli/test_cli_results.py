@@ -129,7 +129,11 @@ def test_a_damaged_figure(left, place, capsys):
     ("target", "words"),
     [
         ("nowhere", ["nowhere"]),
-        (".", [".: holds no scene (no file *.nc)", "solve the study first"]),
+        (
+            "results/mine/figures",
+            ["figures: holds no scene (no file *.nc)", "solve the study first"],
+        ),
+        ("results", ["results: holds no scene but the results of studies: name it: results/mine"]),
         ("mine.yaml", ["mine.yaml: is no dataset"]),
     ],
 )

@@ -271,6 +271,19 @@ def test_a_study_without_scenes_says_so(tmp_path):
         store.open_study(tmp_path)
 
 
+def test_the_folder_of_all_results_names_its_studies(study):
+    folder = study.parent
+    told = "holds no scene but the results of studies: name "
+    with pytest.raises(StoreError, match=f"^{folder}: {told}it: {study}$"):
+        store.open_study(folder)
+    other = folder / "another"
+    other.mkdir()
+    store.write(motion(seed=1), other / "forced.nc")
+    (folder / "logs").mkdir()
+    with pytest.raises(StoreError, match=f"^{folder}: {told}one: {other}, {study}$"):
+        store.scene_files(folder)
+
+
 def test_a_study_with_a_truncated_scene_names_it(study):
     content = (study / "forced.nc").read_bytes()
     (study / "forced.nc").write_bytes(content[:-100])

@@ -189,6 +189,11 @@ def files_in(folder: Path) -> list[Path]:
     # names of temporary files begin with a dot, and shards are in a folder of their own
     paths = [path for path in sorted(folder.glob("[!.]*" + ENDING)) if path.is_file()]
     if not paths:
+        # names of scenes begin with a letter, those of shards are numbers
+        studies = sorted({str(path.parent) for path in folder.glob(f"*/[a-z]*{ENDING}")})
+        if studies:
+            named = f"name {'it' if len(studies) == 1 else 'one'}: {', '.join(studies)}"
+            raise StoreError(f"{folder}: holds no scene but the results of studies: {named}")
         raise StoreError(f"{folder}: holds no scene (no file *{ENDING}): solve the study first")
     return paths
 

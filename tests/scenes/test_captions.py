@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from drawing import caption, picture_of
 from figures.figure_text import words
-from figures.sample_datasets import motion
+from figures.sample_datasets import motion, sweep
 
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
@@ -95,6 +95,15 @@ def test_every_scene_has_a_caption(study, made):
         assert "nan" not in text
         assert "$" not in text
     assert "conservative exciter" in caption(study.scenes["lines"], others["lines"], others)
+
+
+def test_captions_name_the_panels_that_a_page_has_no_room_for():
+    dataset = sweep(31, f=[0.1, 0.2], delta=np.linspace(0.0, 0.1, 5))
+    text = describe_sweep(dataset)
+    assert "Not drawn, since a page with a column for each" in text
+    assert "(support 2)" in text
+    assert "Not drawn" not in describe_sweep(dataset, ["displacement_mean"])
+    assert "Not drawn" not in describe_sweep(sweep(31))
 
 
 def test_captions_name_what_is_shown(made):

@@ -19,8 +19,8 @@ from vibropipe.figures.style import MAX_VECTOR, house_style, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
 from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
+from vibropipe.scenes.sweep.bifurcation import describe_bifurcation, draw_bifurcation, points_of
 from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
-from vibropipe.scenes.sweep.bifurcation import draw_bifurcation, points_of
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.pictures import PICTURES
@@ -132,6 +132,32 @@ def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
     # The first column is delta = 0, every second row of the grid.
     assert panel.lines[0].get_xdata().size == int((row % 2 == 0).sum())
     assert panel.lines[0].get_rasterized() == (4 * (row % 2 == 0).sum() > MAX_VECTOR)
+
+
+def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for():
+    dataset = ragged(sweep(31, delta=np.linspace(0.0, 0.1, 5)))
+    with house_style():
+        figure = draw_bifurcation(dataset)
+    drawn = words(figure).replace("\n", " ")
+    assert "displacement at the section" not in drawn
+    text = describe_bifurcation(dataset)
+    assert "the velocity of each impact" in text
+    assert "once per forcing period" not in text
+    long_name = dataset["poincare_displacement"].attrs.get("long_name", "poincare displacement")
+    assert (
+        f"Not drawn, since a page with a column for each δ has no room: {long_name} (figure.show chooses others)."
+        in text
+    )
+    few = ragged(sweep(31, delta=[0.0, 0.1]))
+    assert "Not drawn" not in describe_bifurcation(few)
+    assert "once per forcing period" in describe_bifurcation(few)
+
+
+def test_the_caption_counts_columns_of_both_directions():
+    dataset = sweep(31, delta=np.linspace(0.0, 0.1, 7))
+    both = xr.concat([dataset, dataset], "direction").assign_coords(direction=["up", "down"])
+    text = describe_bifurcation(ragged(both))
+    assert "Of 14 combinations of δ and direction, 12 evenly spaced ones are drawn" in text
 
 
 @pytest.mark.parametrize("name", ["curves", "map"])

@@ -29,9 +29,14 @@ from vibropipe.figures.text import (
     sentences,
     symbol_of,
 )
-from vibropipe.scenes.sweep.captions import combinations_text, follow_text, unresolved_text
+from vibropipe.scenes.sweep.captions import (
+    combinations_text,
+    follow_text,
+    left_out_text,
+    unresolved_text,
+)
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
-from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, lay_out
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, fitting_panels, lay_out
 from vibropipe.scenes.sweep.quantities import (
     LABEL_WIDTH,
     Panel,
@@ -178,7 +183,9 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of a bifurcation diagram: what is drawn, and the numbers of rows by period multiple."""
     along, others = axis_and_others(dataset)
-    panels = diagram_panels(dataset, show)
+    dims = [*others, DIRECTION] if DIRECTION in dataset["regime"].dims else others
+    wanted = diagram_panels(dataset, show)
+    panels = fitting_panels(dataset, dims, wanted)
     names = [panel.series[0].name for panel in panels]
     impacts = "the velocity of each impact of a row" if "impact_velocity" in names else ""
     at_section = any(name != "impact_velocity" for name in names)
@@ -194,7 +201,8 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
         f"Aperiodic rows ({aperiodic} of {dataset['regime'].size}) show a band"
         if aperiodic
         else "",
-        combinations_text(dataset, others, MAX_MULTIPLES),
+        combinations_text(dataset, dims, MAX_MULTIPLES),
+        left_out_text(dataset, dims, wanted),
         follow_text(dataset),
         unresolved_text(dataset),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
@@ -20,8 +20,9 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.sweep.laws import laws_of
-from vibropipe.scenes.sweep.layout import MAX_MULTIPLES
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.quantities import (
+    Panel,
     axis_and_others,
     combinations,
     directions,
@@ -45,12 +46,14 @@ def describe_sweep(
     dataset = with_impacts_per_period(dataset)
     lines = series(f"{plain_symbol(name)} = {grid_with_units(dataset[name])}" for name in others)
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
-    panels = panels_of(dataset, show)
+    wanted = panels_of(dataset, show)
+    panels = fitting_panels(dataset, others[1:], wanted)
     quantities = {each.name for panel in panels for each in panel.series}
     has_harmonics = not quantities or "displacement_amplitude" in quantities
     return sentences(
         f"Steady states against {plain_symbol(along)}" + (f" for {lines}" if lines else ""),
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
+        left_out_text(dataset, others[1:], wanted),
         follow_text(dataset, arrows=True),
         "" if quantities else NO_CURVES,
         (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
@@ -68,6 +71,29 @@ def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
         return ""
     names = series(plain_symbol(name) for name in dims)
     return f"Of {found} combinations of {names}, {most} evenly spaced ones are drawn"
+
+
+def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel]) -> str:
+    """Write which panels are not drawn, since small multiples have no room for them; empty if all are."""
+    left_out = panels[len(fitting_panels(dataset, dims, panels)) :]
+    names = series(panel_text(dataset, panel) for panel in left_out)
+    parameters = series(plain_symbol(name) for name in dims)
+    return (
+        f"Not drawn, since a page with a column for each {parameters} has no room: {names} (figure.show chooses others)"
+        if left_out
+        else ""
+    )
+
+
+def panel_text(dataset: xr.Dataset, panel: Panel) -> str:
+    """Write what a panel shows in words, with the number of the support, harmonic or the like."""
+    own = panel.series[0]
+    words = str(dataset[own.name].attrs.get("long_name", own.name.replace("_", " ")))
+    if own.dim is None or own.position is None:
+        return words
+    numbers = dataset[own.dim].values if own.dim in dataset.coords else None
+    number = own.position + 1 if numbers is None else int(numbers[own.position])
+    return f"{words} ({own.dim} {number})"
 
 
 def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:

@@ -43,8 +43,7 @@ def columns_of(
         A sweep.
     dims : list of str
         Swept parameters beyond those of abscissa and lines; each combination of values has its column. More than
-        MAX_COLUMNS are small multiples, of as many panels as fit on the page, at MAX_MULTIPLES evenly spaced
-        combinations.
+        MAX_COLUMNS are small multiples, of `fitting_panels`, at MAX_MULTIPLES evenly spaced combinations.
     panels : sequence of Panel
         Panels of a column.
     fold : bool
@@ -55,14 +54,22 @@ def columns_of(
         half = -(-len(panels) // 2)
         parts = [panels[:half], panels[half:]] if fold and len(panels) > 2 else [panels]
         return [[Column("", dataset, tuple(part)) for part in parts]]
+    panels = fitting_panels(dataset, dims, panels)
     if len(found) > MAX_COLUMNS:
         found = evenly(found, MAX_MULTIPLES)
-        panels = panels[: max(1, MAX_MULTIPLES // len(found))]
     columns = [
         Column(combination_text(dataset, one), dataset.isel(one), tuple(panels)) for one in found
     ]
     across = 2 if len(found) == 4 else MAX_COLUMNS
     return [columns[n : n + across] for n in range(0, len(columns), across)]
+
+
+def fitting_panels(
+    dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel]
+) -> Sequence[Panel]:
+    """Return the panels of a column that are drawn: all, or of small multiples as many as fit on a page."""
+    columns = min(len(combinations(dataset, dims)), MAX_MULTIPLES)
+    return panels if columns <= MAX_COLUMNS else panels[: max(1, MAX_MULTIPLES // columns)]
 
 
 def combination_text(dataset: xr.Dataset, indices: dict[str, int]) -> str:

@@ -96,6 +96,25 @@ def test_grids_of_constant_factor_get_log_axes(made):
     assert np.allclose(edges[1:-1] ** 2, nu[1:] * nu[:-1])
 
 
+def test_cells_do_not_claim_what_lies_beyond_a_grid():
+    assert np.allclose(cell_edges(np.linspace(0, 1, 21)), np.linspace(-0.025, 1.025, 22))
+    assert np.allclose(cell_edges(np.array([75.0, 220.0])), [67.75, 147.5, 227.25])
+    assert np.allclose(cell_edges(np.array([0.02])), [0.019, 0.021])
+    assert np.allclose(cell_edges(np.array([0.0])), [-0.05, 0.05])
+    edges = cell_edges(np.geomspace(1, 100, 4))
+    assert 0.78 < edges[0] < 1 < 100 < edges[-1] < 128
+
+
+def test_the_bar_of_a_lone_row_is_narrow(made):
+    with house_style():
+        figure = draw("sweep", made["line"][1].isel(nu=[30]))
+    bars = figure.axes[-1]
+    (bar,) = [c for c in bars.collections if isinstance(c, PolyCollection)]
+    width = np.ptp(bar.get_paths()[0].vertices[:, 0])
+    low, high = bars.get_xlim()
+    assert width == pytest.approx(0.1 * (high - low))
+
+
 def test_a_descending_grid_is_drawn_ascending(made):
     dataset = made["line"][1]
     with house_style():

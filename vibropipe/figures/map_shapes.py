@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 MIN_LOG_POINTS = 4
+MIN_EVEN, OUTER_SHARE = 5, 0.05  # cells of a smaller grid reach out of it by at most this share
+LONE_SHARE = 0.05  # of a single value, by which its cell reaches to either side
 LABEL_MARGIN = 0.03  # of the grid that a labelled region must extend around its label
 
 
@@ -73,14 +75,19 @@ def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:
 def cell_edges(values: np.ndarray) -> np.ndarray:
     """Return the borders half-way between ascending grid values, on the scale of their axis.
 
-    A single value gets a cell of width 1.
+    The outer cells reach out of the grid as far as to the neighbour's cell; of fewer than MIN_EVEN values, which are
+    far apart, by OUTER_SHARE of the grid at most, since nothing is known there. A single value gets a narrow cell.
     """
     if values.size == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
+        reach = LONE_SHARE * (abs(values[0]) or 1.0)
+        return np.array([values[0] - reach, values[0] + reach])
     if scale_of(values) == "log":
         return np.exp(cell_edges(np.log(values)))
     middle = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+    reach = OUTER_SHARE * (values[-1] - values[0]) if values.size < MIN_EVEN else np.inf
+    first = values[0] - min(middle[0] - values[0], reach)
+    last = values[-1] + min(values[-1] - middle[-1], reach)
+    return np.concatenate([[first], middle, [last]])
 
 
 def scale_of(values: np.ndarray) -> Literal["linear", "log"]:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from vibropipe.figures.map_shapes import cell_edges
 from vibropipe.figures.style import (
     BLACK,
     DOTTED,
@@ -145,7 +146,7 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
 def band_edges(values: np.ndarray) -> np.ndarray:
     """Return the borders of the steps of bands: half-way between values, and the first and last values themselves."""
     if values.size == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
+        return cell_edges(values)
     middle = 0.5 * (values[1:] + values[:-1])
     return np.concatenate([values[:1], middle, values[-1:]])
 

@@ -22,6 +22,7 @@ MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves
 MANY_RUNS = 400  # a bar of more runs is stored as pixels
 LETTER_CM = 0.145  # usual width of a letter
 BAR_NAME = "name of a bar"
+LONE_MARGIN = 4.5  # widths of the bar of a single row that are left free on either side
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,12 @@ def draw_strips(
         Printed width of the axes (default: no names in the bars).
     """
     edges = cell_edges(strips[0].row[along].values)
+    # a lone bar that filled the axis would claim a range
+    margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
+    ax.set_xlim(edges[0] - margin, edges[-1] + margin)
     for position, strip in enumerate(strips):
         draw_bar(ax, strip.row["regime"].values, edges, position, width_cm)
     ax.set_ylim(len(strips) - 0.4, -0.6)
-    ax.set_xlim(edges[0], edges[-1])
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
     texts = [strip.text for strip in strips] if name else [""] * len(strips)
@@ -82,7 +85,7 @@ def draw_bar(
         bars = PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
                               edgecolor="black", linewidth=0.2)  # fmt: skip
         ax.add_collection(bars)
-        name_boxes(ax, code, polygons, edges, width_cm)
+        name_boxes(ax, code, polygons, width_cm)
     if cuts.size > MANY_RUNS:
         for collection in ax.collections:
             collection.set_rasterized(True)
@@ -92,7 +95,6 @@ def name_boxes(
     ax: Axes,
     code: int,
     polygons: list[list[tuple[float, float]]],
-    edges: NDArray[np.float64],
     width_cm: float,
 ) -> None:
     """Write the name of a regime into each of its boxes that is long enough."""
@@ -100,7 +102,7 @@ def name_boxes(
     text = REGIME_TEXT[name].replace(", support", "")
     ground: Any = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
     scaled = np.log if ax.get_xscale() == "log" else np.asarray
-    first, last = scaled(edges[[0, -1]])
+    first, last = scaled(np.array(ax.get_xlim()))
     for box in polygons:
         left, right = scaled(np.array([box[0][0], box[1][0]]))
         if (right - left) / (last - first) * width_cm < LETTER_CM * len(text) + 0.2:

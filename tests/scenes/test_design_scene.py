@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from drawing import draw, picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.design.captions import wanted_text
 from vibropipe.scenes.design.report import findings, sections
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -145,6 +147,19 @@ def test_the_table_tells_the_workshop_how_tight(dataset):
     assert all(row[2].startswith("± ") for row in tight["rows"])
     (finding,) = findings({"shifted": dataset})
     assert any("its law changes in 0 %" in text for text in finding.texts)
+
+
+def test_goals_are_written_in_the_units_shown():
+    displacement = xr.DataArray([-50.0], dims="design", attrs={"units": "mm"})
+    shown = xr.Dataset({"displacement_mean": displacement})
+    shown.attrs |= {"target": "displacement_mean = -0.05 m; displacement at 12 phases"}
+    shown.attrs |= {"subject_to": "impact_velocity_max_1 > 0.5 m s-1, < 1e-07 m s-1"}
+    assert wanted_text(shown) == (
+        "displacement_mean = −50 mm; displacement at 12 phases; "
+        "impact_velocity_max_1 > 0.5 m/s, < 1 × 10⁻⁷ m/s"
+    )
+    plain = xr.Dataset(attrs={"target": "displacement_mean = -0.1"})
+    assert wanted_text(plain) == "displacement_mean = −0.1"
 
 
 def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):

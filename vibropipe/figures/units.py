@@ -64,11 +64,15 @@ def _prefix(
     return fitting[0]
 
 
-def scale(dataset: xr.Dataset, unit: str) -> float:
-    """Return the factor from a stored unit to the one shown in a dataset: of s, 1000 where its times are in ms."""
-    factors = dict(PREFIXES[unit])
-    shown = {str(variable.attrs.get("units")) for variable in dataset.variables.values()}
-    return next((factor for name, factor in factors.items() if name in shown), 1.0)
+def shown_unit(dataset: xr.Dataset, unit: str) -> tuple[str, float]:
+    """Return the unit that a dataset shows in place of a stored one, with the factor: of s, ms and 1000."""
+    shown = {
+        str(variable.attrs.get("units"))
+        for name, variable in dataset.variables.items()
+        if not str(name).endswith(SENSITIVITY_SUFFIX)
+    }
+    same = (unit, 1.0)
+    return next((entry for entry in PREFIXES.get(unit, ()) if entry[0] in shown), same)
 
 
 def _scaled(dataset: xr.Dataset, prefixes: Mapping[str, tuple[str, float]]) -> xr.Dataset:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import xarray as xr
 
 from vibropipe.figures.text import format_number, orbit_texts, plain_symbol, sentences, with_units
+from vibropipe.figures.units import shown_unit, unit_text
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
@@ -18,15 +21,29 @@ from vibropipe.scenes.design.spread_pictures import NO_SPREAD
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.wording import count, series
 
+# A number of a goal, `displacement_mean = -0.05 m; ...`, not of a name, with its unit if any.
+_NUMBER = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(?: ([A-Za-z][^,;]*))?")
+
 
 def wanted_text(dataset: xr.Dataset) -> str:
     """Write what is wanted, one goal after the other."""
-    goals = [str(dataset.attrs[key]) for key in ("target", "subject_to") if key in dataset.attrs]
     least = [
         f"{'largest' if text.startswith('-') else 'least'} {text.removeprefix('-')}"
         for text in objectives(dataset)
     ]
-    return "; ".join([*goals, *least])
+    return "; ".join([*goal_texts(dataset), *least])
+
+
+def goal_texts(dataset: xr.Dataset) -> list[str]:
+    """Write targets and bounds, with their numbers in the units that the dataset shows."""
+    goals = [str(dataset.attrs[key]) for key in ("target", "subject_to") if key in dataset.attrs]
+    return [_NUMBER.sub(lambda match: _shown_number(dataset, *match.groups()), g) for g in goals]
+
+
+def _shown_number(dataset: xr.Dataset, number: str, units: str | None) -> str:
+    """Write a number of a goal, given in stored units, in the units shown."""
+    unit, factor = shown_unit(dataset, units or "1")
+    return f"{format_number(factor * float(number), 6)} {unit_text(unit)}".strip()
 
 
 def value_of(dataset: xr.Dataset, part: Part, row: int) -> str:
@@ -74,7 +91,7 @@ def describe_front(dataset: xr.Dataset) -> str:
         + series(f"{part.name} = {value_of(dataset, part, row)}" for part in parts if part)
         for row in rows
     ]
-    given = [str(dataset.attrs[key]) for key in ("target", "subject_to") if key in dataset.attrs]
+    given = goal_texts(dataset)
     return sentences(
         f"Designs of which none improves one quantity without harm to the other: {wanted_text(dataset)}",
         "Markers: laws of motion; numbers: designs of the table",

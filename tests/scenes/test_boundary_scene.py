@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.boundary.curves import ends_of_axis
+from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 
@@ -99,8 +103,30 @@ def test_a_box_without_curves_is_drawn(tmp_path):
     assert dataset.sizes["point"] == 0
     (picture,) = kind_of(scene).pictures
     with house_style():
-        picture.draw(dataset, scene.figure, {})
-    assert "No curve is found" in picture.describe(dataset, scene.figure, {})
+        figure = picture.draw(dataset, scene.figure, {})
+    (ax,) = figure.axes
+    assert "$R_1$ = 0.7" in words(figure)
+    assert "No curve is found" in words(figure)
+    assert (ax.get_xlim(), ax.get_ylim()) == ((1.8, 2.0), (0.05, 0.06))
+    text = "No curve of fold, grazing and pitchfork is found"
+    assert text in picture.describe(dataset, scene.figure, {})
+    (finding,) = kind_of(scene).report.findings({"borders": dataset})
+    assert finding.texts == [f"{text}, within ν = 1.8 … 2 and f = 0.05 … 0.06."]
+
+
+def test_the_first_page_counts_curves(study, datasets):
+    dataset = datasets["borders"]
+    (finding,) = kind_of(study.scenes["borders"]).report.findings({"borders": dataset})
+    (text,) = finding.texts
+    assert text.startswith(f"{np.unique(dataset['curve_id']).size} curves: ")
+    assert text.endswith(", within ν = 0.8 … 2 and f = 0.05 … 1.")
+
+
+def test_a_box_with_units_is_drawn_in_those_that_are_shown():
+    length = xr.DataArray(np.empty(0), name="delta", attrs={"units": "mm", "box": [0.001, 0.002]})
+    assert ends_of_axis(length) == (1.0, 2.0)
+    assert in_box("delta", (0.001, 0.002), (2.0, 8000.0)).tolist() == [0.001, 0.002]
+    assert in_box("f", (0.01, 0.02), (2.0, 8000.0)).tolist() == [80.0, 160.0]
 
 
 def test_a_file_of_boundaries_is_verified(tmp_path, study):

@@ -146,7 +146,8 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
     The rows have equal numbers of entries where possible. The title is drawn even without handles.
     """
     if not handles:
-        figure.suptitle(title)
+        if title:  # none would remove the title of the other edge
+            figure.suptitle(title)
         return
     width = figure.get_window_extent().width
     where: Any = f"outside {edge} center"

@@ -64,6 +64,11 @@ def _prefix(
     return fitting[0]
 
 
+def shown_factor(unit: str) -> float:
+    """Return the factor from the stored unit to one that is shown: 1000 for mm, whose stored unit is m."""
+    return next((f for choices in PREFIXES.values() for shown, f in choices if shown == unit), 1.0)
+
+
 def shown_unit(dataset: xr.Dataset, unit: str) -> tuple[str, float]:
     """Return the unit that a dataset shows in place of a stored one, with the factor: of s, ms and 1000."""
     shown = {

@@ -40,9 +40,9 @@ def curves_text(dataset: xr.Dataset) -> str:
         name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
     }
     listed = series(f"{number} of {name}" for name, number in numbers.items())
-    return (
-        f"{count(int(np.unique(ids).size), 'curve')}: {listed}" if numbers else "No curve is found"
-    )
+    sought = dataset.attrs.get("sought", "").split()
+    none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
+    return f"{count(int(np.unique(ids).size), 'curve')}: {listed}" if numbers else none
 
 
 def meetings_text(dataset: xr.Dataset) -> str:

@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from vibropipe.figures.style import BLACK, REGIME_STYLES, legend, new_figure
+from vibropipe.figures.style import BLACK, REGIME_STYLES, legend, new_figure, write_centred
 from vibropipe.figures.text import REGIME_TEXT, axis_label, parameter_line, regime_name
+from vibropipe.figures.units import shown_factor
 from vibropipe.words.vocabulary import FLAGS, REGIMES
 
 HEIGHT_CM = 12.0
@@ -92,13 +93,30 @@ def draw_boundaries(
         **MARK_STYLE, clip_on=False,
     )  # fmt: skip
     ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
-    low_high = regimes if regimes is not None else whole
-    if low_high[x].size:
-        ax.set_xlim(float(low_high[x].min()), float(low_high[x].max()))
-        ax.set_ylim(float(low_high[y].min()), float(low_high[y].max()))
+    if not dataset.sizes["point"] and regimes is None:
+        write_centred(ax, "No curve is found")
+    of_axes = regimes if regimes is not None else whole
+    for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
+        if ends := ends_of_axis(of_axes[name]):
+            set_limits(*ends)
     legend(figure, curve_handles(dataset), "upper", parameter_line(dataset))
     legend(figure, [regime_patch(name) for name in present], "lower")
     return figure
+
+
+def ends_of_axis(array: xr.DataArray) -> tuple[float, float] | None:
+    """Return the ends of an axis: of the box in which curves were sought, else of the values, if there are any."""
+    if "box" in array.attrs:
+        low, high = box_of(array)
+        return low, high
+    return (float(array.min()), float(array.max())) if array.size else None
+
+
+def box_of(array: xr.DataArray) -> tuple[float, float]:
+    """Return the ends of a parameter in which curves were sought, in the units shown."""
+    factor = shown_factor(str(array.attrs.get("units", "1")))
+    low, high = (factor * float(end) for end in array.attrs["box"])
+    return low, high
 
 
 MARK_STYLE: Mapping[str, Any] = {

@@ -7,11 +7,13 @@ import xarray as xr
 
 from vibropipe.figures.text import flag_texts, format_number, orbit_texts
 from vibropipe.figures.units import unit_text
-from vibropipe.report.findings import symbol_text
+from vibropipe.report.findings import Finding, range_text, symbol_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.boundary.curves import plane
+from vibropipe.scenes.boundary.captions import curves_text
+from vibropipe.scenes.boundary.curves import box_of, plane
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.wording import series
 
 # Rows of a table; the others are in the dataset.
 MAX_ROWS = 24
@@ -70,4 +72,19 @@ def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:
     return ends
 
 
-REPORT = ReportPart(sections)
+def findings(datasets: Datasets) -> list[Finding]:
+    """Return, for each scene, how many curves of which kind there are in its box."""
+    return [Finding((finding_text(data),), name) for name, data in datasets.items()]
+
+
+def finding_text(dataset: xr.Dataset) -> str:
+    """Write the numbers of curves, with the box in which they were sought."""
+    box = series(
+        range_text(dataset[name], np.array(box_of(dataset[name])))
+        for name in plane(dataset)
+        if "box" in dataset[name].attrs
+    )
+    return curves_text(dataset) + (f", within {box}" if box else "")
+
+
+REPORT = ReportPart(sections, findings=findings)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.boundary import boundary
-from vibropipe.solve.physical import stored
+from vibropipe.solve.physical import convert, stored
+from vibropipe.words.vocabulary import held_name
 
 if TYPE_CHECKING:
     from vibropipe.scenes.boundary.keys import BoundaryScene
@@ -21,4 +23,20 @@ def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     dataset = boundary(exciter, sorted(scene.of), scene.along, scene.within, scene.lines)
     if progress is not None:
         progress(scene.row_count, scene.row_count)
-    return stored(dataset, scene.mass_and_stiffness)
+    # without a curve, the data would not tell what was sought and where
+    dataset.attrs["sought"] = " ".join(sorted(scene.of))
+    physical = stored(dataset, scene.mass_and_stiffness)
+    for name, ends in zip(scene.along, scene.within, strict=True):
+        held = held_name(physical.variables, name)
+        physical[held].attrs["box"] = in_box(name, ends, scene.mass_and_stiffness)
+    return physical
+
+
+def in_box(
+    name: str, ends: tuple[float, float], mass_and_stiffness: tuple[float, float] | None
+) -> np.ndarray:
+    """Return the ends of a parameter of the box, in SI if the study states m and C."""
+    if mass_and_stiffness is None:
+        return np.array(ends)
+    m, C = mass_and_stiffness
+    return np.asarray(convert(name, np.array(ends), {"m": m, "C": C}))

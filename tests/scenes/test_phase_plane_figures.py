@@ -21,6 +21,7 @@ from vibropipe.scenes.motion.curves import curve
 from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
 from vibropipe.scenes.sweep.bifurcation import describe_bifurcation, draw_bifurcation, points_of
 from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
+from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.pictures import PICTURES
@@ -151,6 +152,16 @@ def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for()
     few = ragged(sweep(31, delta=[0.0, 0.1]))
     assert "Not drawn" not in describe_bifurcation(few)
     assert "once per forcing period" in describe_bifurcation(few)
+
+
+def test_labels_below_columns_do_not_overlap():
+    dataset = ragged(sweep(31, delta=np.linspace(0.0, 0.1, 5)))
+    dataset["nu"].attrs |= {"long_name": "angular frequency of excitation", "units": "rad s-1"}
+    with house_style():
+        figures = draw_bifurcation(dataset), draw_sweep(dataset.expand_dims(l=[0.5, 0.6]))
+    for figure in figures:
+        assert "rad/s" in words(figure)
+        assert not overlapping(figure)
 
 
 def test_the_caption_counts_columns_of_both_directions():

@@ -41,6 +41,7 @@ from vibropipe.scenes.sweep.quantities import (
     LABEL_WIDTH,
     Panel,
     Series,
+    abscissa_label,
     axis_and_others,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
@@ -154,7 +155,7 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
             for ax in axes:
                 ax.set_xscale(scale_of(part[along].values))
                 ax.set_xlim(bottom.get_xlim())
-            bottom.set_xlabel(axis_label(dataset[along]))
+            bottom.set_xlabel(abscissa_label(dataset[along], own.width_cm))
             figure.align_ylabels(axes)
     figure.suptitle(parameter_line(dataset))
     legend(figure, regime_patches(dataset), "lower")

@@ -25,7 +25,6 @@ from vibropipe.figures.style import (
     write_centred,
 )
 from vibropipe.figures.text import (
-    axis_label,
     frequency,
     mathtext,
     parameter_line,
@@ -44,6 +43,7 @@ from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
     Panel,
     Series,
+    abscissa_label,
     axis_and_others,
     directions,
     panels_of,
@@ -87,7 +87,7 @@ def draw_sweep(
             bottom = axes[-1]
             strips = [Strip(line.text, line.row) for line in lines_of(column.part, lines_dim)]
             draw_strips(bottom, strips, along, name if number == 0 else "", own.width_cm)
-            bottom.set_xlabel(axis_label(dataset[along]))
+            bottom.set_xlabel(abscissa_label(dataset[along], own.width_cm))
             figure.align_ylabels(axes[:-1])
             if number > 0 and column.panels == row[0].panels:
                 for ax in axes[:-1]:

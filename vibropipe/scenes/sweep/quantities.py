@@ -90,6 +90,11 @@ def wrapped(text: str, width: int) -> list[str]:
     return [" ".join(line) for line in lines]
 
 
+def abscissa_label(array: xr.DataArray, width_cm: float) -> str:
+    """Return the label of an abscissa in lines that fit below a column."""
+    return "\n".join(wrapped(axis_label(array), max(8, int(width_cm / LETTER_CM))))
+
+
 def swept(dataset: xr.Dataset) -> list[str]:
     """Return the swept dimensions, in the order of the dataset, without the direction of following."""
     return [str(name) for name in dataset["regime"].dims if name != DIRECTION]

@@ -23,18 +23,23 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.motion.impacts import has_events, is_sampled
-from vibropipe.scenes.motion.panels import panel_names
+from vibropipe.scenes.motion.panels import panel_names, window
 from vibropipe.words.wording import count, series
 
 
-def describe_motion(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+def describe_motion(
+    dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
+) -> str:
     """Return the caption of the curves: impacts, grazings, rests, steady state, deviation from exact."""
     curves = series(panel_names(dataset, show)).capitalize()
-    tau = dataset[clock(dataset)]
-    span = f"{format_number(float(tau[0]))} … {format_number(float(tau[-1]))}"
+    time = dataset[clock(dataset)]
+    first, last = window(dataset, periods)
+    span = f"{format_number(first)} … {format_number(last)}"
+    begin = with_units(time, format_number(float(time[0])))
+    rest = f", the end of a record from {begin}" if first > float(time[0]) else ""
     return sentences(
-        f"{curves} over {plain_symbol(clock(dataset))} = {with_units(tau, span)}",
-        impacts_text(dataset),
+        f"{curves} over {plain_symbol(clock(dataset))} = {with_units(time, span)}{rest}",
+        f"In the whole record: {impacts_text(dataset)}" if rest else impacts_text(dataset),
         grazing_text(dataset),
         rest_text(dataset, is_shaded=True),
         steady_text(dataset),
@@ -95,7 +100,11 @@ def rest_text(dataset: xr.Dataset, is_shaded: bool) -> str:
     if not dataset.sizes.get("rest"):
         return ""
     longest = float(np.max(dataset["rest_end"].values - dataset["rest_start"].values))
-    length = "without release" if np.isinf(longest) else f"for up to {format_number(longest)}"
+    length = (
+        "without release"
+        if np.isinf(longest)
+        else f"for up to {format_number(longest)}"
+    )
     text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
     return f"{text} (shaded)" if is_shaded else text
 

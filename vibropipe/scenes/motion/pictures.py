@@ -39,7 +39,7 @@ PICTURES = (
     Picture(
         "panels",
         draw_motion,
-        lambda dataset, show, periods: describe_motion(dataset, show),
+        lambda dataset, show, periods: describe_motion(dataset, show, periods),
         is_sampled,
         keywords,
     ),

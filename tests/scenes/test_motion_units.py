@@ -12,7 +12,7 @@ from figures.sample_datasets import motion
 import vibropipe as vp
 from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
-from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
+from vibropipe.scenes.motion.captions import describe_impacts, describe_motion, rest_text
 from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.motion.panels import window
 from vibropipe.scenes.motion.phase_plane import describe_section, turns, visits
@@ -56,3 +56,8 @@ def test_the_caption_has_the_span_that_is_drawn(shown):
     text = describe_motion(shown, periods=2)
     assert " over t = 274.3 … 400 ms, the end of a record from 0 ms. In the whole record: " in text
     assert " over t = 0 … 400 ms. " in describe_motion(shown)
+
+
+def test_the_length_of_a_rest_has_its_unit():
+    shown = display_units({"motion": vp.to_physical(motion(rest=True), M, C)})["motion"]
+    assert rest_text(shown, is_shaded=False) == "The mass rests on a support once, for up to 25 ms"

@@ -103,7 +103,7 @@ def rest_text(dataset: xr.Dataset, is_shaded: bool) -> str:
     length = (
         "without release"
         if np.isinf(longest)
-        else f"for up to {format_number(longest)}"
+        else f"for up to {with_units(dataset['rest_end'], format_number(longest))}"
     )
     text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
     return f"{text} (shaded)" if is_shaded else text

@@ -12,6 +12,7 @@ from figures.sample_datasets import motion, sweep
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
+from vibropipe.scenes.motion.findings import findings
 from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.sweep.captions import describe_sweep, location_text
 from vibropipe.words.vocabulary import REGIMES
@@ -27,6 +28,15 @@ def test_motion_counts_impacts_and_names_grazing(made):
         assert f"{impacts} (largest velocity {format_number(hardest)})" in text
     assert "Support 1 is grazed (contact at zero velocity) twice, first at τ = 4.71" in text
     assert text.startswith("Displacement and velocity")
+
+
+def test_a_motion_that_stays_on_a_soft_support_strikes_nothing():
+    held = motion().isel(impact=slice(0, 1))
+    held["impact_velocity"] = 0.0 * held["impact_velocity"]
+    held["impact_support"][:] = 1
+    assert "1 contact with support 1, without velocity" in describe_motion(held)
+    (finding,) = findings({"held": held})
+    assert "No support is struck with a velocity." in finding.texts
 
 
 def test_motion_says_how_far_it_departs_from_the_exact_one(made):

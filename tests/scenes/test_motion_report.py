@@ -8,7 +8,13 @@ from figures.sample_datasets import motion, steady
 
 from vibropipe.report.table import ZERO_WIDTH_SPACE
 from vibropipe.scenes.motion.findings import findings
-from vibropipe.scenes.motion.report import comparison, sections, steady_scenes, steady_tables
+from vibropipe.scenes.motion.report import (
+    comparison,
+    sections,
+    signed_percent,
+    steady_scenes,
+    steady_tables,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -103,6 +109,11 @@ def test_findings_name_orbits_velocities_and_motions_that_did_not_end(datasets):
     assert velocity.startswith("The largest impact velocity is ")
     assert mean == "The largest constant part of displacement is −0.035, in offset."
     assert status == "free (log_full) has a status other than ok (see below)."
+
+
+def test_percentages_have_no_power_of_ten():
+    texts = [signed_percent(share) for share in (0.0567, -0.35, -1.0, 0.9949, 0.996, 12.5)]
+    assert texts == ["+5.7 %", "−35 %", "−100 %", "+99 %", "+100 %", "+1250 %"]
 
 
 def test_effects_of_some_scenes_stand_in_the_table(datasets):

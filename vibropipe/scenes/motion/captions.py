@@ -72,7 +72,12 @@ def impacts_text(dataset: xr.Dataset) -> str:
         at = dataset["impact_support"].values == support
         if at.any():
             velocity = dataset["impact_velocity"]
-            largest = with_units(velocity, format_number(float(np.abs(velocity.values[at]).max())))
+            speed = float(np.abs(velocity.values[at]).max())
+            if speed == 0.0:  # a motion that starts at rest on a soft support
+                contacts = count(int(at.sum()), "contact")
+                clauses.append(f"{contacts} with support {support}, without velocity")
+                continue
+            largest = with_units(velocity, format_number(speed))
             impacts = count(int(at.sum()), "impact")
             clauses.append(f"{impacts} on support {support} (largest velocity {largest})")
     return series(clauses) or NO_SUPPORT_STRUCK

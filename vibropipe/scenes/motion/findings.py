@@ -75,6 +75,8 @@ def velocity_text(datasets: Datasets) -> str:
         return "No support is struck" if struck else ""
     sizes = {n: abs(float(datasets[n]["impact_velocity"][index])) for n, index in tops.items()}
     name = max(sizes, key=lambda key: sizes[key])
+    if sizes[name] == 0.0:
+        return "No support is struck with a velocity"
     data = datasets[name]
     where = f", in {breakable(name)}" if len(datasets) > 1 else ""
     return (

@@ -228,7 +228,10 @@ def step(before: float, after: float, unit: str = "", share: bool = False) -> st
 
 def signed_percent(share: float) -> str:
     """Write a share as a signed percentage: +5.7 %."""
-    return f"{'+' if share >= 0 else ''}{format_number(100.0 * share, 2)} %"
+    size = abs(100.0 * share)
+    # two digits, but no power of ten of a hundred
+    text = f"{size:.0f}" if 99.5 <= size < 1e6 else format_number(size, 2)
+    return f"{'+' if share >= 0 else '−'}{text} %"
 
 
 def strongest(datasets: Datasets) -> str:

@@ -55,9 +55,10 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
     -------
     xarray.Dataset
         The same quantities in SI, which their attribute `units` states. New names: `time` for `tau` (`impact_time`,
-        `grazing_time`; `free_period` for `tau_bar`), `omega` for `nu`, `F` for `f`, `F2` for `f2`, `H` for `h`, `C1`
-        for `k1`, `H1` for `h1` and so on. m and C are scalar coordinates. Numbers without dimension stay, among them
-        phases, impacts per period, multipliers and relative errors; base frequencies are in rad/s, energies in J.
+        `grazing_time`, `turn_time`; `free_period` for `tau_bar`), `omega` for `nu`, `F` for `f`, `F2` for `f2`, `H` for
+        `h`, `C1` for `k1`, `H1` for `h1` and so on. m and C are scalar coordinates. Numbers without dimension stay,
+        among them phases, impacts per period, multipliers and relative errors; base frequencies are in rad/s, energies
+        in J.
 
     Raises
     ------

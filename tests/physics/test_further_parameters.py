@@ -99,6 +99,31 @@ def test_wrong_units_of_further_parameters(key: str, value: str, text: str) -> N
     assert text in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"gravity": 10}, "gravity: must be left out unless slope stands beside it, got 10"),
+        (
+            {"H1": 50},
+            "H1: must be 0 where C1 = 0: a rigid support has a restitution, no damping, got 50",
+        ),
+        ({"C1": 1e6, "H2": "50 N s/m"}, "H2: must be 0 where C2 = 0: .*, got '50 N s/m'"),
+    ],
+)
+def test_what_needs_another_parameter_is_refused_in_the_words_of_the_call(given, text) -> None:
+    with pytest.raises(vp.ParameterError, match=text):
+        vp.Exciter.from_physical(**PHYSICAL, **given)
+
+
+def test_damping_of_a_rigid_support_is_refused_in_the_words_of_the_study() -> None:
+    for text in (
+        STUDY.replace("omega: 55 rad/s}", "omega: 55 rad/s, H1: 30 N s/m}"),
+        STUDY.replace("0.5 s}", "0.5 s, physical: {H1: 30 N s/m}}"),
+    ):
+        with pytest.raises(StudyError, match=r"H1: must be 0 where C1 = 0: .*, got '30 N s/m'"):
+            study_of_text(text, "s")
+
+
 STUDY = """
 title: With units
 physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -22,6 +23,8 @@ from vibropipe.words.units import UnitError, to_si
 # A support farther away than this many times the largest displacement of the linear motion is never struck. A length
 # in millimetres that is taken for metres is a thousand times too large.
 FAR_SUPPORT = 100.0
+NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
+BESIDE_SLOPE = "must be left out unless slope stands beside it"
 
 
 class ParameterError(ValueError):
@@ -107,6 +110,15 @@ def si_value(name: str, value: Any) -> float:
     return number
 
 
+def check_together(given: Mapping[str, Any], si: Mapping[str, float]) -> None:
+    """Raise a ParameterError, in physical words, if a parameter is of no use without another one."""
+    if "gravity" in si and "slope" not in si:
+        raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
+    for stiffness, damping in (("C1", "H1"), ("C2", "H2")):
+        if si.get(damping, 0.0) > 0.0 and si.get(stiffness, 0.0) == 0.0:
+            raise ParameterError(damping, given[damping], must=NO_DAMPING.format(stiffness))
+
+
 @dataclass(frozen=True)
 class Exciter:
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
@@ -174,8 +186,7 @@ class Exciter:
             raise ParameterError("l", self.l, allowed, got=got)
         for k, h in (("k1", "h1"), ("k2", "h2")):
             if getattr(self, h) > 0.0 and getattr(self, k) == 0.0:
-                must = f"must be 0 where {k} = 0: a rigid support has a restitution, no damping"
-                raise ParameterError(h, getattr(self, h), must=must)
+                raise ParameterError(h, getattr(self, h), must=NO_DAMPING.format(k))
 
     @classmethod
     def from_physical(
@@ -214,7 +225,7 @@ class Exciter:
         Raises
         ------
         ParameterError
-            If a value is out of range, or has an unknown unit or one of another dimension.
+            If a value is out of range, has an unknown unit or one of another dimension, or lacks the one it needs.
 
         Warns
         -----
@@ -226,6 +237,7 @@ class Exciter:
         for name in further.keys() - PHYSICAL.keys():
             raise TypeError(f"from_physical() got an unexpected keyword argument {name!r}")
         si = {name: si_value(name, value) for name, value in given.items()}
+        check_together(given, si)
         exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
         if not isinstance(l, str) and not hasattr(l, "units"):
             exciter._warn_of_far_supports()

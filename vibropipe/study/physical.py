@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.exciter import BESIDE_SLOPE, ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
@@ -111,9 +111,8 @@ class _Reader:
                 Problem((*path, "exciter", name), describe(numbers[name]), must=must)
             )
         if "gravity" in physical and "slope" not in physical:
-            must = "must be left out unless slope stands beside it"
             found = describe(physical["gravity"])
-            self.problems.append(Problem((*path, "physical", "gravity"), found, must=must))
+            self.problems.append(Problem((*path, "physical", "gravity"), found, must=BESIDE_SLOPE))
         read = {name: _si(name, value) for name, value in physical.items() if name in TAKEN}
         si = {name: STAND_IN if value is None else value for name, value in read.items()}
         given = non_dimensional({**self.units, **si})

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from vibropipe.physics.exciter import NO_DAMPING
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
@@ -38,6 +39,15 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
         return replace(problem, path=path)
     number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
     allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
+    for support in "12":
+        if must == NO_DAMPING.format(f"k{support}"):
+            given = _entry(tree, path) or _entry(tree, path[-2:])
+            return replace(
+                problem,
+                path=path,
+                must=NO_DAMPING.format(f"C{support}"),
+                found=describe(given) if given else problem.found,
+            )
     return replace(problem, path=path, allowed=allowed, must=must)
 
 

@@ -208,8 +208,21 @@ def test_without_force_the_mass_comes_to_its_equilibrium(delta, place):
 def test_without_loss_nothing_is_an_attractor():
     found = vp.attractors(vp.Exciter(l=0.5, f=0.3, nu=1.3), starts=32)
     assert found.sizes["attractor_id"] == 0
-    basins = vp.basins(vp.Exciter(l=0.5), [0.0, 0.1], [0.0, 1.0], starts=32)
+    starts = [0.0, 0.1], [0.0, 1.0]
+    basins = vp.basins(vp.Exciter(l=0.5), *starts, starts=32)
     assert (basins.attractor == -1).all()
+    assert vp.table(found).empty
+    # What there is of attractors elsewhere is there too, and as large as nothing.
+    over = {"nu": [1.0, 1.1]}
+    for one, other in (
+        (basins, vp.basins(SYMMETRIC, *starts, starts=32)),
+        (
+            vp.basins(vp.Exciter(l=0.5), *starts, starts=32, over=over),
+            vp.basins(SYMMETRIC, *starts, starts=32, over=over),
+        ),
+    ):
+        assert one.sizes["attractor_id"] == 0 < other.sizes["attractor_id"]
+        assert {name: one[name].dims for name in one} == {name: other[name].dims for name in other}
 
 
 def test_chaos_is_one_attractor():

@@ -134,7 +134,7 @@ def attractor_dataset(
     numbered = [attractor_set.known[index] for index in np.argsort(ids[:-1])]
     counts = np.bincount(numbers[numbers >= 0], minlength=len(numbered))
     share, low, high = shares(counts, owner.size)
-    visits = [states_at_section(each) for each in numbered] or [np.empty((VISITS, 2))[:0]]
+    states = np.array([states_at_section(each) for each in numbered]).reshape(-1, VISITS, 2)
     dataset = steady_states(attractor_set.section.exciter, numbered, harmonics)
     dataset = dataset.assign_attrs(start=start).assign_coords(
         attractor_id=np.arange(len(numbered), dtype=np.int32)
@@ -143,11 +143,9 @@ def attractor_dataset(
         "basin_share": ("attractor_id", share),
         "basin_share_low": ("attractor_id", low),
         "basin_share_high": ("attractor_id", high),
+        "poincare_displacement": (("attractor_id", "visit"), states[:, :, 0]),
+        "poincare_velocity": (("attractor_id", "visit"), states[:, :, 1]),
     }
-    if numbered:
-        states = np.array(visits)
-        variables["poincare_displacement"] = (("attractor_id", "visit"), states[:, :, 0])
-        variables["poincare_velocity"] = (("attractor_id", "visit"), states[:, :, 1])
     return describe(xr.Dataset(variables, attrs=dataset.attrs).merge(dataset)), numbers
 
 
@@ -184,19 +182,22 @@ def states_at_section(attractor: Attractor, visits: int = VISITS) -> np.ndarray:
 
 
 def steady_states(exciter: Exciter, known: Sequence[Attractor], harmonics: int) -> xr.Dataset:
-    """Return the steady states from a section point of each attractor over `attractor_id`; `impact` is ragged."""
+    """Return the steady states from a section point of each attractor over `attractor_id`; `impact` is ragged.
+
+    Without attractors, the variables are those of one motion, over dimensions without entries.
+    """
     import xarray as xr
 
+    sections = [each.sections[0 if each.period_multiple else -1] for each in known]
+    starts: list[tuple[float | None, float]] = [
+        (within_room(exciter, float(x)), float(v)) for x, v in sections
+    ]
     each = []
-    for attractor in known:
-        x, v = attractor.sections[0] if attractor.period_multiple else attractor.sections[-1]
-        x = within_room(exciter, float(x))
+    for x0, v0 in starts or [(None, 0.0)]:
         with warnings.catch_warnings():
-            # An attractor without an orbit is no failure.
-            warnings.filterwarnings("ignore", message="status max_periods")
-            each.append(steady_state(exciter, x0=x, v0=float(v), harmonics=harmonics))
-    if not each:
-        return xr.Dataset()
+            # An attractor without an orbit is no failure, nor is a motion that is left out.
+            warnings.filterwarnings("ignore", message="status max_periods" if known else "")
+            each.append(steady_state(exciter, x0=x0, v0=v0, harmonics=harmonics))
     impacts = [dataset[list(_over_impacts(dataset))] for dataset in each]
     # VISITS states at the section are stored in place of those that a steady state may have.
     rows = [dataset.drop_dims(["impact", "visit"], errors="ignore") for dataset in each]
@@ -205,7 +206,8 @@ def steady_states(exciter: Exciter, known: Sequence[Attractor], harmonics: int) 
     kwargs: Any = {"coords": "minimal", "compat": "override", "combine_attrs": "override"}
     joined = xr.concat(rows, "attractor_id", data_vars="all", **kwargs)
     flat = xr.concat(impacts, "impact", data_vars="minimal", **kwargs)
-    return joined.merge(flat.drop_vars(joined.coords, errors="ignore"))
+    merged = joined.merge(flat.drop_vars(joined.coords, errors="ignore"))
+    return merged if known else merged.isel(attractor_id=slice(0), impact=slice(0))
 
 
 def _over_impacts(dataset: xr.Dataset) -> list[str]:

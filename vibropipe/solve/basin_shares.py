@@ -129,9 +129,16 @@ def _steady_states(
     harmonics: int,
 ) -> Variables:
     """Return the steady states of attractors as variables over `row`, each spread over value and number."""
-    if not members:
-        return {}
     exciters = [sets[each.value].section.exciter for each in members]
+    if not members:
+        # The variables are those of one motion, without entries.
+        exciter = sets[0].section.exciter
+        parameters = np.array([exciter.parameters()])
+        rows = _solve(parameters, np.array([[within_room(exciter, 0.0), 0.0]]), harmonics)
+        return {
+            name: (dims, _spread(values[:0], at, shape) if dims[0] == "row" else values[:0])
+            for name, (dims, values) in label_rows(rows, parameters).items()
+        }
     parameters = np.array([each.parameters() for each in exciters])
     states = np.empty((len(members), 2))
     for row, each in enumerate(members):

@@ -75,7 +75,8 @@ def table(
         dataset = dataset.to_dataset()
     grid = _grid_dims(dataset)
     columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
-    length = max((values.size for values in columns.values()), default=1)
+    sizes = [values.size for values in columns.values()]
+    length = 0 if 0 in sizes else max(sizes, default=1)
     frame = pd.DataFrame(
         {name: np.broadcast_to(values, (length,)) for name, values in columns.items()}
     )

@@ -46,20 +46,23 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     ]
     phase = float(dataset["start_phase"])
     started = f"The motions start at {format_number(phase)} of a forcing period" if phase else ""
-    slowest = f"The slowest start takes {count(int(dataset['periods_to_attractor'].max()), 'forcing period')}"
+    longest = count(int(dataset["periods_to_attractor"].max()), "forcing period")
+    slowest = f"The slowest start takes {longest}" if n else "No attractor was found"
     if show and "attractor" not in show:
         what = "Forcing periods until the motion from each start settles"
         return sentences(what, started, slowest)
     what = "Attractor that the motion from each start settles on"
     if not show or "periods_to_attractor" in show:
         what = f"Above: {what[0].lower()}{what[1:]}. Below: forcing periods until it settles"
+    if n == 0:
+        return sentences(what, started, "No attractor was found")
     marked = started or "Markers show the states of the attractors at the section"
     lines = "; lines separate basins" if border <= MAX_BORDER else ""
     return sentences(
         what,
         f"{marked}{lines}",
         "" if phase else saddles_text(dataset),
-        f"Of the starts, {series(shares)}" if n else "No attractor was found",
+        f"Of the starts, {series(shares)}",
         f"{percent(border)} of the starts have a neighbour that settles elsewhere" if n > 1 else "",
         f"{percent(none)} of the starts settle on none of them" if none else "",
         slowest,

@@ -14,7 +14,8 @@ class RowResults(NamedTuple):
     all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
     dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
     rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity). `releases` has the
-    phases at which rests on supports 1 and 2 end, NaN without one.
+    phases at which rests on supports 1 and 2 end, NaN without one. `contacts` has the columns of `orbits.soft_contacts`
+    for each impact, and none where all supports are rigid.
     """
 
     regime: np.ndarray
@@ -52,3 +53,4 @@ class RowResults(NamedTuple):
     d_impacts: np.ndarray
     e_row: np.ndarray
     e_impacts: np.ndarray
+    contacts: np.ndarray

@@ -67,6 +67,11 @@ def occurs(value: Any) -> bool:
     return value != 0.0 if isinstance(value, float) else bool(np.any(value))
 
 
+def has_soft_support(values: Mapping[str, Any]) -> bool:
+    """Return whether a support is soft anywhere; kernels with friction may have the effect without one."""
+    return any(occurs(values.get(name, 0.0)) for name in STIFFNESS.values())
+
+
 def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
     """Return all effects of eqs. (5), (6), and those beyond that parameters have.
 

@@ -27,6 +27,8 @@ MIN_LOAD_SECONDS = 0.7
 ROW_BYTES = 96
 IMPACT_BYTES = 21
 ERROR_BYTES = 4
+# Numbers of a contact with a soft support; a row has the largest of each but the velocity after it.
+CONTACT_NUMBERS = 4
 USUAL_IMPACTS = 4
 PHASE_SAMPLES = 256
 # Subharmonics per harmonic, and sections of a row.
@@ -195,7 +197,7 @@ def steady_bytes(
 ) -> float:
     """Return the bytes of one steady state with some outputs and a number of impacts.
 
-    effects : those that the scene calls for, of which some have derivatives by more parameters
+    effects : those that the scene calls for, of which some have more numbers and derivatives
     """
     costs = {
         "harmonics": 2 * 8 + 4 * 8 * harmonics + ERROR_BYTES * (1 + 2 * harmonics),
@@ -207,6 +209,8 @@ def steady_bytes(
         "poincare": 2 * 8 * VISITS,
         "lyapunov": 2 * 8,
     }
+    if effects.soft is not None:
+        costs["impacts"] += CONTACT_NUMBERS * 8 * impacts + 2 * 8 * (CONTACT_NUMBERS - 1)
     requested = list(outputs)
     size = (
         ROW_BYTES

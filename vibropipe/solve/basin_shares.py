@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibropipe.orbits.results import RowResults
-from vibropipe.physics.effects import all_effect_names, all_effects
+from vibropipe.physics.effects import all_effect_names, all_effects, has_soft_support
 from vibropipe.physics.start import within_room
 from vibropipe.solve.attractor_families import Families
 from vibropipe.solve.attractor_set import AttractorSet
@@ -155,13 +155,13 @@ def _steady_states(
 
 def _solve(parameters: np.ndarray, states: np.ndarray, harmonics: int) -> RowResults:
     """Return the steady states of parameters (rows, 7) from states (rows, 2), as `steady_state` finds each."""
-    n = len(parameters)
+    n, columns = len(parameters), columns_of(parameters)
     ((_stop, (rows,)),) = solve_rows(
         row_blocks(n, 1, n),
         lambda first, stop: [parameters[first:stop]],
         lambda first, stop: (states[first:stop, 0], states[first:stop, 1]),
         1, MAX_PERIODS, MAX_PERIODS, harmonics, OF_STEADY_STATE,
-        effects=all_effects(columns_of(parameters), pieces=True),
+        effects=all_effects(columns, pieces=True), soft=has_soft_support(columns),
     )  # fmt: skip
     return rows
 

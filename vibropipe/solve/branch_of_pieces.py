@@ -21,13 +21,14 @@ from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.pieces.columns import new_variations
 from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
-from vibropipe.physics.effects import Effects
+from vibropipe.physics.effects import Effects, has_soft_support
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.equilibrium import from_equilibrium
 from vibropipe.solve.row_results import (
     ImpactBuffer,
     add_load,
+    columns_of,
     compact_impacts,
     new_rows,
     without_impacts,
@@ -115,7 +116,10 @@ def solve_branch_of_pieces(
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
     out = new_rows(n, harmonics, outputs, listed, effects)
     write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
-    rows = with_errors_of_pieces(compact_impacts(out), parameters, effects, march_room[0].pieces)
+    rows = with_errors_of_pieces(
+        compact_impacts(out), parameters, effects, march_room[0].pieces,
+        contacts="impacts" in outputs and has_soft_support(columns_of(parameters)),
+    )  # fmt: skip
     add_load(rows, parameters[:, LOAD])
     return rows if "impacts" in outputs else without_impacts(rows)
 

@@ -10,6 +10,7 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
+from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
 from vibropipe.solve.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.unsolved import is_solved
@@ -109,7 +110,7 @@ def _impacts(rows: RowResults) -> Variables:
     """Return the variables of impacts: positions are split into the forcing period and the phase in it."""
     position = rows.impact_position
     whole = np.floor(position)
-    return {
+    variables: Variables = {
         "row_size": (("row",), rows.impact_count),
         "impact_phase": (("impact",), position - whole),
         "impact_period": (("impact",), whole.astype(np.int32)),
@@ -117,6 +118,24 @@ def _impacts(rows: RowResults) -> Variables:
         "impact_velocity": (("impact",), rows.impact_velocity),
         "impact_velocity_max": (("row", "support"), rows.impact_velocity_max),
     }
+    return variables | _contacts(rows) if rows.contacts.shape[1] > 0 else variables
+
+
+def _contacts(rows: RowResults) -> Variables:
+    """Return the variables of contacts with soft supports, and the largest of each row and support.
+
+    One is NaN where the support is rigid or not struck, and where a contact of the row is not known.
+    """
+    variables: Variables = {"impact_velocity_after": (("impact",), rows.contacts[:, 0])}
+    largest = np.full((rows.impact_count.size, 2, len(OF_CONTACT)), -np.inf)
+    owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
+    with np.errstate(invalid="ignore"):
+        np.maximum.at(largest, (owner, rows.impact_support - 1), rows.contacts[:, 1:])
+    largest[np.isneginf(largest)] = np.nan
+    for column, (name, name_of_largest) in enumerate(OF_CONTACT.items()):
+        variables[name] = (("impact",), rows.contacts[:, 1 + column])
+        variables[name_of_largest] = (("row", "support"), largest[:, :, column])
+    return variables
 
 
 def _energy(energy: np.ndarray) -> Variables:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.named import Named
@@ -103,8 +103,9 @@ def solve_points(
         x0, v0 = (part if np.ndim(part) == 0 else part[first:stop] for part in start)
         return x0, v0
 
-    effects = all_effects(columns_of(parameters), pieces=True)
-    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects
+    columns = columns_of(parameters)
+    effects, soft = all_effects(columns, pieces=True), has_soft_support(columns)
+    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
     with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver)) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:

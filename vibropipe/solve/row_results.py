@@ -100,6 +100,7 @@ def new_rows(
         exponent=zeros(2, when="lyapunov"),
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
+        contacts=np.empty((0, 0)),
         **new_derivatives(
             n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces, second
         ),
@@ -138,7 +139,7 @@ def without_impacts(rows: RowResults) -> RowResults:
     """Return the results without what the output `impacts` adds."""
     names = (
         *("impact_count", "impact_position", "impact_velocity", "impact_support"),
-        *("impact_velocity_max", "d_velocity_max", "d_impacts", "e_impacts"),
+        *("impact_velocity_max", "d_velocity_max", "d_impacts", "e_impacts", "contacts"),
     )
     return rows._replace(**{name: getattr(rows, name)[:0] for name in names})
 

@@ -112,6 +112,7 @@ class _Solver:
     outputs: tuple[str, ...]
     effects: Effects
     buffer_rows: int
+    contacts: bool
     of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
@@ -132,7 +133,7 @@ class _Solver:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
         if pieces[0] is not None:
-            rows = with_errors_of_pieces(compact, values, self.effects, pieces[0])
+            rows = with_errors_of_pieces(compact, values, self.effects, pieces[0], self.contacts)
         else:
             rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
             if "sensitivity" in self.outputs:
@@ -166,6 +167,7 @@ def solve_rows(
     outputs: tuple[str, ...],
     progress: Progress | None = None,
     effects: Effects = ALL_EFFECTS,
+    soft: bool = False,
 ) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks on all threads of numba.
 
@@ -194,6 +196,9 @@ def solve_rows(
         Called as progress(done, total), in rows.
     effects : Effects
         Effects of the compiled kernel, the same for all rows.
+    soft : bool
+        Whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns of
+        contacts.
 
     Yields
     ------
@@ -204,7 +209,8 @@ def solve_rows(
     n_rows = pieces[-1][-1]
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows)
+    contacts = soft and effects.soft is not None and "impacts" in outputs
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows, contacts)
     n_threads = numba.get_num_threads()
     if n_threads == 1 or len(pieces) == 1:
         for block in blocks:

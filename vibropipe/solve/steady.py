@@ -83,6 +83,11 @@ def steady_state(
             `window_periods` if fewer), 0 to 63, or of as many whole periods at their end as have 8192 impacts.
         impact_velocity_max (support)
             Largest speed before impact; NaN without an impact.
+        impact_velocity_after, contact_duration, contact_force_max, contact_depth_max (impact)
+            With soft supports, as `simulate` has them: velocity on leaving, duration of the contact, largest force of
+            the support and largest depth. An impact on a rigid support has the velocity after it, and NaN else.
+        contact_duration_max, support_force_max, support_depth_max (support)
+            With soft supports: the largest of these contacts; NaN where the support is rigid or without an impact.
         floquet_multiplier (multiplier), stable
             Complex, the larger modulus first; whether both moduli are below 1.
         lyapunov_exponent, lyapunov_exponent_error

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
-from vibropipe.physics.effects import effect_names, resolve_effects
+from vibropipe.physics.effects import effect_names, has_soft_support, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
@@ -216,7 +216,8 @@ def solve_blocks(
     row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
     start = starts_of_rows(grid, x0, v0, row_start)
     solver = start, grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
-    with closing(solve_rows(row_cuts, parameters, *solver, progress, e)) as blocks:
+    soft = has_soft_support(values)
+    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft)) as blocks:
         begin = 0
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)

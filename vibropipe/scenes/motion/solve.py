@@ -11,6 +11,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.checks import span_in_turns
+from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.physical import stored
@@ -28,6 +29,7 @@ OF_THE_ORBIT = {
     name: f"orbit_{name}"
     for name in (
         "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
+        "impact_velocity_after", *OF_CONTACT,
         "impact_phase_error", "impact_velocity_error",
         *TERMS, FRICTION_TERM, *(f"{term}_error" for term in (*TERMS, FRICTION_TERM)),
     )

@@ -1,4 +1,4 @@
-"""Errors and derivatives of solved rows with soft supports or friction: each orbit along its linear pieces."""
+"""Errors, derivatives and contacts of solved rows with soft supports or friction, along their linear pieces."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from vibropipe.orbits.sensitivity.pieces.errors import write_errors
 from vibropipe.orbits.sensitivity.pieces.multipliers import write_multiplier_derivatives
 from vibropipe.orbits.sensitivity.pieces.orbit import march_orbit, vary_pieces
 from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
+from vibropipe.orbits.soft_contacts import CONTACT_COLUMNS, write_contacts
 from vibropipe.physics.derivatives import F2, LOAD, N_OF_PIECES, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
@@ -64,14 +65,15 @@ def write_rows(
     by: int | None,
     pieces: PieceLog,
 ) -> None:
-    """Write the errors of solved rows, and their derivatives.
+    """Write the errors of solved rows, their derivatives, and the contacts with soft supports.
 
     Parameters
     ----------
     e : Effects
     parameters : (rows, parameters) float
     out : RowResults
-        Compacted results of the rows, with their impacts; errors and derivatives are NaN on entry.
+        Compacted results of the rows, with their impacts; errors, derivatives and contacts are NaN on entry. Contacts
+        without columns are not computed.
     by : int or None
         1 for derivatives, None for errors alone.
     pieces : PieceLog
@@ -89,6 +91,8 @@ def write_rows(
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
             write_row(e, values, by, march_room, starts, room, out, row, first)
+        if e.soft is not None and out.contacts.shape[1] > 0:
+            write_contacts(e, row_parameters(values, 0), march_room, out, row, first)
         if by is not None:
             # Kernels count displacements from the equilibrium, which the load moves.
             out.d_section[row, 0, LOAD] += 1.0
@@ -98,7 +102,11 @@ def write_rows(
 
 
 def with_errors_of_pieces(
-    rows: RowResults, parameters: np.ndarray, effects: Effects, pieces: PieceLog
+    rows: RowResults,
+    parameters: np.ndarray,
+    effects: Effects,
+    pieces: PieceLog,
+    contacts: bool = False,
 ) -> RowResults:
     """Return compacted results, whose impacts are listed, with errors and, if requested, derivatives of all orbits.
 
@@ -109,11 +117,15 @@ def with_errors_of_pieces(
     effects : Effects
         With soft supports or friction.
     pieces : PieceLog
+    contacts : bool
+        Whether the contacts with soft supports are wanted.
     """
     n = rows.impact_position.size
     room = rows._replace(
         e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
     )
+    if contacts:
+        room = room._replace(contacts=np.full((n, CONTACT_COLUMNS), np.nan))
     by = None
     if rows.d_section.size > 0:
         room, by = with_impact_derivatives(room), 1

@@ -179,6 +179,31 @@ def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
     assert {*found.parameter.values} == {"F", "delta"}
 
 
+SOFT = """
+title: Soft
+physical: {m: 2 kg, C: 8 N/mm, H: 12 N s/m, F: 3.6 kN, omega: 50 rad/s, l: 500 mm, C1: 1600 N/mm, C2: 1600 N/mm}
+scenes:
+  pressed:
+    kind: design
+    vary: {F: [2.8 kN, 4.4 kN]}
+    target: {support_force_max_1: 40 kN}
+    subject_to: {contact_duration_max_1: "< 20 ms"}
+    samples: 16
+    designs: 1
+"""
+
+
+def test_the_force_of_a_soft_support_is_wanted_in_newtons(tmp_path):
+    scene = load(tmp_path, SOFT).scenes["pressed"]
+    assert scene.target == {"support_force_max_1": pytest.approx(40e3 / 8e3)}
+    found = kind_of(scene).solve(scene)
+    assert found.support_force_max.attrs["units"] == "N"
+    assert float(found.support_force_max.sel(support=1)[0]) == pytest.approx(40e3, rel=1e-8)
+    assert float(found.contact_duration_max.sel(support=1)[0]) < 0.02
+    with pytest.raises(StudyError, match="C1: must be above 0, since support_force_max_1"):
+        load(tmp_path, SOFT.replace(" C1: 1600 N/mm,", ""))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -11,21 +11,24 @@ import vibropipe as vp
 from vibropipe.solve.gradient import exact_slopes
 from vibropipe.solve.named import SMOOTH, labels, named, outputs_of
 from vibropipe.solve.points import solve_points
+from vibropipe.words.contacts import OF_SOFT
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.1)
+SOFT = replace(EXCITER, k1=200.0, h1=3.0, k2=100.0, h2=2.0)
 
 
-def test_every_name_is_the_column_of_a_table():
+@pytest.mark.parametrize("exciter", [EXCITER, SOFT], ids=["rigid", "soft"])
+def test_every_name_is_the_column_of_a_table(exciter):
     names = [
         named(label, "target")
         for variable in SMOOTH
-        if not variable.startswith("subharmonic")
+        if not variable.startswith("subharmonic") and (exciter.k1 or variable not in OF_SOFT)
         for label in labels(variable)
     ]
     outputs = outputs_of(names)
-    row = [list(EXCITER.parameters())]
+    row = [list(exciter.parameters())]
     values = solve_points(np.array(row), (None, 0.0), outputs, 3).values(names)[0]
-    table = vp.table(vp.sweep(EXCITER, over={"nu": [1.0]}, outputs=outputs))
+    table = vp.table(vp.sweep(exciter, over={"nu": [1.0]}, outputs=outputs))
     assert {name.name for name in names} <= {*table.columns}
     assert [table[name.name][0] for name in names] == values.tolist()
 
@@ -46,6 +49,8 @@ def test_rows_without_friction_lose_nothing_by_it():
         ("impact_velocity_max", "must be one of impact_velocity_max_1, impact_velocity_max_2, got"),
         ("impact_velocity_max_3", "must be one of impact_velocity_max_1, impact_velocity_max_2"),
         ("displacement_amplitude_0", "displacement_amplitude_1, .* and so on"),
+        ("contact_force_max_1", "did you mean 'support_force_max_1'"),
+        ("support_force_max_std_1", "must be a quantity of a steady state"),
         ("displacement_mean_1", "must have no number after displacement_mean"),
         ("displacment_mean", "did you mean 'displacement_mean'"),
         ("floquet_multiplier_1", "did you mean 'floquet_multiplier_1_re'"),

@@ -115,3 +115,17 @@ def test_a_chaotic_motion_has_no_tolerance():
     chaotic = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=-0.1285714, R1=0.7, R2=0.7)
     with pytest.raises(vp.ParameterError, match="settles on a stable orbit"):
         vp.tolerance(chaotic, SIGMA)
+
+
+def test_contacts_with_soft_supports_have_a_spread():
+    soft = vp.Exciter(l=0.5, nu=0.8, f=0.9, h=0.1, k1=200.0, k2=300.0, h1=3.0, h2=3.0)
+    sigma = {"k1": 0.5, "f": 0.001}
+    spread = vp.tolerance(soft, sigma, samples=256)
+    for name in ("support_force_max", "contact_duration_max", "support_depth_max"):
+        std = spread[f"{name}_std"]
+        assert np.allclose(std.sel(estimate="samples"), std.sel(estimate="first_order"), rtol=0.05)
+    over = vp.sweep(soft, over={"k1": [199.999, 200.001]}, outputs=("impacts",))
+    slope = over.support_force_max.diff("k1").squeeze("k1") / 0.002
+    found = spread.support_force_max_sensitivity.sel(parameter="k1")
+    assert np.allclose(found, slope, rtol=1e-4, atol=1e-6)
+    assert "support_force_max_std" not in vp.tolerance(EXCITER, {"f": 0.001}, samples=16)

@@ -7,15 +7,10 @@ import numpy as np
 from vibropipe.march.log import COUNTS, GRAZINGS, IMPACTS, RESTS, Log
 from vibropipe.march.piece_log import AT, CAUSE, SLIP, STICK, TURN, PieceLog
 from vibropipe.physics.exciter import Exciter
+from vibropipe.words.contacts import OF_CONTACT
 
 # Columns of impacts, rests and grazings by variable, each in order of time.
 Contacts = dict[str, np.ndarray]
-# Variables of contacts with soft supports, over `impact`, and the largest of a steady state, over `support`.
-OF_CONTACT = {
-    "contact_duration": "contact_duration_max",
-    "contact_force_max": "support_force_max",
-    "contact_depth_max": "support_depth_max",
-}
 # Columns of a log, by the index of their number of entries in `Log.counts`.
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),

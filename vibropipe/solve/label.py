@@ -10,10 +10,10 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
-from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
 from vibropipe.solve.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.unsolved import is_solved
+from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.vocabulary import PARAMETER
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.start import start_text
-from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.energy import balance, support_energy
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.run import MotionRequest, MotionResult
+from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
+from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, quantity
 
@@ -29,6 +30,7 @@ SMOOTH: Mapping[str, str] = {
     "velocity_phase": "harmonics",
     "subharmonic_displacement_amplitude": "subharmonics",
     "impact_velocity_max": "impacts",
+    **dict.fromkeys(OF_SOFT, "impacts"),
     "floquet_multiplier": "stability",
     "lyapunov_exponent": "lyapunov",
     "energy_input": "energy",
@@ -45,6 +47,7 @@ NOT_NEGATIVE = (
     "velocity_amplitude",
     "subharmonic_displacement_amplitude",
     "impact_velocity_max",
+    *OF_SOFT,
 )
 PERIODIC = ("displacement_phase", "velocity_phase")
 # What is derived from a quantity: its standard deviation, or its derivative by a parameter.
@@ -105,6 +108,8 @@ class Named(NamedTuple):
             return parameters[:, Parameters._fields.index(self.variable)]
         if self.is_absent(variables):
             return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
+        if self.variable in OF_SOFT and self.variable not in variables:
+            return np.full(len(parameters), np.nan)  # all supports are rigid
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real
@@ -147,7 +152,8 @@ def named(name: Any, argument: str) -> Named:
         derived, parameter = "", ""
         if match := re.fullmatch(r"_(std|sensitivity)(_\d+)?(?:_([A-Za-z]\w*))?", tail):
             derived, tail, parameter = match[1], match[2] or "", match[3] or ""
-            if (derived == SENSITIVITY) != (parameter in Parameters._fields):
+            has_derivative = variable not in OF_SOFT  # designs take differences
+            if (derived == SENSITIVITY) != (parameter in Parameters._fields) or not has_derivative:
                 break
         index = _index(name, variable, tail, argument)
         if (variable == "floquet_multiplier") != bool(part):

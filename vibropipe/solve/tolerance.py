@@ -18,6 +18,7 @@ from vibropipe.solve.label import Variables
 from vibropipe.solve.named import Named, labels, named
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
+from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe, quantity
@@ -34,6 +35,7 @@ SPREAD = (
     "velocity_amplitude",
     "velocity_phase",
     "impact_velocity_max",
+    *OF_SOFT,
     "energy_input",
     "energy_damping",
     "energy_impact",
@@ -80,7 +82,7 @@ def tolerance(
     -------
     xarray.Dataset
         What `steady_state` returns of the exciter itself, and of each quantity <name> (constant part, amplitudes and
-        phases of harmonics, impact velocities, energies), beside its own dimensions:
+        phases of harmonics, impact velocities, contacts with soft supports, energies), beside its own dimensions:
 
         <name>_std (estimate)
             Standard deviation: first order, sqrt(sum (s_i sigma_i)^2) with the sensitivities s_i [2]_; and of the
@@ -148,10 +150,13 @@ def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[
     }
 
 
-def spread_names(harmonics: int) -> list[Named]:
-    """Return all parts of the quantities whose spread is computed."""
+def spread_names(harmonics: int, variables: Variables) -> list[Named]:
+    """Return all parts of the quantities whose spread is computed, of those that a point has."""
     return [
-        named(label, "quantity") for variable in SPREAD for label in labels(variable, harmonics)
+        named(label, "quantity")
+        for variable in SPREAD
+        if variable in variables
+        for label in labels(variable, harmonics)
     ]
 
 
@@ -165,8 +170,7 @@ def spread_variables(
     from_start: Callable[[np.ndarray], Points],
 ) -> Variables:
     """Return the variables of `tolerance` at one solved point, without a dimension of the point."""
-    # without friction there is no loss by it
-    names = [name for name in spread_names(harmonics) if name.variable in point.variables]
+    names = spread_names(harmonics, point.variables)
     columns = [Parameters._fields.index(name) for name in sigma]
     deviations = np.array(list(sigma.values()))
 

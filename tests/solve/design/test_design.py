@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -256,3 +257,31 @@ def test_no_warning_where_designs_are_met():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         vp.design(EXCITER, VARY, {"impacts_per_period_1": 2}, samples=16, designs=1)
+
+
+SOFT = vp.Exciter(l=0.5, nu=0.8, f=0.9, h=0.1, k1=200.0, k2=200.0, h1=3.0, h2=3.0)
+
+
+def test_the_force_of_a_soft_support_is_a_target_and_a_bound():
+    vary = {"f": (0.7, 1.1), "k1": (100.0, 300.0)}
+    bounds = {"support_force_max_2": "< 11", "contact_duration_max_1": "> 0.1"}
+    found = vp.design(SOFT, vary, {"support_force_max_1": 10.0}, bounds, samples=32, designs=2)
+    assert (found.design_result == DesignResult.MET).all()
+    assert found.support_force_max.sel(support=1).values == pytest.approx(10.0, rel=1e-9)
+    assert (found.support_force_max.sel(support=2) < 11.0).all()
+    assert found.support_force_max_target.values.tolist()[0] == 10.0
+    best = found.isel(design=0)
+    exciter = replace(SOFT, f=float(best.f), k1=float(best.k1))
+    marched = vp.steady_state(exciter, outputs=("impacts",)).support_force_max
+    assert best.support_force_max.values == pytest.approx(marched.values, rel=1e-9)
+
+
+def test_the_least_force_lies_at_the_end_of_the_range():
+    vary = {"k1": (100.0, 300.0)}
+    found = vp.design(SOFT, vary, minimise="support_force_max_1", samples=16, designs=1)
+    assert float(found.k1[0]) == pytest.approx(100.0)
+
+
+def test_the_force_of_a_rigid_support_is_refused():
+    with pytest.raises(vp.ParameterError, match="k2: must be above 0, since support_force_max_2"):
+        vp.design(replace(SOFT, k2=0.0, h2=0.0), {"f": (0.7, 1.1)}, {"support_force_max_2": 10.0})

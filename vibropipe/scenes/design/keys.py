@@ -154,7 +154,7 @@ class DesignScene(VariedScene):
 
 def _goals(scene: DesignScene) -> Iterator[Problem]:
     """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
-    from vibropipe.solve.design.goals import check_allow, goals_of
+    from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
 
     arguments = scene.arguments()
     try:
@@ -164,10 +164,22 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
         check_allow(goals, arguments["allow"])
     except ParameterError as error:
         yield refused(argument_path(error), error)
+        return
+    try:
+        check_supports(scene.resolved_exciter(), goals)
+    except ParameterError as error:
+        yield refused(("exciter", error.name), error)
 
 
 CHECKS = (
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",)), check_vary_corners),
-    Check((("target",), ("subject_to",), ("minimise",), ("tolerance",), ("allow",)), _goals),
+    Check(
+        (
+            *EXCITER,
+            *(("vary",), ("target",), ("subject_to",)),
+            *(("minimise",), ("tolerance",), ("allow",)),
+        ),
+        _goals,
+    ),
 )

@@ -24,6 +24,8 @@ MAPPED = (
     Part("displacement_amplitude", "harmonic", 2),
     Part("impact_velocity_max", "support", 1),
     Part("impact_velocity_max", "support", 2),
+    Part("support_force_max", "support", 1),
+    Part("support_force_max", "support", 2),
     Part("energy_input"),
 )
 SIGNED = "RdBu_r"

@@ -21,10 +21,10 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row
 from vibropipe.physics.start import within_room
-from vibropipe.solve.contacts import OF_CONTACT
 from vibropipe.solve.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion_dataset import to_variables
 from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver, run_motion
+from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.parameters import PARAMETERS
 
 COPIES = 3

@@ -12,7 +12,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.solve import tolerance as spread
 from vibropipe.solve.checks import check_soft, check_whole
-from vibropipe.solve.design.goals import CURVE, Goals, check_allow, goals_of
+from vibropipe.solve.design.goals import CURVE, Goals, check_allow, check_supports, goals_of
 from vibropipe.solve.design.margin import law_margin
 from vibropipe.solve.design.needed import needed_tolerances
 from vibropipe.solve.design.pareto import FRONT, front
@@ -72,8 +72,9 @@ def design(
         Lower and upper end of each varied parameter.
     target : mapping of str to float, optional
         Values of quantities, named as the columns of `table` are: displacement_mean, displacement_amplitude_3,
-        impact_velocity_max_1. Those of the law of motion, as impacts_per_period_1, are met by choice of the law. The
-        key displacement takes a curve: an array (n, 2) of phases, in forcing periods, and displacements.
+        impact_velocity_max_1 and, of soft supports, support_force_max_2. Those of the law of motion, as
+        impacts_per_period_1, are met by choice of the law. The key displacement takes a curve: an array (n, 2) of
+        phases, in forcing periods, and displacements.
     subject_to : mapping of str to str or (float, float), optional
         Bounds: "< 0.8", "> 0.1", "> 0.1, < 0.8", or a pair.
     minimise : str or sequence of str, optional
@@ -143,6 +144,7 @@ def design(
     check_whole("designs", designs, DESIGNS_LIMITS)
     allowed = check_allow(goals, allow)
     problem = Problem(exciter, check_vary(exciter, vary), goals, x0, v0, sigma, allowed)
+    check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * (FRONT + 8), progress)

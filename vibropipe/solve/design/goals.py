@@ -12,6 +12,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError, as_float, number_within
 from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
+from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import POSITIVE
 
 # A target is met, and a bound is kept, within this share of its scale.
@@ -220,3 +221,12 @@ def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, fl
         must = f"must have the targets as keys ({', '.join(targets) or 'there are none'})"
         raise ParameterError("allow", allow, must=must, got=", ".join(allow))
     return {name: number_within(f"allow.{name}", allow[name], POSITIVE) for name in targets}
+
+
+def check_supports(values: Mapping[str, Any], goals: Goals) -> None:
+    """Raise a ParameterError where the contacts with a support are wanted whose stiffness among `values` is 0."""
+    for name in goals.names:
+        stiffness = f"k{name.number}"
+        if name.variable in OF_SOFT and not values.get(stiffness, 0.0):
+            must = f"must be above 0, since {name.name} is wanted: a support with 0 is rigid"
+            raise ParameterError(stiffness, 0.0, must=must)

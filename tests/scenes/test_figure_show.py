@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from drawing import draw, picture_of
-from figures.sample_datasets import hard_cases
+from figures.sample_datasets import hard_cases, sweep
 from pydantic import ValidationError
 
 from vibropipe.lab.hard_cases import solvers
@@ -14,6 +14,7 @@ from vibropipe.scenes.accuracy.keys import AccuracyFigure
 from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.effects.keys import EffectsFigure
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
+from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.vocabulary import FLAGS, describe
 
@@ -48,6 +49,35 @@ def test_a_kind_of_boundary_that_is_not_sought_is_refused(tmp_path):
     )
     with pytest.raises(StudyError, match=r"figure.show: must be .*\(fold, flip\), got 'grazing'"):
         load_study(path)
+
+
+SOFT = "k1: 20, h1: 0.2"
+SWEEP = "kind: sweep, over: {nu: [1, 2]}, outputs: [impacts]"
+BRANCH = "kind: branch, along: {nu: {from: 1, to: 2}}"
+
+
+@pytest.mark.parametrize("keys", [SWEEP, BRANCH], ids=["sweep", "branch"])
+def test_forces_of_rigid_supports_are_refused(tmp_path, keys):
+    path = tmp_path / "s.yaml"
+    text = "title: T\nexciter: {{l: 0.5, {soft}}}\nscenes:\n  s: {{{keys}, figure: {{show: [{name}]}}}}\n"
+    path.write_text(text.format(soft=SOFT, keys=keys, name="support_force_max"))
+    assert load_study(path).scenes["s"].figure.show == ["support_force_max"]
+    path.write_text(text.format(soft="h: 0.1", keys=keys, name="support_force_max"))
+    with pytest.raises(StudyError, match=r"figure.show: must leave out support_force_max unless"):
+        load_study(path)
+
+
+def test_forces_are_drawn_in_curves_and_maps():
+    dataset = sweep(12)
+    force = 10.0 * dataset["impact_velocity_max"]
+    dataset = describe(dataset.assign(support_force_max=force.drop_attrs()))
+    figure = draw("sweep", dataset, SweepFigure(show=["support_force_max"]))
+    assert (
+        figure.axes[0].get_ylabel().replace("\n", " ") == "largest force of the support $\\max F_c$"
+    )
+    finite = force.sel(support=1).values
+    drawn = np.concatenate([line.get_ydata() for line in figure.axes[0].lines])
+    assert np.isclose(drawn[:, None], finite[np.isfinite(finite)]).any()
 
 
 def test_a_name_stands_once():

@@ -17,6 +17,7 @@ from vibropipe.scenes.motion.report import (
 )
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import describe
 
 
 @pytest.fixture(scope="module")
@@ -122,3 +123,19 @@ def test_effects_of_some_scenes_stand_in_the_table(datasets):
     rows = {row[0]: row[1:] for row in steady_tables({"one": one, "other": other})[0].rows}
     assert rows["friction"] == ["0", "0.15"]
     assert comparison({"one": one, "other": other})["title"] == "Steady states of the motions"
+
+
+def test_forces_of_soft_supports_stand_in_the_table(datasets):
+    soft = steady(tau_end=13.0)
+    values = ("support", np.array([12.5, np.nan]))
+    soft = describe(
+        soft.assign(support_force_max=values, contact_duration_max=("support", [0.25, np.nan]))
+    )
+    (table,) = steady_tables({"rigid": datasets["symmetric"], "soft": soft})
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["force_1"] == ["–", "12.5"]
+    assert rows["contact_1"] == ["–", "0.25"]
+    assert "force_2" not in rows
+    assert "largest force of each soft support" in table.caption
+    (table,) = steady_tables({"rigid": datasets["symmetric"]})
+    assert "force" not in table.caption

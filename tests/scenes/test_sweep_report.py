@@ -58,13 +58,22 @@ def test_findings_of_a_line():
     ]
 
 
+def test_the_largest_force_of_a_soft_support_is_found():
+    line = one_line()
+    force = line["impact_velocity_max"].values * [[10.0, np.nan]]
+    line = describe(line.assign(support_force_max=(("nu", "support"), force)))
+    assert sweep_texts(line)[1] == (
+        "The largest force of a soft support is 16, of support 1 at ν = 1.6"
+    )
+
+
 def test_findings_follow_the_direction():
     down = one_line().assign_attrs(follow="nu down")
     both = xr.concat(
         [one_line(), down], xr.DataArray(["up", "down"], dims="direction", name="direction")
     )
     both.attrs["follow"] = "nu both"
-    assert "at ν = 1.65 from 0.1 to 0.48" in sweep_texts(down)[2]
+    assert "at ν = 1.65 from 0.1 to 0.48" in sweep_texts(down)[3]
     text = " ".join(sweep_texts(both))
     assert "ν = 1.65 from 0.48 to 0.1 (upwards); 1.65 from 0.1 to 0.48 (downwards)" in text
     assert "on support 1 at ν = 1.6, upwards" in text
@@ -86,7 +95,7 @@ def test_findings_are_in_the_units_of_the_data():
     line = one_line()
     line["nu"].attrs["units"], line["impact_velocity_max"].attrs["units"] = "rad/s", "mm/s"
     assert "is 1.6 mm/s, on support 1 at ν = 1.6 rad/s; on support 2" in sweep_texts(line)[0]
-    assert "no impact (0.5 … 0.8 rad/s)" in sweep_texts(line)[1]
+    assert "no impact (0.5 … 0.8 rad/s)" in sweep_texts(line)[2]
 
 
 def test_findings_of_a_map_give_shares_and_ranges():

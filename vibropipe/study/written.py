@@ -41,7 +41,7 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
     for support in "12":
         if must == NO_DAMPING.format(f"k{support}"):
-            given = _entry(tree, path) or _entry(tree, path[-2:])
+            given = entry(tree, path) or entry(tree, path[-2:])
             return replace(
                 problem,
                 path=path,

@@ -52,7 +52,13 @@ VALUE_STYLE: dict[str, Any] = {
 # Bifurcations beyond which their marks shrink.
 MANY_MARKS = 16
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
-SHORT_TEXT = {"impact_velocity_max": "impact velocity", "impacts_per_period": "impacts per period"}
+SHORT_TEXT = {
+    "impact_velocity_max": "impact velocity",
+    "support_force_max": "largest force",
+    "support_depth_max": "largest depth",
+    "contact_duration_max": "longest contact",
+    "impacts_per_period": "impacts per period",
+}
 
 
 class Panel(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.effects import all_effects, effect_names, effects_of
+from vibropipe.physics.effects import all_effects, effect_names, effects_of, has_soft_support
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
@@ -18,6 +18,7 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
+from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 Switch = Literal["flip", "pitchfork", "grazing"]
@@ -59,6 +60,9 @@ class BranchFigure(FigureOptions):
                 "displacement_amplitude",
                 "impact_velocity",
                 "impact_velocity_max",
+                "support_force_max",
+                "support_depth_max",
+                "contact_duration_max",
                 "impacts_per_period",
             ]
         ],
@@ -183,8 +187,17 @@ def _at(scene: BranchScene) -> Iterator[Problem]:
             yield Problem(("at",), "", must="must have values between the ends of `along`")
 
 
+def _shown(scene: BranchScene) -> Iterator[Problem]:
+    """Check that contacts are shown only where a support is soft."""
+    for name in scene.figure.show:
+        if name in OF_SOFT and not has_soft_support(scene.values()):
+            must = f"must leave out {name} unless a support is soft"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
+
+
 CHECKS = (
     Check((("along",), ("over",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
+    Check((("along",), ("over",), ("exciter",), ("figure", "show")), _shown),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,7 @@ STEADY_CAPTION = (
     "Steady states: regime, period multiple m, velocities before the impacts on the two supports, constant part and "
     "harmonics of displacement, Floquet multipliers."
 )
+CONTACT_CAPTION = " Beside them the largest force of each soft support, and its longest contact."
 STEADY_TITLE, ASYMMETRY_TITLE = "Steady states of the motions", "Effect of each asymmetry"
 ASYMMETRIES = {"delta", "R1", "R2", "load", "f2", "phi2", "F2"}
 HARMONICS = 3  # rows of the table
@@ -66,6 +69,8 @@ def steady_table(datasets: Datasets) -> Table:
             ", ".join(format_number(v, DIGITS) for v in struck(d, support)) or DASH for d in scenes
         ]
         rows.append([with_unit(f"impacts_{support}", scenes[0], "orbit_impact_velocity"), *cells])
+    contacts = contact_rows(scenes)
+    rows += contacts
     if any(rests(d) for d in scenes):
         rows.append(["rests", *(format_number(rests(d)) for d in scenes)])
     label = with_unit("mean", scenes[0], "displacement_mean")
@@ -75,7 +80,27 @@ def steady_table(datasets: Datasets) -> Table:
         rows.append([label, *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
     rows.append(["multipliers", *(multipliers_text(d) for d in scenes)])
     rows.append(["stable", *("yes" if largest_multiplier(d) < 1.0 else "no" for d in scenes)])
-    return Table(["", *map(breakable, datasets)], rows, STEADY_CAPTION)
+    return Table(
+        ["", *map(breakable, datasets)],
+        rows,
+        STEADY_CAPTION + (CONTACT_CAPTION if contacts else ""),
+    )
+
+
+def contact_rows(scenes: Sequence[xr.Dataset]) -> list[list[str]]:
+    """Return the rows of the largest force and the longest contact of each soft support that is struck."""
+    rows = []
+    for text, name in (("force", "support_force_max"), ("contact", "contact_duration_max")):
+        with_contacts = [dataset for dataset in scenes if name in dataset]
+        for support in (1, 2):
+            values = [
+                float(dataset[name].sel(support=support)) if name in dataset else math.nan
+                for dataset in scenes
+            ]
+            if np.isfinite(values).any():
+                cells = [DASH if math.isnan(v) else format_number(v, DIGITS) for v in values]
+                rows.append([with_unit(f"{text}_{support}", with_contacts[0], name), *cells])
+    return rows
 
 
 def with_unit(text: str, dataset: xr.Dataset, name: str = "") -> str:

@@ -51,6 +51,7 @@ from vibropipe.scenes.sweep.quantities import (
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
 from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.words.contacts import OF_SOFT
 
 HIGH_SHARE, HIGH = (
     0.99,
@@ -202,7 +203,7 @@ def series_style(series: Series, number: int) -> dict[str, Any]:
 def empty_text(panel: Panel) -> str:
     """Return the reason why a panel without finite values is empty."""
     supports = [series.position for series in panel.series if series.dim == "support"]
-    if panel.series[0].name == "impact_velocity_max" and supports:
+    if panel.series[0].name in ("impact_velocity_max", *OF_SOFT) and supports:
         return (
             f"Support {supports[0] + 1} is not struck"
             if len(supports) == 1 and supports[0] is not None

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from vibropipe.physics.effects import has_soft_support
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NameRule
+from vibropipe.words.contacts import OF_SOFT
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -22,6 +24,9 @@ Shown = Literal[
     "velocity_mean",
     "velocity_amplitude",
     "impact_velocity_max",
+    "support_force_max",
+    "support_depth_max",
+    "contact_duration_max",
     "impacts_per_period",
     "period_multiple",
     "floquet_multiplier",
@@ -41,6 +46,7 @@ QUANTITY_NEEDS: Mapping[str, tuple[str, ...]] = {
     "displacement_amplitude": ("harmonics",),
     "velocity_": ("harmonics",),
     "impact_velocity": ("impacts",),
+    **dict.fromkeys(OF_SOFT, ("impacts",)),
     "floquet": ("stability",),
     "lyapunov": ("lyapunov",),
     "energy": ("energy",),
@@ -86,6 +92,7 @@ def has_friction(scene: SweepScene) -> bool:
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
+    values = {**scene.resolved_exciter(), **scene.over_arrays()}
     if "map" in pictures and len(scene.over) < 2:
         must = "must leave out map unless two or more parameters are swept"
         yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
@@ -106,6 +113,9 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
             yield Problem(("figure", "show"), repr(str(name)), must=must)
         if name == "energy_friction" and not has_friction(scene):
             must = f"must leave out {name} unless friction is above 0"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
+        if name in OF_SOFT and not has_soft_support(values):
+            must = f"must leave out {name} unless a support is soft"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
         for start, needed in QUANTITY_NEEDS.items():
             if name.startswith(start) and not outputs & set(needed):

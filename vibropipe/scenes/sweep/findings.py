@@ -64,6 +64,7 @@ def sweep_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return the findings of one sweep, a sentence each."""
     return (
         velocity_text(dataset),
+        force_text(dataset),
         changes_text(dataset) if n_lines(dataset) <= FEW_LINES else shares_text(dataset),
         jumps_text(dataset) if n_lines(dataset) <= MAX_LINES else "",
         mean_text(dataset),
@@ -110,6 +111,17 @@ def velocity_text(dataset: xr.Dataset) -> str:
     if second is None or not float(second):
         return f"{text}; the other support is not struck"
     return f"{text}; on support {int(second['support'])} it reaches {value_text(second, second)}"
+
+
+def force_text(dataset: xr.Dataset) -> str:
+    """Write the largest force of a soft support and its place; empty if all are rigid or none is struck."""
+    top = largest(dataset["support_force_max"]) if "support_force_max" in dataset else None
+    if top is None:
+        return ""
+    return (
+        f"The largest force of a soft support is {value_text(top, top)}, of support {int(top['support'])} "
+        f"at {point_text(top, dataset['regime'].dims)}"
+    )
 
 
 def mean_text(dataset: xr.Dataset) -> str:

@@ -152,5 +152,5 @@ CHECKS = (
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((("solver",),), _solver),
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
-    Check((("figure",), ("over",), ("outputs",), ("exciter", "friction")), check_figure),
+    Check((*SUPPORTS, ("figure",), ("over",), ("outputs",), ("exciter", "friction")), check_figure),
 )

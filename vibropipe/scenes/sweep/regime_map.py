@@ -39,6 +39,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.words.contacts import OF_SOFT
 
 VALUE_COLOURS = "cividis"  # as bright in grey as the value is large
 HIGHEST_SHARE = (
@@ -243,7 +244,7 @@ def legend_handles(dataset: xr.Dataset, laws: list[Law], series: list[Series]) -
         )
         for law in sorted(laws, key=lambda law: law.regime)
     ]
-    if any(each.name == "impact_velocity_max" for each in series):
+    if any(each.name in ("impact_velocity_max", *OF_SOFT) for each in series):
         text = "support not struck"
         handles.append(Patch(**NO_VALUE, linewidth=0.4, label=text))
     return handles

@@ -24,6 +24,7 @@ from vibropipe.store import StoreError, load, write
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import describe
 
 STUDY = """
 title: Starts
@@ -182,6 +183,16 @@ def test_table_lists_every_attractor(dataset):
     assert [row[2] for row in table["rows"]] == ["two-sided", "no impact", "one-sided, support 2"]
     assert [row[3] for row in table["rows"]] == ["1", "1", "3"]
     assert table["rows"][1][6] == "–"
+
+
+def test_forces_of_soft_supports_have_a_column(dataset):
+    force = np.where([[True, True], [False, False], [False, True]], 12.5, np.nan)
+    soft = describe(dataset.assign(support_force_max=(("attractor_id", "support"), force)))
+    (section,) = sections({"starts": dataset, "soft": soft})
+    table = section.tables[0]
+    assert table.head[-2:] == ["force", "share"]
+    assert [row[7] for row in table.rows] == ["–", "–", "–", "12.5", "–", "12.5"]
+    assert "largest force of a soft support, and share" in table.caption
 
 
 OVER = """

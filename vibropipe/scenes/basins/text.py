@@ -19,9 +19,10 @@ from vibropipe.words.wording import count, series
 MAX_BORDER = 0.25
 CAPTION = (
     "Attractors of each scene: forcing periods m per orbit, impacts on support 1 and on support 2 per orbit (per "
-    "forcing period if aperiodic), largest modulus of the Floquet multipliers, largest velocity before impact, and "
-    "share of the starts with the 95 % confidence interval for as many random ones."
+    "forcing period if aperiodic), largest modulus of the Floquet multipliers, largest velocity before impact, "
+    "{force}and share of the starts with the 95 % confidence interval for as many random ones."
 )
+FORCE = "largest force of a soft support, "
 
 
 def attractor_text(dataset: xr.Dataset, index: int) -> str:
@@ -88,7 +89,8 @@ def sections(datasets: Datasets) -> list[Section]:
     Scenes over a parameter have one each.
     """
     single = {name: data for name, data in datasets.items() if swept_name(data) is None}
-    rows = [row for name, data in single.items() for row in attractor_rows(name, data)]
+    soft = any("support_force_max" in data for data in single.values())
+    rows = [row for name, data in single.items() for row in attractor_rows(name, data, soft)]
     over = [
         family_table(name, data)
         for name, data in datasets.items()
@@ -96,8 +98,10 @@ def sections(datasets: Datasets) -> list[Section]:
     ]
     if not rows and not over:
         return []
-    head = ["scene", "attractor", "regime", "m", "impacts", "multiplier", "velocity", "share"]
-    tables = [Table(head, rows, CAPTION, left=3)] if rows else []
+    head = ["scene", "attractor", "regime", "m", "impacts", "multiplier", "velocity"]
+    head += ["force", "share"] if soft else ["share"]
+    caption = CAPTION.format(force=FORCE if soft else "")
+    tables = [Table(head, rows, caption, left=3)] if rows else []
     return [Section("Coexisting motions", tables=[*tables, *over])]
 
 
@@ -136,14 +140,12 @@ def attractor_law(dataset: xr.Dataset, index: int) -> str:
     return law_text(int(row["regime"]), int(row["period_multiple"]))
 
 
-def attractor_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
-    """Return the rows of the attractors of a scene; the first has its name."""
+def attractor_rows(name: str, dataset: xr.Dataset, soft: bool = False) -> list[list[str]]:
+    """Return the rows of the attractors of a scene; the first has its name. soft : whether forces have a column."""
     rows: list[list[str]] = []
     for index in dataset["attractor_id"].values:
         row = dataset.sel(attractor_id=index)
         impacts = [format_number(float(n), 3) for n in row["impacts_per_orbit"].values]
-        velocity = row["impact_velocity_max"].values
-        struck = velocity[np.isfinite(velocity)]
         rows.append(
             [
                 "" if rows else breakable(name),
@@ -152,11 +154,19 @@ def attractor_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
                 str(int(row["period_multiple"])) if row["period_multiple"] else DASH,
                 ", ".join(impacts),
                 format_number(float(np.abs(row["floquet_multiplier"].values).max()), 3),
-                value_text(row["impact_velocity_max"], struck.max()) if struck.size else DASH,
+                largest_text(row, "impact_velocity_max"),
+                *([largest_text(row, "support_force_max")] if soft else []),
                 interval_text(row),
             ]
         )
     return rows
+
+
+def largest_text(row: xr.Dataset, name: str) -> str:
+    """Write the larger of the values of both supports; a dash without one."""
+    values = row[name].values if name in row else np.empty(0)
+    known = values[np.isfinite(values)]
+    return value_text(row[name], known.max()) if known.size else DASH
 
 
 def interval_text(row: xr.Dataset) -> str:

@@ -14,6 +14,10 @@ SOFT = vp.Exciter(l=0.5, nu=0.4, f=0.6, h=0.1, k1=50.0, h1=1.0, k2=800.0, h2=0.5
 SYMMETRIC = vp.Exciter(l=0.5, nu=0.4, f=0.3, h=0.1, k1=50.0, h1=1.0, k2=50.0, h2=1.0)
 SLIDING = vp.Exciter(l=0.5, nu=0.6, f=0.6, h=0.1, R1=0.6, R2=0.6, friction=0.1)
 RUBBED = vp.Exciter(l=0.5, nu=1.3, f=1.2, h=0.1, delta=0.05, R1=0.6, k2=300.0, h2=2.0, friction=0.1)
+STRUCK = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, delta=0.01, friction=0.05)
+FORCED_TWICE = vp.Exciter(
+    l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, k1=80.0, h1=2.0, friction=0.07, load=0.05, f2=0.3, phi2=0.7
+)  # fmt: skip
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "sensitivity")
 
 
@@ -166,6 +170,22 @@ def test_a_branch_over_friction_ends_without_it(branches):
     assert branch.friction.values[-1] == pytest.approx(0.4, abs=1e-12)
 
 
+@pytest.mark.parametrize(("exciter", "high"), [(STRUCK, 0.6), (FORCED_TWICE, 1.0)])
+def test_a_branch_over_friction_with_turns_ends_where_these_do(exciter, high):
+    """The turns between impacts end with the friction, to which the branch leads without a change."""
+    branch = vp.branch(exciter, "friction", (0.0, high))
+    low = branch.friction.values < 0.07
+    assert branch.friction.values[0] == 0.0
+    assert (np.diff(branch.friction.values[low]) > 0.0).all()
+    assert (branch.bifurcation_friction.values > 1e-3).all()
+    assert BranchEnd.CLOSED not in branch.end_reason.values
+    assert (branch.residual.values[low] < 1e-12).all()
+    x, v = float(branch.displacement_strobe[0]), float(branch.velocity_strobe[0])
+    free = vp.steady_state(replace(exciter, friction=0.0), x0=x, v0=v)
+    assert float(free.displacement_strobe) == pytest.approx(x, abs=1e-9)
+    assert float(free.velocity_strobe) == pytest.approx(v, abs=1e-9)
+
+
 def test_doubled_orbits_are_followed_from_a_flip():
     branch = vp.branch(RUBBED, "friction", 0.29, switch=["flip"])
     doubled = branch.branch_id.values == 1
@@ -245,6 +265,7 @@ def test_a_branch_over_friction_begins_without_it():
     steady = vp.steady_state(RUBBED)
     at = np.abs(branch.friction.values - 0.1).argmin()
     assert branch.friction.values[[0, -1]].tolist() == [0.0, 0.2]
+    assert kinds(branch) == []
     assert float(branch.displacement_amplitude[at, 0]) == pytest.approx(
         float(steady.displacement_amplitude[0]), abs=0.01
     )

@@ -59,6 +59,9 @@ MIN_MARGIN, GAIN = 0.02, 2.0
 SECTIONS = 64
 # Length of a step that gives the tangent at another section.
 TANGENT_LENGTH = 1e-7
+# Friction at which the equations of a smaller one, 0 included, are taken. Marches without friction know no turns: what
+# begins the pieces would change where friction ends, and the end of the branch be no place on it. No sum rounds it in.
+LEAST_FRICTION = 1e-100
 
 
 class PieceCurve(Curve):
@@ -95,6 +98,7 @@ class PieceCurve(Curve):
         self.values = problem.values.reshape(1, -1).copy()
         name = Parameters._fields[problem.along]
         self.column = ALL_DIFFERENTIATED.index(name)
+        self.least = LEAST_FRICTION if name == "friction" else -math.inf
         self.section, self.result = 0.0, np.empty(N_RESULTS)
 
     def of_multiple(self, m: int) -> PieceCurve:
@@ -133,11 +137,17 @@ class PieceCurve(Curve):
         is_in_reach = problem.low - reach < value < problem.high + reach
         if not (is_in_reach and np.isfinite(u).all()):
             return None
+        begin = np.array([u[0], u[1], max(value, self.least)])
         is_smooth = differentiate(
-            self.effects, self.values, problem.along, self.column, u, self.sequence.m,
+            self.effects, self.values, problem.along, self.column, begin, self.sequence.m,
             self.section, self.march_room, self.room, result,
         )  # fmt: skip
-        return result if is_smooth and np.isfinite(result).all() else None
+        if not is_smooth or not np.isfinite(result).all():
+            return None
+        if value < self.least:
+            # Steps and Newton's method pass the end of a branch: beyond it the equations go on along their slope.
+            result[X], result[V] = result[[X, V]] + (value - self.least) * result[BY_PARAMETER]
+        return result
 
     def state_at(self, point: Point, section: float) -> NDArray:
         """Return (x, x') of an orbit at another section, marched on from its own."""

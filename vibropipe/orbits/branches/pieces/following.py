@@ -113,6 +113,8 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
         path.events.append(Event("change", "", len(path.points) - 1))
         path.points.append(beyond)
         lengths.append(LARGEST_GAP)
+        if beyond.value in (curve.problem.low, curve.problem.high):
+            path.end = "limit"
     elif _reaches_parent(curve, (middle,), point, NEAR_HALVES):
         path.end = "doubled"
         path.events.append(Event(curve.halves, "doubled", len(path.points) - 1))
@@ -139,7 +141,7 @@ def _beyond(curve: PieceCurve, point: Point) -> Point | None:
     curve.section = float(point.tests[SECTION])
     while gap < LARGEST_GAP:
         u = point.u.copy()
-        u[-1] += way * gap / curve.weights[-1]
+        u[-1] = _nearest_in_range(curve, u[-1] + way * gap / curve.weights[-1])
         other = curve.settle(u)
         is_other = other is not None and other.tests[PIECES] != point.tests[PIECES]
         if other is None or not is_other:
@@ -149,6 +151,11 @@ def _beyond(curve: PieceCurve, point: Point) -> Point | None:
             return other if other.tests[FOLD] * way > 0.0 else other.reversed()
         gap *= 10.0
     return None
+
+
+def _nearest_in_range(curve: PieceCurve, value: float) -> float:
+    """Return the value of the parameter in its range that is closest to one."""
+    return min(max(value, curve.problem.low), curve.problem.high)
 
 
 def _locate_change(curve: PieceCurve, point: Point, new: Point, length: float) -> Change:
@@ -171,20 +178,21 @@ def _pass_change(
     curve: PieceCurve, path: Path, change: Change, lengths: list[float], may_retry: bool
 ) -> bool:
     """Note a change of the pieces at the last point, and go on beyond it; return False if a shorter step should."""
-    before, after, problem = change.before, change.after, curve.problem
-    for limit in (problem.low, problem.high):
-        if (before.value - limit) * (after.value - limit) < 0.0:
-            # Where friction ends, so do turns and sticks.
-            exact = before.u.copy()
-            exact[-1] = limit
-            last = curve.settle(exact)
-            if last is not None and curve.distance(before, last) < SAME_ORBIT:
-                path.points.append(last)
-                lengths.append(CHANGE_LENGTH)
+    before, after = change.before, change.after
+    limit = _nearest_in_range(curve, after.value)
+    if limit != after.value:
+        # The change may lie at the limit, within the length to which it is located.
+        exact = before.u.copy()
+        exact[-1] = limit
+        last = curve.settle(exact)
+        if last is not None and curve.distance(before, last) < SAME_ORBIT:
+            path.points.append(last)
+            lengths.append(CHANGE_LENGTH)
             path.end = "limit"
             return True
     gap = change.length_after - change.length
-    goes_on = gap < LARGEST_GAP and curve.distance(before, after) < SAME_ORBIT + 2.0 * gap
+    is_near = gap < LARGEST_GAP and curve.distance(before, after) < SAME_ORBIT + 2.0 * gap
+    goes_on = is_near and limit == after.value
     if not goes_on and may_retry and change.length > CLOSE_LENGTH:
         # The branch may turn sharply: from the last point, more of it can be seen.
         return False

@@ -110,7 +110,8 @@ def solve_branch_of_pieces(
     n = len(parameters)
     curve = branch.curve
     assert isinstance(curve, PieceCurve)
-    sections = np.array([curve.state_at(point, 0.0) for point in branch.points])
+    begins = [(point, curve.state_at_start(point)) for point in branch.points]
+    sections = np.array([curve.state_at(point, 0.0) if at is None else at for point, at in begins])
     march_room = new_march_room(effects)
     size = CAPACITY * n
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))

@@ -35,6 +35,7 @@ from vibropipe.orbits.branches.steps import (
     FOLD,
     GAP,
     GAP_FLIGHT,
+    GAP_SIDE,
     GAP_TIME,
     MAX_CHANGE,
     MAX_CORRECTIONS,
@@ -43,14 +44,15 @@ from vibropipe.orbits.branches.steps import (
     TESTS,
     TRACE,
 )
-from vibropipe.orbits.sensitivity.pieces.columns import PieceVariations
+from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP
+from vibropipe.orbits.sensitivity.pieces.columns import SAMPLE, PieceVariations
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 
 # Numbers of a point, in place of where the flights of an impact sequence turn: `return_map.LAW`, and the phase of the
-# section in turns.
-PIECES, SECTION = GAP_FLIGHT, GAP_TIME
+# section in turns, and of the one that it should be moved to.
+PIECES, SECTION, BETTER = GAP_FLIGHT, GAP_TIME, GAP_SIDE
 UNKNOWNS = 3
 # Distance of the section from the next event, in forcing periods, below which it is moved to where it is larger by a
 # factor: the section of an orbit bends, or jumps, where an event passes it.
@@ -59,6 +61,14 @@ MIN_MARGIN, GAIN = 0.02, 2.0
 SECTIONS = 64
 # Length of a step that gives the tangent at another section.
 TANGENT_LENGTH = 1e-7
+# Largest residual of a point, in parts of what rounding explains: that of its section and of all pieces, carried to
+# the end of the orbit. Of orbits it is up to 11; where Newton's method alternates next to a grazing, 100 to 1e7.
+MAX_RESIDUAL = 32.0
+# Largest number of corrections of an orbit at another section, and largest share of its equations that is left out in
+# them: at a fold they are singular.
+MAX_CLOSINGS, SINGULAR = 4, 1e-6
+# Derivative of the return map beyond which a point must also be found at phase 0, where its outputs begin.
+STEEP_MAP = 1e3
 # Friction at which the equations of a smaller one, 0 included, are taken. Marches without friction know no turns: what
 # begins the pieces would change where friction ends, and the end of the branch be no place on it. No sum rounds it in.
 LEAST_FRICTION = 1e-100
@@ -160,6 +170,26 @@ class PieceCurve(Curve):
         x, v, _is_marched = returned(self.effects, p, begin, x, v, turns, self.march_room)
         return np.array([x, v])
 
+    def state_at_start(self, point: Point) -> NDArray | None:
+        """Return (x, x') of an orbit at phase 0, corrected where the way there has lost digits; None if there is none.
+
+        A motion that all but grazes a support needs these digits a phase later: it would not return.
+        """
+        begin, own = np.append(self.state_at(point, 0.0), point.value), self.section
+        if point.tests[SECTION] == 0.0:
+            return begin[:2]
+        self.section, is_closed = 0.0, False
+        for _ in range(MAX_CLOSINGS):
+            result = self.differentiate(begin)
+            is_closed = result is not None and self._closes(begin, result)
+            if result is None or is_closed:
+                break
+            equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+            residual = result[[X, V]] - begin[:2]
+            begin[:2] -= np.linalg.lstsq(equations, residual, rcond=SINGULAR)[0]
+        self.section = own
+        return begin[:2] if is_closed else None
+
     def halves_difference(self, point: Point) -> float:
         """Return the weighted difference of an orbit from itself, or its mirror image, half an orbit later."""
         begin = float(point.tests[SECTION])
@@ -175,13 +205,18 @@ class PieceCurve(Curve):
             return "flip"
         return "pitchfork" if self.problem.symmetric else ""
 
+    def better_section(self) -> float:
+        """Return the section that the orbit just differentiated should have: its own, unless an event is close."""
+        result = self.result
+        if not result[MARGIN] < min(MIN_MARGIN, result[BEST_MARGIN] / GAIN):
+            return self.section
+        return round(float(result[BEST]) * SECTIONS) / SECTIONS % self.sequence.m
+
     def recut(self, point: Point) -> Point:
         """Return a point at a section farther from all events, if its own is close to one and another is better."""
-        self.section = float(point.tests[SECTION])
-        result = self.differentiate(point.u)
-        if result is None or not result[MARGIN] < min(MIN_MARGIN, result[BEST_MARGIN] / GAIN):
+        section = float(point.tests[BETTER])
+        if section == point.tests[SECTION]:
             return point
-        section = round(float(result[BEST]) * SECTIONS) / SECTIONS % self.sequence.m
         ahead = self.advance(point, TANGENT_LENGTH)
         if ahead is None:
             return point
@@ -201,10 +236,13 @@ class PieceCurve(Curve):
     def _correct(self, u: NDArray, border: NDArray, target: float) -> NDArray | None:
         """Correct u, in place, to the orbit in the plane border . u = target; return the last system of equations."""
         previous, law, matrix = math.inf, math.nan, np.empty((UNKNOWNS, UNKNOWNS))
-        for _ in range(MAX_CORRECTIONS):
+        is_done = False
+        for _ in range(MAX_CORRECTIONS + 1):
             result = self.differentiate(u)
             if result is None:
                 return None
+            if is_done:
+                return matrix if self._closes(u, result) else None
             matrix[:2, :2] = result[BY_SECTION].reshape(2, 2) - np.eye(2)
             matrix[:2, 2], matrix[2] = result[BY_PARAMETER], border
             residual = np.array([result[X] - u[0], result[V] - u[1], border @ u - target])
@@ -218,10 +256,17 @@ class PieceCurve(Curve):
             u -= step
             # Next to a change of the pieces, iterates may alternate between both sides: that is no rounding.
             stalls = change <= STALLED and change >= 0.8 * previous and result[LAW] == law
-            if change <= CONVERGED or stalls:
-                return matrix
+            is_done = change <= CONVERGED or stalls
             previous, law = change, result[LAW]
         return None
+
+    def _closes(self, u: NDArray, result: NDArray) -> bool:
+        """Return whether the return map at u, just differentiated, is u but for rounding."""
+        carried = np.abs(self.room.ends[:, SAMPLE : SAMPLE + SAMPLES]).max(axis=1)
+        section = ULP * (np.abs(result[BY_SECTION].reshape(2, 2)) + np.eye(2)) @ np.abs(u[:2])
+        bound = MAX_RESIDUAL * float(((carried + section) * self.weights[:2]).max())
+        residual = float((np.abs(result[[X, V]] - u[:2]) * self.weights[:2]).max())
+        return residual <= bound
 
     def _point(self, u: NDArray, matrix: NDArray) -> Point | None:
         """Return a corrected point with its tangent, which points along the border, and its test functions."""
@@ -243,4 +288,7 @@ class PieceCurve(Curve):
         tests[TRACE], tests[DETERMINANT] = trace, determinant
         tests[CROSSING] = np.linalg.det(bordered)
         tests[PIECES], tests[SECTION] = self.result[LAW], self.section
-        return Point(u, tangent, tests)
+        tests[BETTER] = self.better_section()
+        point = Point(u, tangent, tests)
+        is_steep = np.abs(matrix[:2, :2]).max() > STEEP_MAP
+        return None if is_steep and self.state_at_start(point) is None else point

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import Event
-from vibropipe.orbits.branches.pieces.curve import PIECES, SECTION, PieceCurve
+from vibropipe.orbits.branches.pieces.curve import BETTER, PIECES, SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.return_map import BY_PARAMETER, BY_SECTION, LAW
 from vibropipe.orbits.branches.steps import CROSSING, DOUBLING, FOLD
 from vibropipe.orbits.branches.switching import DOUBLED_LENGTH, Branch, Seed
@@ -85,4 +85,7 @@ def _start(curve: PieceCurve, point: Point, tangent: np.ndarray, law: float) -> 
     tests = point.tests.copy()
     tests[FOLD] = tests[DOUBLING] = tests[CROSSING] = 0.0
     tests[PIECES] = law
+    curve.section = float(tests[SECTION])
+    is_known = curve.differentiate(point.u) is not None
+    tests[BETTER] = curve.better_section() if is_known else curve.section
     return Point(point.u, tangent / np.linalg.norm(tangent * curve.weights), tests)

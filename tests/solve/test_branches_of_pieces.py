@@ -143,6 +143,22 @@ def test_a_branch_turns_at_folds_and_loses_its_stability(branches):
         assert beside[0] == -beside[1]
 
 
+def test_a_branch_turns_back_where_other_pieces_lead_back():
+    """At a contact that begins in a stick, the orbits with one more impact lead back to a fold, and then on."""
+    branch = vp.branch(FORCED_TWICE, "h1", (0.0, 30.0), harmonics=1)
+    assert branch.h1.values[[0, -1]].tolist() == [0.0, 30.0]
+    assert (branch.end_reason.values == BranchEnd.GOES_ON).all()
+    fold = branch.bifurcation_h1.values[kinds(branch).index("FOLD")]
+    turns = np.flatnonzero(np.diff(branch.h1.values) < 0.0)
+    assert branch.h1.values[turns[0]] - fold == pytest.approx(8.0e-6, rel=0.01)
+    assert branch.impacts_per_orbit.values[turns[[0, -1]]].tolist() == [[1, 1], [2, 1]]
+    beyond = int(np.flatnonzero(branch.h1.values > 8.6)[0])
+    x, v = float(branch.displacement_strobe[beyond]), float(branch.velocity_strobe[beyond])
+    steady = vp.steady_state(replace(FORCED_TWICE, h1=float(branch.h1[beyond])), x0=x, v0=v)
+    assert float(steady.displacement_strobe) == pytest.approx(x, abs=1e-9)
+    assert steady.impacts_per_orbit.values.tolist() == [2, 1]
+
+
 def test_a_branch_goes_through_first_contacts_with_soft_supports(branches):
     """Before the first contact it is the motion in closed form, which ends where its amplitude is l."""
     branch = branches["symmetric"]

@@ -159,6 +159,18 @@ class PieceCurve(Curve):
             result[X], result[V] = result[[X, V]] + (value - self.least) * result[BY_PARAMETER]
         return result
 
+    def tangent_at(self, u: NDArray) -> NDArray | None:
+        """Return the unit tangent, up the parameter, of the zeros of the equations at u; None if there is none."""
+        result = self.differentiate(u)
+        if result is None:
+            return None
+        equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+        try:
+            tangent = np.append(np.linalg.solve(equations, -result[BY_PARAMETER]), 1.0)
+        except np.linalg.LinAlgError:
+            return None
+        return tangent / np.linalg.norm(tangent * self.weights)
+
     def state_at(self, point: Point, section: float) -> NDArray:
         """Return (x, x') of an orbit at another section, marched on from its own."""
         x, v, value = point.u.tolist()

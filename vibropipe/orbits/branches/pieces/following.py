@@ -38,6 +38,9 @@ SHARP_LENGTH, SHARP_COSINE, MAX_CRAWLED = 1e-6, 0.5, 100
 MAX_EVENTS = 200
 # Length ahead of a point from which no step succeeds at which its pieces are looked at.
 AHEAD = 1e-8
+# Lengths along the branch of the pieces ahead at which its first orbit is sought, and how many of the last points it
+# must not lie on.
+TURN_LENGTHS, RECENT = (1e-9, 1e-8, 1e-7, 1e-6), 4
 # Largest length over a change without points.
 LARGEST_GAP = 1e-4
 # Largest change of the orbit over that of the parameter beyond it.
@@ -115,6 +118,12 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
         lengths.append(LARGEST_GAP)
         if beyond.value in (curve.problem.low, curve.problem.high):
             path.end = "limit"
+        return
+    turned = _turned(curve, path)
+    if turned is not None:
+        path.events.append(Event("change", "", len(path.points) - 1))
+        path.points.append(turned)
+        lengths.append(LARGEST_GAP)
     elif _reaches_parent(curve, (middle,), point, NEAR_HALVES):
         path.end = "doubled"
         path.events.append(Event(curve.halves, "doubled", len(path.points) - 1))
@@ -151,6 +160,38 @@ def _beyond(curve: PieceCurve, point: Point) -> Point | None:
             return other if other.tests[FOLD] * way > 0.0 else other.reversed()
         gap *= 10.0
     return None
+
+
+def _turned(curve: PieceCurve, path: Path) -> Point | None:
+    """Return the first orbit with the pieces just ahead of the last point, whichever way it leads; None if none.
+
+    Its branch may lead back along the parameter, or at an angle at which steps along the old one miss it: it is sought
+    along its own tangent, that of the equations ahead.
+    """
+    point = path.points[-1]
+    curve.section = float(point.tests[SECTION])
+    tangent = curve.tangent_at(point.u + AHEAD * point.tangent)
+    if tangent is None or curve.result[LAW] == point.tests[PIECES]:
+        return None
+    start = Point(point.u, tangent, point.tests)
+    for length in TURN_LENGTHS:
+        for side in (start, start.reversed()):
+            other = curve.advance(side, length)
+            if other is None or other.tests[PIECES] == point.tests[PIECES]:
+                continue
+            is_near = curve.distance(point, other) < SAME_ORBIT + 2.0 * length
+            is_in_range = _nearest_in_range(curve, other.value) == other.value
+            if is_near and is_in_range and not _is_behind(curve, path, other):
+                return other
+    return None
+
+
+def _is_behind(curve: PieceCurve, path: Path, other: Point) -> bool:
+    """Return whether an orbit lies next to one of the last points but one, from which the path has come."""
+    return any(
+        before.tests[PIECES] == other.tests[PIECES] and curve.distance(before, other) < LARGEST_GAP
+        for before in path.points[-RECENT:-1]
+    )
 
 
 def _nearest_in_range(curve: PieceCurve, value: float) -> float:
@@ -196,6 +237,10 @@ def _pass_change(
     if not goes_on and may_retry and change.length > CLOSE_LENGTH:
         # The branch may turn sharply: from the last point, more of it can be seen.
         return False
+    if not goes_on:
+        turned = _turned(curve, path)
+        if turned is not None:
+            after, gap, goes_on = turned, max(TURN_LENGTHS), True
     path.events.append(Event("change", "" if goes_on else "gap", len(path.points) - 1))
     if goes_on:
         path.points.append(after)

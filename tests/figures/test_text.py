@@ -64,6 +64,8 @@ def test_parameters_that_are_swept_are_not_in_the_line():
 def test_parameters_stand_in_as_few_lines_as_fit():
     dataset = sweep()
     assert "\n" not in parameter_line(dataset)
+    soft = dataset.assign_coords(k1=200.0, k2=200.0, h1=3.191, h2=3.191, delta=0.01)
+    assert "\n" not in parameter_line(soft)
     units = {
         "m": "kg",
         "C": "N/m",

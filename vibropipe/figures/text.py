@@ -47,7 +47,9 @@ NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
 NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
-LINE_LETTERS = 112  # of a line of parameters across a figure: 15.6 cm, at the fewest letters in a centimetre, 7.2
+LINE_DIGITS = (
+    95  # width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm
+)
 # Plain symbols of quantities of a physical dataset that have another name than without units.
 PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
@@ -233,8 +235,8 @@ def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
 
 
 def in_lines(parts: list[str]) -> str:
-    """Join texts by commas, in as few lines of at most LINE_LETTERS letters as they need, all about as long."""
-    ends = np.cumsum([n_letters(part) + 3 for part in parts])
+    """Join texts by commas, in as few lines of at most LINE_DIGITS as they need, all about as long."""
+    ends = np.cumsum([width_in_digits(f"{part},  ") for part in parts])
     for amount in range(1, len(parts) + 1):
         middles = ends - np.diff(ends, prepend=0) / 2
         line_of = (amount * middles / ends[-1]).astype(int)
@@ -242,14 +244,17 @@ def in_lines(parts: list[str]) -> str:
             ",  ".join(part for part, n in zip(parts, line_of, strict=True) if n == line)
             for line in dict.fromkeys(line_of.tolist())
         ]
-        if max(map(n_letters, lines)) <= LINE_LETTERS:
+        if max(map(width_in_digits, lines)) <= LINE_DIGITS:
             break
     return ",\n".join(lines) if parts else ""
 
 
-def n_letters(text: str) -> int:
-    """Return the number of letters that a mathtext shows."""
-    return len(re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text)))
+def width_in_digits(text: str) -> float:
+    """Return about how wide a mathtext is, in digits: spaces and points are narrow, capitals and signs are wide."""
+    shown = re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text))
+    narrow = sum(letter in " ,.·/" for letter in shown)
+    wide = sum(letter.isupper() or letter in "=−" for letter in shown)
+    return len(shown) - 0.5 * narrow + 0.4 * wide
 
 
 def mathtext(value: float | str, digits: int = 4) -> str:

@@ -265,6 +265,8 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
     rubbing = dataset.assign(orbit_energy_friction=0.1, orbit_energy_damping=0.123)
     bars = [(text, value) for text, _, value in energy_terms(rubbing, "orbit_energy")]
     assert bars[-1] == ("friction", -0.1)
+    soft = energy_terms(dataset.assign(orbit_energy_friction=0.0), "orbit_energy")
+    assert "friction" not in [text for text, _, _ in soft]
     assert sum(value for _, value in bars) == pytest.approx(0.0, abs=1e-12)
     both = rubbing.assign(
         {f"energy_{name}": 4.02e-7 for name in ("input", "damping", "change", "friction")}

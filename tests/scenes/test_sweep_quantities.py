@@ -78,6 +78,8 @@ def test_panels_follow_show_and_the_data():
     assert [p.series[0].name for p in panels_of(dataset, ["impact_velocity_max", "energy_input"])] == [
         "impact_velocity_max", "impact_velocity_max",
     ]  # fmt: skip
+    soft = dataset.assign(energy_friction=0 * dataset["displacement_mean"])
+    assert panels_of(soft, ["energy_friction"]) == []
     assert len(panels_of(dataset, joined=True)) == 3
     assert len(panels_of(dataset)) == 6
 

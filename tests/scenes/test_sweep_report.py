@@ -121,6 +121,8 @@ def test_regimes_along_each_line_and_energies_are_tables():
         "work of the force", "loss by damping", "loss at impacts", "loss by friction",
     ]  # fmt: skip
     assert [row[4] for row in tables[2].rows] == ["0.025 … 0.05", "–"]
+    for without in (energy, energy.assign(energy_friction=0 * energy["energy_input"])):
+        assert len(sections({"response": line.merge(without)})[0].tables[2].head) == 4
     tables = sections({"response": line.merge(energy)})[0].tables
     assert tables[1].rows[0][:3] == ["response", "–", "ν"]
     assert tables[1].rows[0][3].startswith("no impact (0.5 … 0.8); two-sided (0.9 … 1.1); ")

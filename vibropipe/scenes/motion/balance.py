@@ -43,6 +43,8 @@ def energy_terms(dataset: xr.Dataset, form: str) -> list[tuple[str, xr.DataArray
         if full not in dataset:
             continue
         array = dataset[full]
+        if name == "friction" and not np.nan_to_num(array).any():
+            continue  # stored with soft supports too
         if array.ndim == 0:
             terms.append((TEXTS[name], array, sign * float(array)))
             continue

@@ -157,7 +157,7 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
     """
     panels = []
     for name in dict.fromkeys(show or DEFAULT_SHOW):
-        if name not in dataset:
+        if not is_shown(dataset, name):
             continue
         series = series_of(dataset, name)
         if joined:
@@ -170,6 +170,12 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
             for each in series
         ]
     return panels
+
+
+def is_shown(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether a dataset has a quantity; a loss by friction of 0 in all rows is none, as with soft supports."""
+    is_loss = name == "energy_friction"
+    return name in dataset and not (is_loss and not np.nan_to_num(dataset[name].values).any())
 
 
 def short_label(dataset: xr.Dataset, series: Series) -> str:

@@ -18,6 +18,7 @@ from vibropipe.scenes.sweep.findings import (
     n_lines,
     runs_text,
 )
+from vibropipe.scenes.sweep.quantities import is_shown
 from vibropipe.words.regimes import Regime
 
 CAPTION = (
@@ -94,7 +95,9 @@ def energy_tables(sweeps: Datasets) -> list[Table]:
     """Return the table of energies of the sweeps whose outputs include them; friction only where there is any."""
     stored = {name: data for name, data in sweeps.items() if "energy_input" in data}
     heads = {
-        key: text for key, text in ENERGIES.items() if any(key in data for data in stored.values())
+        key: text
+        for key, text in ENERGIES.items()
+        if any(is_shown(data, key) for data in stored.values())
     }
     rows = [
         [breakable(name), *(energy_text(data, key) for key in heads)]
@@ -105,7 +108,7 @@ def energy_tables(sweeps: Datasets) -> list[Table]:
 
 def energy_text(dataset: xr.Dataset, name: str) -> str:
     """Write the range of an energy; that of impacts is the sum over both supports."""
-    if name not in dataset:
+    if not is_shown(dataset, name):
         return DASH
     energy = dataset[name].where(dataset["regime"] < Regime.APERIODIC)
     values = (

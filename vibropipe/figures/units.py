@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, split_suffix
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Prefixes that are tried for a unit, the largest first, with the factor from the stored unit.
 PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {

@@ -133,8 +133,8 @@ def test_forces_of_soft_supports_stand_in_the_table(datasets):
     )
     (table,) = steady_tables({"rigid": datasets["symmetric"], "soft": soft})
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["force_1"] == ["–", "12.5"]
-    assert rows["contact_1"] == ["–", "0.25"]
+    assert rows["force, support 1"] == ["–", "12.5"]
+    assert rows["contact, support 1"] == ["–", "0.25"]
     assert "force_2" not in rows
     assert "largest force of each soft support" in table.caption
     (table,) = steady_tables({"rigid": datasets["symmetric"]})

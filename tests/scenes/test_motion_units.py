@@ -12,6 +12,7 @@ from figures.sample_datasets import motion
 import vibropipe as vp
 from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
+from vibropipe.scenes.motion.balance import draw_energy
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion, rest_text
 from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.motion.panels import window
@@ -61,3 +62,11 @@ def test_the_caption_has_the_span_that_is_drawn(shown):
 def test_the_length_of_a_rest_has_its_unit():
     shown = display_units({"motion": vp.to_physical(motion(rest=True), M, C)})["motion"]
     assert rest_text(shown, is_shaded=False) == "The mass rests on a support once, for up to 25 ms"
+
+
+def test_the_unit_of_energies_stands_in_brackets():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+    energies = vp.to_physical(vp.simulate(exciter, 20.0, energy=True), M, C)
+    with house_style():
+        figure = draw_energy(display_units({"motion": energies})["motion"])
+    assert figure.axes[0].get_ylabel() == "energy (J)"

@@ -12,6 +12,7 @@ from vibropipe.figures.style import BLACK, GREY, SKY, SMALL_FONT_SIZE, YELLOW, l
 from vibropipe.figures.text import (
     axis_label,
     format_number,
+    in_brackets,
     mathtext,
     parameter_line,
     sentences,
@@ -69,7 +70,7 @@ def draw_energy(dataset: xr.Dataset) -> Figure:
         draw_bars(ax, bars)
         ax.set_title(FORMS[form])
     for ax in axes[::columns]:
-        ax.set_ylabel(with_units(terms[0][0][1], "energy"))
+        ax.set_ylabel(in_brackets("energy", terms[0][0][1]))
     figure.suptitle(parameter_line(dataset))
     return figure
 

@@ -99,7 +99,9 @@ def contact_rows(scenes: Sequence[xr.Dataset]) -> list[list[str]]:
             ]
             if np.isfinite(values).any():
                 cells = [DASH if math.isnan(v) else format_number(v, DIGITS) for v in values]
-                rows.append([with_unit(f"{text}_{support}", with_contacts[0], name), *cells])
+                rows.append(
+                    [with_unit(f"{text}, support {support}", with_contacts[0], name), *cells]
+                )
     return rows
 
 

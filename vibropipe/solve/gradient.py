@@ -11,7 +11,6 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.named import Named
 from vibropipe.solve.points import Points, clipped
 from vibropipe.solve.sensitivity import differentiated
-from vibropipe.words.contacts import OF_SOFT
 
 # Steps of central differences over the size of a parameter: orbits are known to some 1e-13, and the error of a
 # difference is least near the cube root.
@@ -90,12 +89,10 @@ def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int])
             parameter = Parameters._fields[column]
             if name.is_parameter:
                 slopes[:, row, k] = float(name.variable == parameter)
-            elif name.variable in OF_SOFT:
-                continue
-            elif parameter in differentiable and not name.is_of_law:
-                slopes[:, row, k] = name.slopes(points.variables, differentiable.index(parameter))
             elif name.is_of_law:
                 slopes[:, row, k] = 0.0
+            elif parameter in differentiable and name.has_slopes(points.variables):
+                slopes[:, row, k] = name.slopes(points.variables, differentiable.index(parameter))
     return slopes
 
 

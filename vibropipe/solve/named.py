@@ -98,18 +98,18 @@ class Named(NamedTuple):
         """Return the quantity that a derived one is derived from."""
         return self._replace(derived="", parameter="")
 
-    def is_absent(self, variables: Variables) -> bool:
-        """Return whether it is the loss by friction, which rows have only if one of them has friction."""
-        return self.variable == "energy_friction" and self.variable not in variables
+    def has_slopes(self, variables: Variables) -> bool:
+        """Return whether rows have its derivatives, which contacts and effects that no row has are without."""
+        return self.variable + SENSITIVITY_SUFFIX in variables
 
     def values(self, variables: Variables, parameters: np.ndarray) -> np.ndarray:
         """Return its values (rows,) from labelled rows and their parameters (rows, n)."""
         if self.is_parameter:
             return parameters[:, Parameters._fields.index(self.variable)]
-        if self.is_absent(variables):
-            return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
-        if self.variable in OF_SOFT and self.variable not in variables:
+        if self.variable not in variables and self.variable in OF_SOFT:
             return np.full(len(parameters), np.nan)  # all supports are rigid
+        if self.variable not in variables and self.variable == "energy_friction":
+            return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real
@@ -117,8 +117,6 @@ class Named(NamedTuple):
 
     def slopes(self, variables: Variables, parameter: int) -> np.ndarray:
         """Return its derivatives (rows,) by one of the parameters of the output `sensitivity`."""
-        if self.is_absent(variables):
-            return np.full(len(variables["energy_input"][1]), np.nan)
         slopes = variables[self.variable + SENSITIVITY_SUFFIX][1][..., parameter]
         column = slopes if self.number is None else slopes[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real

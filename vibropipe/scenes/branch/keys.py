@@ -9,16 +9,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.effects import all_effects, effect_names, effects_of, has_soft_support
+from vibropipe.physics.effects import all_effects, effect_names, effects_of
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import Check, check_changes
+from vibropipe.scenes.keys.checks import Check, check_changes, check_shown
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
-from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 Switch = Literal["flip", "pitchfork", "grazing"]
@@ -187,17 +186,12 @@ def _at(scene: BranchScene) -> Iterator[Problem]:
             yield Problem(("at",), "", must="must have values between the ends of `along`")
 
 
-def _shown(scene: BranchScene) -> Iterator[Problem]:
-    """Check that contacts are shown only where a support is soft."""
-    for name in scene.figure.show:
-        if name in OF_SOFT and not has_soft_support(scene.values()):
-            must = f"must leave out {name} unless a support is soft"
-            yield Problem(("figure", "show"), repr(str(name)), must=must)
-
-
 CHECKS = (
     Check((("along",), ("over",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
-    Check((("along",), ("over",), ("exciter",), ("figure", "show")), _shown),
+    Check(
+        (("along",), ("over",), ("exciter",), ("figure", "show")),
+        lambda scene: check_shown(scene.figure.show, scene.values()),
+    ),
 )

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import all_effects, has_soft_support, occurs
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
@@ -27,6 +27,7 @@ from vibropipe.scenes.keys.problems import (
 )
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import check_soft
+from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import PARAMETERS
 
 EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
@@ -41,6 +42,19 @@ class Check(NamedTuple):
 
     reads: tuple[KeyPath, ...]
     problems: Callable[[Any], Iterator[Problem]]
+
+
+def check_shown(show: Collection[str], values: Mapping[str, Any]) -> Iterator[Problem]:
+    """Check that pictures show quantities of an effect only where parameters, with all their values, have it."""
+    for name in show:
+        if name == "energy_friction" and not occurs(values.get("friction", 0.0)):
+            effect = "friction is above 0"
+        elif name in OF_SOFT and not has_soft_support(values):
+            effect = "a support is soft"
+        else:
+            continue
+        must = f"must leave out {name} unless {effect}"
+        yield Problem(("figure", "show"), repr(str(name)), must=must)
 
 
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:

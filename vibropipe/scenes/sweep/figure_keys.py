@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.effects import has_soft_support
 from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.checks import check_shown
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NameRule
@@ -83,16 +82,9 @@ class SweepFigure(FigureOptions):
     )
 
 
-def has_friction(scene: SweepScene) -> bool:
-    """Return whether some row of a sweep has friction."""
-    values: dict[str, Any] = {**scene.resolved_exciter(), **scene.over_arrays()}
-    return bool(np.any(values.get("friction", 0.0)))
-
-
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
-    values = {**scene.resolved_exciter(), **scene.over_arrays()}
     if "map" in pictures and len(scene.over) < 2:
         must = "must leave out map unless two or more parameters are swept"
         yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
@@ -107,15 +99,11 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
         if needed and not outputs & set(needed):
             must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
             yield Problem(("figure", "pictures"), repr(picture), must=must)
+    values = {**scene.resolved_exciter(), **scene.over_arrays()}
+    yield from check_shown(scene.figure.show, values)
     for name in scene.figure.show:
         if name in POINTS and "bifurcation" not in pictures:
             must = f"must leave out {name} unless pictures have bifurcation"
-            yield Problem(("figure", "show"), repr(str(name)), must=must)
-        if name == "energy_friction" and not has_friction(scene):
-            must = f"must leave out {name} unless friction is above 0"
-            yield Problem(("figure", "show"), repr(str(name)), must=must)
-        if name in OF_SOFT and not has_soft_support(values):
-            must = f"must leave out {name} unless a support is soft"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
         for start, needed in QUANTITY_NEEDS.items():
             if name.startswith(start) and not outputs & set(needed):

@@ -21,8 +21,7 @@ HOW_TO_RESUME = (
 ERROR = "vibropipe: "
 # Limits of the lists: paths of missing files, and names of scenes (beyond it their number is printed).
 MAX_LISTED, MAX_SCENES_LISTED = 20, 4
-
-
+# What is said of a scene whose results are still there.
 LEFT_OVER = "no longer in the study"
 
 

@@ -17,10 +17,14 @@ from vibropipe.jobs.verify import verify
 from vibropipe.store import summary
 from vibropipe.study import Study, load_study
 
-UNITS = """
+HEAD = """
 title: With units
 physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}
 exciter: {R1: 0.7, R2: 0.6}
+"""
+UNITS = (
+    HEAD
+    + """\
 scenes:
   sweep:
     kind: sweep
@@ -33,6 +37,7 @@ scenes:
     outputs: [motion, impacts, harmonics, stability, energy]
   free: {kind: backbone, amplitude: [1 mm, 8 mm, 20 mm]}
 """
+)
 M, C = 2.0, 8000.0
 P = math.sqrt(C / M)
 SHARDS = 2
@@ -159,10 +164,9 @@ def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:
     assert vp.load(tmp_path / "s.nc")["nu"].attrs["units"] == "1"
 
 
-PLANS = """
-title: With units
-physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, l: 8 mm, F: 120 N, omega: 55 rad/s}
-exciter: {R1: 0.7, R2: 0.6}
+PLANS = (
+    HEAD
+    + """\
 scenes:
   sweep:
     kind: sweep
@@ -173,6 +177,7 @@ scenes:
   laws: {kind: branch, along: {omega: {from: 50 rad/s, to: [20 rad/s]}}, over: {delta: [0, 1 mm]}}
   wanted: {kind: design, vary: {omega: [40 rad/s, 90 rad/s], R1: [0.5, 0.9]}, target: {period_multiple: 1}}
 """
+)
 
 
 def test_plans_have_the_names_and_values_of_the_study(tmp_path):

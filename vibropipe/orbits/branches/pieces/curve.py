@@ -24,6 +24,7 @@ from vibropipe.orbits.branches.pieces.return_map import (
     V,
     X,
     differentiate,
+    fixed_point_jacobian,
     returned,
 )
 from vibropipe.orbits.branches.sequence import Sequence, parameters_at
@@ -71,7 +72,7 @@ MAX_CLOSINGS, SINGULAR = 4, 1e-6
 STEEP_MAP = 1e3
 # Friction at which the equations of a smaller one, 0 included, are taken. Marches without friction know no turns: what
 # begins the pieces would change where friction ends, and the end of the branch be no place on it. No sum rounds it in.
-LEAST_FRICTION = 1e-100
+MIN_FRICTION = 1e-100
 
 
 class PieceCurve(Curve):
@@ -108,7 +109,7 @@ class PieceCurve(Curve):
         self.values = problem.values.reshape(1, -1).copy()
         name = Parameters._fields[problem.along]
         self.column = ALL_DIFFERENTIATED.index(name)
-        self.least = LEAST_FRICTION if name == "friction" else -math.inf
+        self.least = MIN_FRICTION if name == "friction" else -math.inf
         self.section, self.result = 0.0, np.empty(N_RESULTS)
 
     def of_multiple(self, m: int) -> PieceCurve:
@@ -164,7 +165,7 @@ class PieceCurve(Curve):
         result = self.differentiate(u)
         if result is None:
             return None
-        equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+        equations = fixed_point_jacobian(result)
         try:
             tangent = np.append(np.linalg.solve(equations, -result[BY_PARAMETER]), 1.0)
         except np.linalg.LinAlgError:
@@ -196,7 +197,7 @@ class PieceCurve(Curve):
             is_closed = result is not None and self._closes(begin, result)
             if result is None or is_closed:
                 break
-            equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+            equations = fixed_point_jacobian(result)
             residual = result[[X, V]] - begin[:2]
             begin[:2] -= np.linalg.lstsq(equations, residual, rcond=SINGULAR)[0]
         self.section = own
@@ -255,7 +256,7 @@ class PieceCurve(Curve):
                 return None
             if is_done:
                 return matrix if self._closes(u, result) else None
-            matrix[:2, :2] = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+            matrix[:2, :2] = fixed_point_jacobian(result)
             matrix[:2, 2], matrix[2] = result[BY_PARAMETER], border
             residual = np.array([result[X] - u[0], result[V] - u[1], border @ u - target])
             try:

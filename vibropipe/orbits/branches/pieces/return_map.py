@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import AT, BEGIN, CAUSE, HOME, PIECES, W_END, Y_END
 from vibropipe.orbits.branches.sequence import parameters_at
@@ -108,3 +110,9 @@ def differentiate(e, values, along, column, u, m, section, march_room, room, res
     result[8] = law_of_orbit(pieces)
     fill_margins(p, pieces, m, result)
     return True
+
+
+def fixed_point_jacobian(result: np.ndarray) -> np.ndarray:
+    """Return the derivative (2, 2) of the return map minus identity, from what `differentiate` fills."""
+    jacobian: np.ndarray = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+    return jacobian

@@ -7,7 +7,12 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import Event
 from vibropipe.orbits.branches.pieces.curve import BETTER, PIECES, SECTION, PieceCurve
-from vibropipe.orbits.branches.pieces.return_map import BY_PARAMETER, BY_SECTION, LAW
+from vibropipe.orbits.branches.pieces.return_map import (
+    BY_PARAMETER,
+    BY_SECTION,
+    LAW,
+    fixed_point_jacobian,
+)
 from vibropipe.orbits.branches.steps import CROSSING, DOUBLING, FOLD
 from vibropipe.orbits.branches.switching import DOUBLED_LENGTH, Branch, Seed
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
@@ -74,7 +79,7 @@ def _along_parent(parent: PieceCurve, point: Point) -> Point | None:
     result = parent.differentiate(point.u)
     if result is None:
         return None
-    equations = result[BY_SECTION].reshape(2, 2) - np.eye(2)
+    equations = fixed_point_jacobian(result)
     # At a pitchfork the equations are singular: of all solutions, the least one.
     section = np.linalg.lstsq(equations, -result[BY_PARAMETER], rcond=1e-6)[0]
     return _start(parent, point, np.append(section, 1.0), float(result[LAW]))

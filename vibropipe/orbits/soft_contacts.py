@@ -23,7 +23,7 @@ from vibropipe.physics.stiffness import is_soft
 # Columns of a contact, those of `PieceLog.leaves`: velocity after it, duration, largest force, largest depth.
 CONTACT_COLUMNS = 4
 # Forcing periods after which a contact counts as endless.
-LONGEST = 256
+MAX_CONTACT_PERIODS = 256
 
 
 @jit
@@ -46,7 +46,7 @@ def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> 
     """
     log, c, _grid_room = march_room
     state = piece_state(e, p, grid, grid_time(position, grid.steps), home, 0.0, -abs(velocity))
-    last = state.period + LONGEST
+    last = state.period + MAX_CONTACT_PERIODS
     while state.period < last:
         clear_log(log)
         period, step, theta = next_instant(grid, state, 1.0)

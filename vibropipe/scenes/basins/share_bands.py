@@ -33,7 +33,7 @@ HEIGHT_CM, LEGEND_CM = 13.0, 0.5
 # Attractors that the legend lists: those with the largest shares.
 MAX_LISTED = 10
 # Share of the height and of the values that a band needs for its number.
-LEAST_HEIGHT = 0.07
+MIN_HEIGHT = 0.07
 # Marks of an attractor along its curve.
 MARKS = 6
 CHANGE_STYLE: dict[str, Any] = {
@@ -155,7 +155,7 @@ def write_number(
     ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, index: int
 ) -> None:
     """Write the number of an attractor where its band is high, in the middle of the widest such place."""
-    high = top - bottom > LEAST_HEIGHT
+    high = top - bottom > MIN_HEIGHT
     if not high.any():
         return
     tall = top - bottom >= 0.8 * (top - bottom).max()

@@ -40,7 +40,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.words.vocabulary import quantity
 
-PANEL_HEIGHT_CM, LEAST_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
+PANEL_HEIGHT_CM, MIN_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
 # The first ones differ most in lightness; dots are for unstable motions, so that lines cannot be dashed.
 COLOURS = (BLACK, BLUE, ORANGE, VERMILLION, SKY, GREEN, PURPLE)
@@ -167,7 +167,7 @@ def draw_branches(
         Backbone over amplitude, drawn under the branches.
     """
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
-    figure = new_figure(MARGINS_CM + max(PANEL_HEIGHT_CM * len(panels), LEAST_HEIGHT_CM))
+    figure = new_figure(MARGINS_CM + max(PANEL_HEIGHT_CM * len(panels), MIN_HEIGHT_CM))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     pieces = list(pieces_of(dataset))
     colours = colours_of(dataset, pieces)

@@ -19,7 +19,7 @@ from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
 
 MAX_LAWS = 12  # laws with a look of their own; further ones of a regime share one
-FEWEST = 0.002  # share of the rows that a law needs for a look of its own
+MIN_SHARE = 0.002  # share of the rows that a law needs for a look of its own
 CODE = 1 << 20  # above any number of impacts or of periods that is told apart
 OTHER = -1  # of m, in the law of all further orbits of a regime
 # Of the laws of a regime after the first: towards white (> 0) or black (< 0), and hatch.
@@ -82,7 +82,7 @@ def laws_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Law]]:
     for rank, index in enumerate(order):
         regime_code, periods, first_hits, second_hits = map(int, keys[first[index]])
         law = Law(regime_code, periods, first_hits, second_hits)
-        has_look = rank < MAX_LAWS and amounts[index] >= FEWEST * regime.size
+        has_look = rank < MAX_LAWS and amounts[index] >= MIN_SHARE * regime.size
         if law.m > 0 and not has_look and _is_divided(law, laws):
             law = Law(law.regime, OTHER, 0, 0)
         number[index] = laws.setdefault(law, len(laws))

@@ -132,7 +132,9 @@ def test_ratios_are_those_of_the_bytes(measured):
 @pytest.mark.benchmark
 def test_closed_forms_are_used_where_they_exist(rows_too):
     assert float(rows_too.time_ratio.sel(motion="free", kernel="all")) < 0.5
-    assert float(rows_too.time_ratio.sel(motion="quiet", kernel="all")) < 0.5
+    # A row is in closed form by every kernel; the one of all effects is marched.
+    assert 0.5 < float(rows_too.time_ratio.sel(motion="quiet", kernel="all")) < 2
+    assert float(rows_too.time_ratio.sel(motion="quiet", kernel="full")) < 0.5
     assert 0.5 < float(rows_too.time_ratio.sel(motion="plain", kernel="all")) < 2
 
 

@@ -88,7 +88,8 @@ def functions() -> dict[str, Any]:
 
 def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
     for needed in (
-        "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive", "march.loop.march",
+        "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive",
+        "march.loop.march_repeatedly",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
         "orbits.branches.steps.advance", "orbits.branches.steps.settle_at", "orbits.branches.rows.write_points",

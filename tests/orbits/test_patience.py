@@ -11,11 +11,11 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.log import IMPACTS, new_log
+from vibropipe.march.log import IMPACTS, clear_log, new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.growth import contraction, count_on_support_1, period_jacobian
 from vibropipe.orbits.recurrence import HISTORY_OFFSET, lies_on_orbit
-from vibropipe.orbits.return_map import at_period_zero, clear_log, march_periods, state_xv
+from vibropipe.orbits.return_map import at_period_zero, march_periods, state_xv
 from vibropipe.orbits.verdict import APERIODIC, DRIFTING, next_limit
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters

@@ -8,15 +8,10 @@ import numpy as np
 import pytest
 
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.log import RESTS, new_log
+from vibropipe.march.log import RESTS, clear_log, new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.growth import period_jacobian, perturbation_growth
-from vibropipe.orbits.return_map import (
-    at_period_zero,
-    clear_log,
-    march_periods,
-    return_map_jacobian,
-)
+from vibropipe.orbits.return_map import at_period_zero, march_periods, return_map_jacobian
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.log import new_log
+from vibropipe.march.log import clear_log, new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.outputs import count_contacts, regime_of
 from vibropipe.orbits.recurrence import MAX_LONG_MULTIPLE
-from vibropipe.orbits.return_map import at_period_zero, clear_log, march_periods, state_xv
+from vibropipe.orbits.return_map import at_period_zero, march_periods, state_xv
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE

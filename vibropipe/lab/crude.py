@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import force_at_step
-from vibropipe.march.log import STEPS, log_impact
+from vibropipe.march.log import STEPS, clear_log, log_impact
 from vibropipe.march.piece_state import coefficients
-from vibropipe.orbits.return_map import clear_log
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.load import force_at, force_value
@@ -90,9 +89,9 @@ def crude(e, p, grid, periods, x, v, log, samples):
 
 @jit
 def crude_repeatedly(e, p, grid, periods, x, v, log, samples, n_calls):
-    """March the same motion `n_calls` times, for timing; arguments as of `crude`. Returns the last x."""
-    last = x
+    """March as `crude` does, `n_calls` times, each with an empty log: once for the motion, more often to time it."""
+    end = x, v
     for _ in range(n_calls):
         clear_log(log)
-        last, _v = crude(e, p, grid, periods, x, v, log, samples)
-    return last
+        end = crude(e, p, grid, periods, x, v, log, samples)
+    return end

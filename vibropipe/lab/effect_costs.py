@@ -110,8 +110,8 @@ def measure_effects(
     coords = motion_coordinates({name: case.motion for name, case in cases.items()})
     comment = (
         "kernel_time*, time_ratio* and target_ratio* differ from run to run; kernel: own (effects of the "
-        "motion, closed forms where they exist), all (all effects, by time marching) or full (as all, on the "
-        "motion that contains all effects)"
+        "motion, closed forms where they exist), all (all effects; motions by time marching, rows as a sweep solves "
+        "them) or full (as all, on the motion that contains all effects)"
     )
     attrs = {"comment": comment}
     return describe(xr.Dataset(variables, {**coords, "kernel": list(KERNELS)}, attrs))

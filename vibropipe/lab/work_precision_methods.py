@@ -9,12 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.lab.crude import crude, crude_repeatedly
-from vibropipe.lab.repeat import march_repeatedly
+from vibropipe.lab.crude import crude_repeatedly
 from vibropipe.lab.timing import Repeat, repeated
 from vibropipe.march.grid import StepGrid, exact_grid, grid_time, newmark_grid
-from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, Log, new_log
+from vibropipe.march.log import (
+    EVALUATIONS,
+    IMPACTS,
+    POLYNOMIALS,
+    STEPS,
+    Log,
+    Samples,
+    new_log,
+)
+from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
+from vibropipe.march.piece_state import start_state
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter
@@ -117,25 +126,48 @@ def marching_candidate(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
 
 
 class March:
-    """A march of a motion by a kernel of some effects, repeated in one call.
+    """A march of a motion by a kernel of some effects, repeated in one call, with or without samples.
 
     `log` holds the contacts of the last march.
     """
 
     def __init__(
-        self, motion: BenchmarkMotion, grid: StepGrid, effects: Effects | None = None
+        self,
+        motion: BenchmarkMotion,
+        grid: StepGrid,
+        effects: Effects | None = None,
+        samples_per_period: int = 0,
     ) -> None:
-        self.scratch = np.empty(3 if grid.exact is None else DEGREE + 1)
+        self.grid, self.scratch = grid, np.empty(3 if grid.exact is None else DEGREE + 1)
         self.effects = effects_of_motion(motion) if effects is None else effects
+        self.parameters = motion.exciter.parameters()
         self.log = self.new_log(MARCH_LOG_CAPACITY)
-        end = grid_time(float(motion.periods), grid.steps)
-        start = motion.exciter.parameters(), grid, motion.x0, motion.v0
-        self.march = partial(march_repeatedly, self.effects, *start, end)
+        start = 0.0, motion.x0, motion.v0
+        # One kernel finds the starts of all motions, whatever effects theirs have.
+        problem = effects_of_motion(motion), self.parameters, grid
+        self.start = start_state(self.log.pieces, *problem, *start)
+        self.end = grid_time(float(motion.periods), grid.steps)
+        self.samples = None
+        if samples_per_period > 0:
+            displacement, velocity = np.empty((2, samples_per_period * motion.periods))
+            self.samples = Samples(displacement, velocity, 1, samples_per_period, 0, 0.0)
 
     def repeat(self, n_calls: int) -> None:
         """March `n_calls` times; the log grows until it has capacity for all contacts."""
         while True:
-            status = self.march(self.log, self.scratch, MAX_CONTACTS, n_calls)
+            self.log.counts[:] = 0
+            _end, status = march_repeatedly(
+                self.effects,
+                self.parameters,
+                self.grid,
+                self.start,
+                self.end,
+                self.log,
+                self.samples,
+                self.scratch,
+                MAX_CONTACTS,
+                n_calls,
+            )
             capacity = 4 * self.log.position.size
             if status != Status.LOG_FULL or capacity > 2 * MAX_CONTACTS:
                 return
@@ -179,7 +211,7 @@ def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
         samples = np.empty(SAMPLES)
         while True:
             log = new_log(capacity, 1)
-            end = crude(*arguments, log, samples)
+            end = crude_repeatedly(*arguments, log, samples, 1)
             n = int(log.counts[IMPACTS])
             if n <= capacity:
                 break

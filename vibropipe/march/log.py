@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import evaluate
-from vibropipe.march.piece_log import PieceLog
+from vibropipe.march.piece_log import PieceLog, clear_pieces
 from vibropipe.physics.contact import to_displacement, to_velocity
 
 # Indices of `Log.counts`.
@@ -93,6 +93,16 @@ def new_log(impacts, rests, pieces=None, plain=1):
         pieces,
         plain,
     )
+
+
+@jit_inline
+def clear_log(log) -> None:
+    """Empty a log of contacts. The counts of steps and evaluations are kept."""
+    log.counts[IMPACTS] = 0
+    log.counts[RESTS] = 0
+    log.counts[GRAZINGS] = 0
+    log.counts[TAILS] = 0
+    clear_pieces(log.pieces)
 
 
 @jit

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.compiler import jit_inline
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_start
 from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
-from vibropipe.march.log import is_full
+from vibropipe.march.log import SAMPLES, clear_log, is_full
 from vibropipe.march.newmark_steps import coast_newmark
 from vibropipe.march.pieces import march_pieces
 from vibropipe.march.state import FLIGHT, REST, is_before, is_watched
@@ -97,3 +97,17 @@ def march_plain(e, p, grid, state, end, log, samples, c, max_events):
     if is_watched(state.home, e.watched):
         return state, SUPPORT_REACHED
     return state, OK
+
+
+@jit
+def march_repeatedly(e, p, grid, state, end, log, samples, c, max_events, n_calls):
+    """March `n_calls` times from the same state with an empty log: once for a motion, more often to time it.
+
+    Motions and their times share this kernel. Other arguments and results as of `march`, of the last call.
+    """
+    after, status, first_sample = state, OK, log.counts[SAMPLES]
+    for _ in range(n_calls):
+        clear_log(log)
+        log.counts[SAMPLES] = first_sample
+        after, status = march(e, p, grid, state, end, log, samples, c, max_events)
+    return after, status

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.march.log import IMPACTS, RESTS, TAILS
+from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_log import BEGIN, CAUSE, DIRECTION, HOME, PIECES, STICK
 from vibropipe.march.piece_state import start_state
@@ -21,7 +21,6 @@ from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    clear_log,
     march_periods,
     return_map_jacobian,
     state_xv,

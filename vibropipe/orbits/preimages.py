@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit_allocating
+from vibropipe.march.log import clear_log
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.return_map import clear_log, march_periods, state_xv
+from vibropipe.orbits.return_map import march_periods, state_xv
 
 # Largest number of impacts in a forcing period. Backward each impact is faster than the one before, up to infinitely
 # many in a finite time.

@@ -6,9 +6,8 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant
-from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
+from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS, clear_log
 from vibropipe.march.loop import OK, march
-from vibropipe.march.piece_log import clear_pieces
 from vibropipe.march.piece_state import initial_piece_state, piece_state
 from vibropipe.march.state import FLIGHT, REST, STUCK, State, restitution_of
 from vibropipe.orbits.pieces import jacobian_of_pieces
@@ -20,16 +19,6 @@ from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
 
 LOG_FULL = int(Status.LOG_FULL)
-
-
-@jit_inline
-def clear_log(log) -> None:
-    """Empty a log of contacts. The counts of steps and evaluations are kept."""
-    log.counts[IMPACTS] = 0
-    log.counts[RESTS] = 0
-    log.counts[GRAZINGS] = 0
-    log.counts[TAILS] = 0
-    clear_pieces(log.pieces)
 
 
 @jit

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import SAMPLES, Samples
+from vibropipe.march.log import SAMPLES, Samples, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
@@ -24,7 +24,7 @@ from vibropipe.orbits.outputs import (
     write_orbit_exponent,
     write_smoothness,
 )
-from vibropipe.orbits.return_map import clear_log, state_xv
+from vibropipe.orbits.return_map import state_xv
 from vibropipe.orbits.settling import find_steady_state
 from vibropipe.orbits.verdict import DRIFTING, PERIODIC, UNBOUNDED
 from vibropipe.orbits.window import clear_window, window_of

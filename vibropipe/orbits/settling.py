@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit
-from vibropipe.march.log import IMPACTS
+from vibropipe.march.log import IMPACTS, clear_log
 from vibropipe.march.loop import OK
 from vibropipe.march.state import State
 from vibropipe.orbits.closing import close_first_candidate
@@ -43,7 +43,6 @@ from vibropipe.orbits.recurrence import (
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    clear_log,
     floquet_multipliers,
     march_periods,
     state_xv,

@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.log import IMPACTS
+from vibropipe.march.log import IMPACTS, clear_log
 from vibropipe.march.loop import OK
 from vibropipe.march.state import REST, State
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    clear_log,
     floquet_multipliers,
     gap_difference,
     march_periods,

@@ -12,12 +12,12 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import Instant, exact_steps, grid_in_room, grid_time
+from vibropipe.march.log import clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import LEAVES
 from vibropipe.march.piece_state import piece_state
 from vibropipe.march.pieces import next_instant
 from vibropipe.march.state import restitution_of
-from vibropipe.orbits.return_map import clear_log
 from vibropipe.physics.stiffness import is_soft
 
 # Columns of a contact, those of `PieceLog.leaves`: velocity after it, duration, largest force, largest depth.

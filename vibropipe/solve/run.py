@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.march.grid import Instant, StepGrid, exact_grid, grid_time
 from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Samples, new_log
-from vibropipe.march.loop import march
+from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.march.state import REST, STUCK
@@ -271,7 +271,7 @@ def _march(
     events, reported_period = 0, int(state.period)
     while True:
         events_left = request.max_impacts - events
-        state, status = march(e, p, grid, state, end, log, samples, c, events_left)
+        state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, events_left, 1)
         if terms is not None:
             add_energies(e, p, log, terms)
         parts.append(drain_log(log))

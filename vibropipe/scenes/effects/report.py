@@ -19,8 +19,8 @@ HOW = (
     "Each motion is solved by the kernel specialised to its effects (in closed form where there is one), and timed in "
     "the same rounds as two references. “Over all effects”: the all-effects kernel on the same motion. “Over full”: "
     "the all-effects kernel, same outputs, on the motion that contains all effects. A sweep row is one steady state, "
-    "transient included. Times are compared per row, or per forcing period of a motion: medians of the rounds, with "
-    "quartiles in brackets."
+    "transient included, in closed form by every kernel where there is one. Times are compared per row, or per forcing "
+    "period of a motion: medians of the rounds, with quartiles in brackets."
 )
 CAPTION = (
     "Time per forcing period on one core (of a row: per period of its transient), bytes stored per forcing period or "

@@ -6,11 +6,11 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
+from vibropipe.march.log import clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import AT, CAUSE, FORM, FREE, HOME, SPAN, STICK, TURN
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.boundaries.pieces.replay import gap_to, state_within
-from vibropipe.orbits.return_map import clear_log
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.load import forcing_period
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
+from vibropipe.march.log import clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.outputs import (
@@ -18,12 +19,7 @@ from vibropipe.orbits.outputs import (
     write_multipliers,
     write_smoothness,
 )
-from vibropipe.orbits.return_map import (
-    clear_log,
-    floquet_multipliers,
-    gap_difference,
-    return_map_jacobian,
-)
+from vibropipe.orbits.return_map import floquet_multipliers, gap_difference, return_map_jacobian
 from vibropipe.orbits.room import new_work
 from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState

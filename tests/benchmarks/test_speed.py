@@ -56,11 +56,11 @@ def test_lanes_are_faster_than_the_scalar_kernel(measured, benchmark):
     assert item.find("one by one").quartiles()[0] > 2.5 * item.find("in lanes").quartiles()[0]
 
 
-def test_a_million_starts_take_15_seconds_of_two_cores():
+def test_a_million_starts_take_10_seconds_of_two_cores():
     """Measured by CPU time, since the threads share the starts evenly."""
     exciter = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
     vp.basins(exciter, [0.0], [0.0])  # loads the kernels
     begin = time.process_time()
     basins = vp.basins(exciter, np.linspace(-0.4, 0.6, 1000), np.linspace(-2, 2, 1000))
-    assert time.process_time() - begin < 2 * 15
+    assert time.process_time() - begin < 2 * 10
     assert (basins.attractor >= 0).all()

@@ -105,7 +105,7 @@ def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
     monkeypatch.setattr(Workers, "start", lambda _: None)
     with pytest.raises(SystemExit) as stopped:
         main(["run", "mine.yaml", *more])
-    assert stopped.value.code == 2
+    assert stopped.value.code == 1
     printed = capsys.readouterr().err
     assert printed.startswith(f"vibropipe: {tmp_path}: cannot be written (Permission denied), but")
     assert printed.count("\n") == 1

@@ -134,7 +134,7 @@ def test_a_working_folder_that_cannot_be_written_is_reported(folder, refused, mo
         return nullcontext()
 
     monkeypatch.setattr("tempfile.TemporaryFile", temporary_file)
-    with pytest.raises(PlanError) as refusal:
+    with pytest.raises(NotWrittenError) as refusal:
         check_working_folder()
     where = f"{folder / refused}: cannot be written (Permission denied), but"
     assert str(refusal.value).startswith(where)

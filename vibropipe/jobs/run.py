@@ -247,13 +247,13 @@ def check_results_name(results: str) -> None:
 
 
 def check_working_folder() -> None:
-    """Raise PlanError unless files can be written in the working folder, where snakemake keeps records and logs."""
+    """Raise NotWrittenError unless the working folder, where snakemake keeps records and logs, can be written."""
     for folder in filter(Path.is_dir, map(Path, WORKING_FOLDERS)):
         try:
             with tempfile.TemporaryFile(dir=folder):
                 pass
         except OSError as error:
-            raise PlanError(
+            raise NotWrittenError(
                 f"{folder.absolute()}: cannot be written ({error.strerror}), but the records and logs of a run are kept"
                 " there: call it in another folder, or change the permissions of this one"
             ) from None

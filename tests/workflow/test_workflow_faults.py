@@ -6,6 +6,7 @@ import re
 import shutil
 import signal
 import subprocess
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -125,7 +126,10 @@ def test_ctrl_c_is_one_line_and_130_and_the_same_command_goes_on(unsolved, undis
     process = unsolved.start("--notemp", TARGET, **OFTEN)
     read_until("solving response", process)
     os.killpg(process.pid, signal.SIGINT)
+    late = threading.Timer(120, process.kill)
+    late.start()
     last = process.stdout.read()
+    late.cancel()
     assert process.wait() == 130
     assert [line for line in last.splitlines() if line and "solving response" not in line] == [
         "interrupted; completed files are kept; run the same command to resume"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import atexit
 import logging
 import os
@@ -45,7 +46,7 @@ class Interrupt:
             print(STOPPED, file=sys.stderr, flush=True)
         if self.reading:
             os._exit(INTERRUPTED)
-        if _is_logging(frame):  # try again when it is done
+        if _is_logging(frame) or _runs_a_loop():  # try again when it is done
             signal.signal(signal.SIGALRM, self._stop)
             signal.setitimer(signal.ITIMER_REAL, 0.05)
         else:
@@ -63,3 +64,12 @@ def _is_logging(frame: FrameType | None) -> bool:
     while frame is not None and frame.f_code.co_name != "emit":
         frame = frame.f_back
     return frame is not None
+
+
+def _runs_a_loop() -> bool:
+    """Return whether an event loop is running: an exception here may leave its tasks waiting for ever."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True

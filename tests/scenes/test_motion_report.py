@@ -47,7 +47,7 @@ def test_steady_states_stand_side_by_side(datasets):
     assert rows["mean"] == ["0", "−0.035", "0.02"]
     assert rows["harmonic 2"] == ["0", "0.035", "0.02"]
     assert rows["multipliers"] == ["0.35 ± 0.01 i"] * 3
-    assert rows["stable"] == ["yes"] * 3
+    assert rows["stability"] == ["stable"] * 3
 
 
 def test_many_steady_states_are_cut_into_tables_that_fit(datasets):

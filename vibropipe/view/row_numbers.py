@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.figures.stability import stability_text
 from vibropipe.figures.text import (
     REGIME_TEXT,
     UNRESOLVED_TEXT,
@@ -61,8 +62,9 @@ def law_text(row: xr.Dataset) -> str:
     impacts = np.round(_impacts_per_orbit(row, m)).astype(int).tolist()
     struck = [f"support {side} {times_text(n)}" for side, n in enumerate(impacts, 1) if n]
     what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
-    stable = "" if int(row.get("stable", xr.DataArray(1))) else "Unstable"
-    return sentences(f"Repeats {every} and {what}: {words}", stable)
+    stability = stability_text(row) if "stable" in row else "stable"
+    said = "" if stability == "stable" else stability.capitalize()
+    return sentences(f"Repeats {every} and {what}: {words}", said)
 
 
 def times_text(amount: int) -> str:

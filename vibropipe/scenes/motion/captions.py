@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.stability import stability_text
 from vibropipe.figures.text import (
     NO_IMPACTS,
     NO_SAMPLES,
@@ -124,7 +125,7 @@ def steady_text(dataset: xr.Dataset) -> str:
         return f"No periodic steady state was found; the motion is labelled {regime}"
     stability = ""
     if "stable" in dataset:
-        stability = ", and stable" if int(dataset["stable"]) else ", and unstable"
+        stability = f", and {stability_text(dataset)}"
     return f"The steady state is {regime}, of period multiple {multiple}{stability}"
 
 

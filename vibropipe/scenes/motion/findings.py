@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.stability import stability_text
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.report.findings import Finding, value_text
 from vibropipe.report.table import Datasets, breakable
@@ -53,7 +54,7 @@ def orbit_text(dataset: xr.Dataset) -> str:
     multiple = int(dataset["period_multiple"])
     stability = ""
     if "stable" in dataset:
-        stability = ", stable" if int(dataset["stable"]) else ", unstable"
+        stability = f", {stability_text(dataset)}"
     return f"{text}, of {count(multiple, 'forcing period')}{stability}"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.stability import stability_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -79,7 +80,7 @@ def steady_table(datasets: Datasets) -> Table:
         label = with_unit(f"harmonic {k + 1}", scenes[0], "displacement_amplitude")
         rows.append([label, *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
     rows.append(["multipliers", *(multipliers_text(d) for d in scenes)])
-    rows.append(["stable", *("yes" if largest_multiplier(d) < 1.0 else "no" for d in scenes)])
+    rows.append(["stability", *(stability_text(d) for d in scenes)])
     return Table(
         ["", *map(breakable, datasets)],
         rows,

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.figures.stability import is_unstable
 from vibropipe.figures.text import axis_label, in_brackets, symbol_of
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
@@ -206,7 +207,7 @@ def element_label(dataset: xr.Dataset, series: Series) -> str:
 def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
     """Return a mask of the points by kind of mark; each point is in exactly one mask."""
     orbit = row["regime"].values < PERIODIC_BELOW
-    stable = row["stable"].values != 0 if "stable" in row else np.ones_like(orbit)
+    stable = ~is_unstable(row) if "stable" in row else np.ones_like(orbit)
     multiple = (
         row["period_multiple"].values > 1 if "period_multiple" in row else ~np.ones_like(orbit)
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.stability import is_neutral, is_unstable
 from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.section import Section
@@ -22,8 +23,8 @@ from vibropipe.scenes.sweep.quantities import is_shown
 from vibropipe.words.regimes import Regime
 
 CAPTION = (
-    "Rows of each sweep by regime of the steady state; of these, stable orbits of more than one forcing period, and "
-    "unstable orbits."
+    "Rows of each sweep by regime of the steady state; of these, stable orbits of more than one forcing period, "
+    "unstable orbits and, if there are any, neutral ones, of which perturbations neither grow nor decay."
 )
 RUNS_CAPTION = "Regimes along each line of the sweeps, with the first and the last row of each; m: period multiple."
 ENERGY_CAPTION = (
@@ -59,19 +60,28 @@ def regime_table(sweeps: Datasets) -> Table:
     for code in sorted({int(c) for d in scenes for c in np.unique(d["regime"].values)}):
         cells = [share((d["regime"].values == code).sum(), d["regime"].size) for d in scenes]
         rows.append([REGIME_TEXT[regime_name(code)], *cells])
-    rows.append(["stable, m > 1", *(orbits_text(d, "period_multiple") for d in scenes)])
-    rows.append(["unstable", *(orbits_text(d, "stable") for d in scenes)])
+    counts = [orbits_by_stability(dataset) for dataset in scenes]
+    for name in ("stable, m > 1", "unstable", "neutral"):
+        if name != "neutral" or any(own.get(name) for own in counts):
+            cells = [
+                share(own[name], d["regime"].size) if name in own else DASH
+                for own, d in zip(counts, scenes, strict=True)
+            ]
+            rows.append([name, *cells])
     return Table(["", *map(breakable, sweeps)], rows, CAPTION)
 
 
-def orbits_text(dataset: xr.Dataset, name: str) -> str:
-    """Write the number of stable orbits with m > 1 (`period_multiple`), or of unstable ones (`stable`)."""
-    if name not in dataset:
-        return DASH
-    values, has_orbit = dataset[name].values, dataset["regime"].values < Regime.APERIODIC
+def orbits_by_stability(dataset: xr.Dataset) -> dict[str, int]:
+    """Return the numbers of stable orbits with m > 1, and of unstable and neutral ones, as far as they are known."""
+    numbers, has_orbit = {}, dataset["regime"].values < Regime.APERIODIC
     is_stable = dataset["stable"].values != 0 if "stable" in dataset else np.ones_like(has_orbit)
-    mask = has_orbit & ((values > 1) & is_stable if name == "period_multiple" else values == 0)
-    return share(int(mask.sum()), mask.size)
+    if "period_multiple" in dataset:
+        several = dataset["period_multiple"].values > 1
+        numbers["stable, m > 1"] = int((has_orbit & is_stable & several).sum())
+    if "stable" in dataset:
+        numbers["unstable"] = int((has_orbit & is_unstable(dataset)).sum())
+        numbers["neutral"] = int((has_orbit & is_neutral(dataset)).sum())
+    return numbers
 
 
 def share(amount: int, total: int) -> str:

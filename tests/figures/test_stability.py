@@ -1,0 +1,64 @@
+"""Orbits whose perturbations neither grow nor decay are neither stable nor unstable."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibropipe as vp
+from vibropipe.figures.stability import is_neutral, is_unstable, stability_text
+from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.scenes.sweep.report import regime_table
+
+FREE = vp.Exciter(l=0.5)
+RUBBED = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.1, R1=0.8, R2=0.8)
+
+
+@pytest.fixture(scope="module")
+def free() -> xr.Dataset:
+    """Return motions without losses, within the gap and beyond."""
+    return vp.sweep(FREE, {"v0": [0.1, 0.4, 1.0]}, outputs=("stability",))
+
+
+@pytest.fixture(scope="module")
+def rubbed() -> xr.Dataset:
+    """Return motions of a mass that friction lets move, and holds."""
+    return vp.sweep(RUBBED, {"friction": [0.1, 0.45, 0.6, 0.8]})
+
+
+def test_motions_without_losses_are_neutral(free):
+    assert is_neutral(free).all()
+    assert not is_unstable(free).any()
+    assert stability_text(free.isel(v0=0)) == "neutral"
+
+
+def test_a_mass_held_by_friction_is_neutral(rubbed):
+    np.testing.assert_array_equal(is_neutral(rubbed), [False, False, True, True])
+    words = [stability_text(rubbed.isel(friction=n)) for n in range(4)]
+    assert words == ["stable", "stable", "neutral", "neutral"]
+
+
+def test_an_unstable_orbit_is_unstable():
+    branch = vp.branch(vp.Exciter(l=0.5, f=0.25, h=0.1, R1=0.7, R2=0.7), "nu", (0.7, 1.5))
+    assert (branch.stable.values == 0).any()
+    np.testing.assert_array_equal(is_unstable(branch) | is_neutral(branch), branch.stable == 0)
+    moduli = np.abs(branch.floquet_multiplier.values).max(axis=-1)
+    assert (moduli[is_unstable(branch)] > 1).all()
+
+
+def test_neutral_rows_have_a_line_of_their_own_in_the_table(free, rubbed):
+    table = {row[0]: row[1:] for row in regime_table({"free": free, "rubbed": rubbed}).rows}
+    assert table["unstable"] == ["0", "0"]
+    assert table["neutral"] == ["3 (100 %)", "2 (50 %)"]
+    alone = {row[0] for row in regime_table({"rubbed": rubbed.isel(friction=[0, 1])}).rows}
+    assert "neutral" not in alone
+
+
+def test_neutral_rows_are_marked_as_orbits_are(rubbed):
+    assert not row_kinds(rubbed)["unstable"].any()
+
+
+def test_without_multipliers_no_orbit_is_neutral(free):
+    bare = free.drop_vars("floquet_multiplier")
+    assert is_unstable(bare).all()

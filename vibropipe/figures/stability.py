@@ -1,0 +1,37 @@
+"""Stability in words and pictures: stable, unstable, or neutral."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+# Largest distance of the largest modulus of a neutral orbit's multipliers from 1: their rounding.
+NEUTRAL_TOLERANCE = 1e-9
+
+
+def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """Return where perturbations of orbits neither grow nor decay, in the shape of `stable`.
+
+    Such is a motion without losses, and a mass that friction holds: `stable` is 0, since it means asymptotically
+    stable, but nothing is unstable.
+    """
+    stable = dataset["stable"].values
+    if "floquet_multiplier" not in dataset:
+        return np.zeros(stable.shape, bool)
+    moduli = np.abs(dataset["floquet_multiplier"].transpose(..., "multiplier").values)
+    neutral: NDArray[np.bool_] = np.abs(moduli.max(axis=-1) - 1.0) <= NEUTRAL_TOLERANCE
+    return neutral & (stable == 0)
+
+
+def is_unstable(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """Return where perturbations of orbits grow, in the shape of `stable`."""
+    unstable: NDArray[np.bool_] = (dataset["stable"].values == 0) & ~is_neutral(dataset)
+    return unstable
+
+
+def stability_text(dataset: xr.Dataset) -> str:
+    """Return the stability of one orbit in a word."""
+    if int(dataset["stable"]):
+        return "stable"
+    return "neutral" if is_neutral(dataset) else "unstable"

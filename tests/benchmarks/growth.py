@@ -45,6 +45,7 @@ QUANTITIES = {
     "solving_memory": ("MB", "largest memory of a job that solves"),
     "joining_memory": ("MB", "largest memory of the join"),
     "query_memory": ("MB", "largest memory of a query"),
+    "slice_time": ("s", "time to open the joined file and query a slice"),
     "joining_rate": ("MB s-1", "rate of writing the joined file"),
     "copying_rate": ("MB s-1", "rate of copying the joined file"),
 }
@@ -104,8 +105,8 @@ def measure_growth(
     -------
     xarray.Dataset
         `time_per_point`, `work_per_point` and `storing_per_point` (ms) over (points, threads); `solving_memory`,
-        `joining_memory`, `query_memory` (MB), `joining_rate` and `copying_rate` (MB/s) over points. Times exclude
-        starting processes and loading kernels.
+        `joining_memory`, `query_memory` (MB), `slice_time` (s), `joining_rate` and `copying_rate` (MB/s) over points.
+        Times exclude starting processes and loading kernels.
     """
     import xarray as xr
 
@@ -124,6 +125,7 @@ def measure_growth(
             "solving_memory": jobs[..., 2].max() / MB,
             "joining_memory": joined.memory / MB,
             "query_memory": run_in_subprocess(query, directory).memory / MB,
+            "slice_time": run_in_subprocess(query_slice, directory).seconds,
             "joining_rate": size / joined.seconds / MB,
             "copying_rate": size / copied.seconds / MB,
         }
@@ -229,6 +231,19 @@ def query(directory: Path) -> Usage:
             rows["f"].where(rows["period_multiple"] == 2).min("f").compute()
 
     return _timed(run_queries)
+
+
+def query_slice(directory: Path) -> Usage:
+    """Open the joined file and find the largest amplitude of a slice."""
+    from vibropipe.store import open_study
+
+    def run_query() -> None:
+        with open_study(directory / "joined") as tree:
+            amplitude = tree[SCENE]["displacement_amplitude"].sel(f=1.0, method="nearest")
+            amplitude.sel(harmonic=1).max().compute()
+
+    run_query()  # loads libraries; the file itself is in the memory of the machine
+    return _timed(run_query)
 
 
 def _timed(call: Callable[[], object]) -> Usage:

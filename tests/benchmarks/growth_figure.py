@@ -12,7 +12,7 @@ from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new
 HEIGHT_CM = 7.0
 # Half width of the band around the mean time per point, relative; limit on the memory of a job, in MB.
 BAND = 0.1
-MAX_MEMORY = 500.0
+MAX_MEMORY = 350.0
 MEMORIES = {
     "solving_memory": "a job that solves",
     "joining_memory": "the join",

@@ -128,14 +128,22 @@ def free_values(backbone: xr.Dataset | None, name: str, **index: int) -> np.ndar
 
 
 def velocities_of(dataset: xr.Dataset) -> np.ndarray:
-    """Return the velocity of each impact of each point, largest first and NaN beyond the last: (points, impacts)."""
-    sizes = dataset["row_size"].values
+    """Return the velocity of each impact of each point, NaN beyond the last: (points, impacts).
+
+    Whichever impact comes first in an orbit, a column follows one impact along a branch while their number is the same.
+    """
+    sizes, branches = dataset["row_size"].values, dataset["branch_id"].values
     velocities = np.full((sizes.size, max(int(sizes.max(initial=0)), 1)), np.nan)
-    velocities[np.arange(velocities.shape[1]) < sizes[:, None]] = -np.abs(
-        dataset["impact_velocity"]
-    )
-    # Along a branch the order by size is continuous, whichever impact comes first in the orbit.
-    return -np.sort(velocities, axis=1)
+    velocities[np.arange(velocities.shape[1]) < sizes[:, None]] = np.abs(dataset["impact_velocity"])
+    follows = (np.diff(branches, prepend=-1) == 0) & (np.diff(sizes, prepend=-1) == 0)
+    for point in np.flatnonzero(follows & (sizes > 0)):
+        own, before = velocities[point, : sizes[point]], velocities[point - 1, : sizes[point]]
+        expected = before
+        if follows[point - 1]:  # tells two lines apart where they cross
+            expected = 2.0 * before - velocities[point - 2, : sizes[point]]
+        turned = np.stack([np.roll(own, shift) for shift in range(own.size)])
+        own[:] = turned[np.abs(turned - expected).sum(axis=1).argmin()]
+    return velocities
 
 
 def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
@@ -211,8 +219,10 @@ def draw_pieces(
             if piece.is_stable
             else {"linestyle": DOTTED, "linewidth": 1.0}
         )
-        colour = colours[piece.value if over else piece.law]
-        ax.plot(x[piece.points], y[piece.points], color=colour, **style)
+        colour, heights = colours[piece.value if over else piece.law], y[piece.points].copy()
+        if len(heights) > 1 and (np.isfinite(heights[-1]) != np.isfinite(heights[-2])).any():
+            heights[-1] = np.nan  # of other impacts
+        ax.plot(x[piece.points], heights, color=colour, **style)
 
 
 def draw_values(ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece]) -> None:

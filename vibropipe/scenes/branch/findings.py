@@ -121,11 +121,11 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             # Next to a bifurcation that ends stability, pieces may change without consequence.
             kind = min(near.values(), key=lambda each: each == "change", default="")
             ends.append(kind or beside(index))
-            # stability ends at the bifurcation itself, which is a point
+            # stability ends at the bifurcation itself, which is a point, maybe the one before or after the piece
             if near and is_first:
-                first = max(first, *near)
+                first = max(near)
             elif near:
-                last = min(last, *near)
+                last = min(near)
         if last <= first:
             continue
         order = slice(None) if along[last] > along[first] else slice(None, None, -1)
@@ -203,8 +203,11 @@ def together_text(dataset: xr.Dataset, stretches: list[Stretch]) -> str:
     texts = []
     for over in dict.fromkeys(stretch.over for stretch in stretches):
         own = [stretch for stretch in stretches if stretch.over == over]
-        widest = sorted(common_intervals(own), key=lambda ends: ends[0] - ends[1])[:MAX_INTERVALS]
+        common = common_intervals(own)
+        widest = sorted(common, key=lambda ends: ends[0] - ends[1])[:MAX_INTERVALS]
         spans = [interval_text(axis, *ends) for ends in sorted(widest)]
+        if len(common) > MAX_INTERVALS:
+            spans.append(count(len(common) - MAX_INTERVALS, "narrower interval"))
         if spans:
             texts.append(f"{series(spans)}{over_text(dataset, over, ' for ')}")
     if not texts:
@@ -247,18 +250,22 @@ def kinds_text(dataset: xr.Dataset) -> str:
     """Write where the bifurcations of each kind are, with their number where they are many."""
     axis = dataset[followed(dataset)]
     at = dataset[f"bifurcation_{axis.name}"].values
+    over = swept(dataset)
+    beside = dataset[over].values[dataset["bifurcation_point"].values] if over else 0.0 * at
     texts = []
     for kind, mask in kinds_present(dataset).items():
         if kind not in PLURALS:
             continue
-        values = np.unique(np.round(at[mask], 12))
+        # Branches of mirror images, and those that begin there, have the same one.
+        places = {*zip(np.round(at[mask], 9).tolist(), beside[mask].tolist(), strict=True)}
+        values = np.unique([place for place, _ in places])
         if values.size > MAX_LISTED:
             first, last = format_number(float(values[0])), value_text(axis, values[-1])
             where = f"from {symbol_text(axis)} = {first} to {last}"
         else:
             listed = with_units(axis, series(distinct_texts(values)))
             where = f"at {symbol_text(axis)} = {listed}"
-        texts.append(f"{count(int(mask.sum()), kind, PLURALS[kind])} {where}")
+        texts.append(f"{count(len(places), kind, PLURALS[kind])} {where}")
     return f"The branches have {'; '.join(texts)}" if texts else ""
 
 

@@ -136,13 +136,21 @@ def draw_maps(
         ax.set_xlabel(axis_label(each.part[x]) if is_low else "")
         ax.tick_params(labelleft=is_left, labelbottom=is_low)
     for (_, name), axes in bars.items():
-        high = norms[name].vmax or 0.0
-        tops: list[Any] = [np.ma.max(np.ma.asarray(ax.collections[0].get_array())) for ax in axes]
-        top = max((float(top) for top in tops if top is not np.ma.masked), default=0.0)
+        drawn: list[Any] = [np.ma.asarray(ax.collections[0].get_array()) for ax in axes]
+        values = np.concatenate([array.compressed() for array in drawn])
         figure.colorbar(
             ScalarMappable(norms[name], VALUE_COLOURS), ax=axes, aspect=24, pad=0.02,
-            extend="max" if top > high else "neither",
+            extend=beyond(values, norms[name]),
         )  # fmt: skip
+
+
+def beyond(values: np.ndarray, norm: Normalize) -> str:
+    """Return at which ends of its scale a colour bar has to be open, as `Figure.colorbar` takes it."""
+    low = norm.vmin is not None and bool((values < norm.vmin).any())
+    high = norm.vmax is not None and bool((values > norm.vmax).any())
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(
+        (low, high), "neither"
+    )
 
 
 def thin_labels(figure: Figure) -> None:

@@ -23,7 +23,7 @@ def test_each_motion_has_a_panel_two_beside_each_other(work_precision):
     assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["plain", "with chatter"]
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert set(labels) == {
-        "Newmark, impact at end of step",
+        "crude: impact at end of step",
         "Newmark, event location",
         "exact",
         "scipy RK45, events by hand",

@@ -80,9 +80,11 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) 
     for index, method in enumerate(names):
         drawn = good[index] & np.isfinite(time[index])
         x, y = time[index][drawn], np.clip(error[index][drawn], 2 * BOTTOM, TOP)
-        spread = np.abs([side[index][drawn] - x for side in quartiles])
+        spread = np.abs([side[index] - time[index] for side in quartiles])
         style = style_of(method, names)
-        ax.errorbar(x, y, xerr=spread, elinewidth=0.6, **style)
+        # nan where a run failed: no line leads over it
+        shown = np.where(drawn, np.clip(error[index], 2 * BOTTOM, TOP), np.nan)
+        ax.errorbar(time[index], shown, xerr=spread, elinewidth=0.6, **style)
         lines.append(np.stack([x, y], axis=1))
         if np.isfinite(order[index]):
             ends.append((f"{order[index]:.1f}", (x[-1], y[-1]), style["color"]))
@@ -90,8 +92,12 @@ def draw_motion_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) 
         if failed.any():
             at = np.full(failed.sum(), FAILED_ERROR)
             ax.plot(time[index][failed], at, "x", color=style["color"])
-        if (dataset["outcome"].values[index] == Outcome.DID_NOT_END).any():
-            notes.append(method)
+        lost = dataset["outcome"].values[index] == Outcome.DID_NOT_END
+        if lost.any():
+            tried = dataset["outcome"].values[index] != Outcome.NOT_TRIED
+            notes.append(
+                method if lost[tried].all() else f"{method} ({lost.sum()} of {tried.sum()})"
+            )
     for text, end, color in ends:
         write_beside(ax, text, end, lines, color)
     ax.set_title(str(dataset["motion"].values).replace("_", " "))

@@ -30,7 +30,7 @@ MARGINS_CM = 3.4
 SPREAD = 0.85  # of a row, over which the marks of the methods are spread
 NOT_REACHED = 6.0  # width of the band of marks that are not reached, a factor of time
 METHOD_TEXT = {
-    "crude": "Newmark, impact at end of step",
+    "crude": "crude: impact at end of step",
     "newmark": "Newmark, event location",
     "exact": "exact",
     "RK45": "scipy RK45, events by hand",

@@ -90,7 +90,8 @@ def parameter_table(kinds: Mapping[str, str], datasets: Datasets) -> Table:
         ]
         rows.append([name, *cells])
     caption = (
-        "Parameters of each scene; those with several values are swept. A dash: not applicable."
+        "Parameters of each scene; those with several values are swept. Branches, boundaries and designs have those of "
+        "what was found. A dash: not applicable."
     )
     head = [head_text(key, name, datasets) for key, name in keys.items()]
     # what many columns leave would be too narrow for the names
@@ -142,12 +143,15 @@ def named_datasets(
 
 
 def further_effects(datasets: Datasets) -> list[str]:
-    """Return the effects beyond eqs. (5), (6) that scenes have: their parameters are stored where they are present."""
+    """Return the effects beyond eqs. (5), (6) that scenes have: they are named, or their parameters are stored."""
     stored = {str(name) for data in datasets.values() for name in data.variables}
+    named = {
+        name for data in datasets.values() for name in data.attrs.get("effects", "").split(", ")
+    }
     return [
         effect
         for effect, names in FURTHER_EFFECTS.items()
-        if stored & {*names, *map(physical_name, names)}
+        if effect in named or stored & {*names, *map(physical_name, names)}
     ]
 
 

@@ -12,7 +12,7 @@ from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.effects import EFFECT_NAMES
 
 
 class HardCasesFigure(FigureOptions):
@@ -40,7 +40,7 @@ class HardCasesScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since each occurs in some case."""
-        return COMMON_EFFECTS
+        return EFFECT_NAMES
 
 
 def _cases(scene: HardCasesScene) -> Iterator[Problem]:

@@ -238,7 +238,7 @@ def jumps_text(dataset: xr.Dataset) -> str:
             places.append(f"{len(jumps) - MAX_JUMPS} more")
         texts.append(f"{series(places)}{f' ({point})' if point else ''}")
     return (
-        f"The first harmonic jumps at {symbol_text(dataset[axis])} = {'; '.join(texts)}"
+        f"The first harmonic has large jumps at {symbol_text(dataset[axis])} = {'; '.join(texts)}"
         if texts
         else ""
     )

@@ -10,7 +10,8 @@ import vibropipe as vp
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import load, write
 from vibropipe.study.loading import study_of_text
-from vibropipe.view.overlays import belongs, boundaries, branches
+from vibropipe.view.legend import SIGNS
+from vibropipe.view.overlays import MARKS, belongs, boundaries, branches
 from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results, open_results
@@ -127,3 +128,7 @@ def test_a_motion_without_an_orbit_shows_its_section(results):
     assert len(page.point.panel.section.data["x"]) > 300
     first = page.point.panel.section.data["x"][0]
     assert first == float(page.point.stored["displacement_strobe"])
+
+
+def test_every_mark_of_a_bifurcation_has_a_sign_in_the_legend():
+    assert {*MARKS.values()} <= {*SIGNS}

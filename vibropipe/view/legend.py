@@ -14,7 +14,10 @@ from vibropipe.view.words import html
 MARKERS, LETTERS = ("circle", "triangle", "inverted_triangle", "square"), "●▲▼■"
 # Strokes and gaps of the dashes that Bokeh names, in pixels.
 STROKES = {"solid": "", "dashed": "6", "dotted": "2 4", "dashdot": "2 4 6 4"}
-SIGNS = {"circle": "○", "square": "□", "diamond": "◇", "triangle": "△", "x": "×", "star": "☆"}
+SIGNS = {
+    "circle": "○", "square": "□", "diamond": "◇", "triangle": "△", "inverted_triangle": "▽",
+    "x": "×", "star": "☆",
+}  # fmt: skip
 LEGEND_CSS = """
 .legend {font-size: 11px; line-height: 1.3}
 .legend div {padding-left: 28px; text-indent: -28px}

@@ -105,6 +105,7 @@ def test_columns_with_units_are_read_in_si(tmp_path):
         (PHYSICAL, "omega (Hz),displacement_mean (kg)\n9,1\n", "measured.displacement_mean: .* kg"),
         (PHYSICAL, "omega (Hz),displacement_men (mm)\n9,1\n", "displacement_men: must be a quantity .* such as"),
         (PHYSICAL, "phase,displacement (mm)\n0,1\n0.5,2\n", "measured quantities as keys"),
+        (PHYSICAL, "omega (Hz),displacement_mean (mm)\n9,1\n", r"more numbers than parameters to be found (1)"),
     ],
 )  # fmt: skip
 def test_bad_tables_are_refused_in_words(tmp_path, text, table, message):
@@ -113,3 +114,10 @@ def test_bad_tables_are_refused_in_words(tmp_path, text, table, message):
         load(tmp_path, text, **({name: table} if table is not None else {}))
     line = str(error.value)
     assert re.search(message.replace("(", r"\(").replace(")", r"\)"), line), line
+
+
+def test_soft_supports_and_friction_are_called_for(tmp_path):
+    text = STUDY.replace("R2: 0.65}", "R2: 0.65, k1: 100, friction: 0.01}")
+    table = "nu,displacement_mean\n0.9,0.01\n1,0.02\n1.1,0.02\n"
+    scene = load(tmp_path, text, **{"tables/response": table}).scenes["found"]
+    assert {"soft", "friction"} <= {*scene.called_effects()}

@@ -125,9 +125,6 @@ def identify(
     check_whole("samples", samples, DESIGN_SAMPLES)
     exciter.check_start(x0, v0)
     model = _Model(exciter, data, list(ranges), x0, v0)
-    if data.values.size <= len(ranges):
-        must = f"must have more numbers than parameters to be found ({len(ranges)})"
-        raise ParameterError("measured", data.values.size, must=must)
     low, high = np.array(list(ranges.values())).T
     best = _search(model, low, high, samples)
     return _dataset(model, best, list(ranges))
@@ -164,6 +161,9 @@ def read_measured(
     if noise is not None and {*noise} != {*columns}:
         must = f"must have the measured quantities as keys ({', '.join(columns)})"
         raise ParameterError("noise", noise, must=must, got=", ".join(noise))
+    if values.size <= len(ranges):
+        must = f"must have more numbers than parameters to be found ({len(ranges)})"
+        raise ParameterError("measured", values.size, must=must)
     sigma = [number_within(f"noise.{c}", (noise or {}).get(c, 1.0), POSITIVE) for c in columns]
     return Measured(over, values, names, 1 / np.array(sigma), noise is not None)
 

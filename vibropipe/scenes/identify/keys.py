@@ -61,6 +61,7 @@ class ColumnRule(NumberOrUnit):
 class IdentifyScene(VariedScene):
     """Parameters that explain a measured motion or response."""
 
+    COMPUTES_PIECES = True
     kind: Literal["identify"] = Field(
         description="Parameters that explain a measured motion or response."
     )

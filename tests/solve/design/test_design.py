@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.solve.design.goals import goals_of
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.status import UnsolvedWarning
 
@@ -285,3 +287,11 @@ def test_the_least_force_lies_at_the_end_of_the_range():
 def test_the_force_of_a_rigid_support_is_refused():
     with pytest.raises(vp.ParameterError, match="k2: must be above 0, since support_force_max_2"):
         vp.design(replace(SOFT, k2=0.0, h2=0.0), {"f": (0.7, 1.1)}, {"support_force_max_2": 10.0})
+
+
+def test_a_bound_keeps_the_digits_that_a_unit_needs():
+    velocity = 0.8 / math.sqrt(4000)
+    goals = goals_of(None, {"impact_velocity_max_1": f"< {velocity!r}"}, None, None)
+    name, sign, number = goals.texts["subject_to"].split()
+    assert (name, sign) == ("impact_velocity_max_1", "<")
+    assert f"{float(number) * math.sqrt(4000):g}" == "0.8"

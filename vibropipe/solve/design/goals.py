@@ -58,11 +58,11 @@ class Bound(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The bound as it may be written."""
+        """The bound as it may be written, with digits enough for a number that gets a unit again."""
         if self.is_target:
-            return f"{self.quantity.name} = {self.low:g}"
+            return f"{self.quantity.name} = {self.low:.12g}"
         ends = [(">", self.low), ("<", self.high)]
-        signs = [f"{sign} {end:g}" for sign, end in ends if math.isfinite(end)]
+        signs = [f"{sign} {end:.12g}" for sign, end in ends if math.isfinite(end)]
         return f"{self.quantity.name} {', '.join(signs)}"
 
     def scale(self, half: float) -> float:

@@ -48,6 +48,8 @@ HIGHEST_SHARE = (
 REGION = "region"
 # Told from every value in grey too.
 NO_VALUE: dict[str, Any] = {"facecolor": "white", "edgecolor": "#B0B0B0", "hatch": "////"}
+# Letters of a line of a label under a panel of half a page, and beside one.
+ABSCISSA_LETTERS, ORDINATE_LETTERS = 34, 26
 MAX_MAPS = 12
 MAX_BANDS = 4  # combinations whose impact velocities are drawn too
 ORBIT_TEXT = "$(m;\\ p_1, p_2)$: $p_1$ and $p_2$ impacts on supports 1 and 2 in $m$ forcing periods"
@@ -128,12 +130,14 @@ def draw_maps(
         else:
             draw_values(ax, each, norms[each.series.name], x, y)
             bars.setdefault((row, each.series.name), []).append(ax)
-        ax.set_title(each.title)
         is_left = column == 0 or (row, column - 1) not in cells
         is_wide = spot.colspan.stop - spot.colspan.start > 1
+        ax.set_title(each.title if is_wide else fitted_title(each.title))
         is_low = is_wide or (row + 1, column) not in cells
-        ax.set_ylabel(axis_label(each.part[y]) if is_left else "")
-        ax.set_xlabel(axis_label(each.part[x]) if is_low else "")
+        # Beside another panel a label has the room of half a page, and as little below each other.
+        letters = (0 if is_wide else ABSCISSA_LETTERS, ORDINATE_LETTERS)
+        ax.set_ylabel(axis_label(each.part[y], width=letters[1]) if is_left else "")
+        ax.set_xlabel(axis_label(each.part[x], width=letters[0]) if is_low else "")
         ax.tick_params(labelleft=is_left, labelbottom=is_low)
     for (_, name), axes in bars.items():
         drawn: list[Any] = [np.ma.asarray(ax.collections[0].get_array()) for ax in axes]
@@ -142,6 +146,13 @@ def draw_maps(
             ScalarMappable(norms[name], VALUE_COLOURS), ax=axes, aspect=24, pad=0.02,
             extend=beyond(values, norms[name]),
         )  # fmt: skip
+
+
+def fitted_title(title: str) -> str:
+    """Return the title of a panel of half a page: long words with a unit have their symbol on a line of its own."""
+    words, dollar, symbol = title.partition("$")
+    is_long = len(words) > ABSCISSA_LETTERS and symbol.endswith(")")
+    return f"{words.rstrip()}\n{dollar}{symbol}" if is_long else title
 
 
 def beyond(values: np.ndarray, norm: Normalize) -> str:

@@ -227,7 +227,8 @@ def test_a_scene_that_the_study_no_longer_has_is_named(tmp_path, capsys):
     closeup, detail, left, _ = capsys.readouterr().out.splitlines()
     assert closeup.startswith("closeup: ")
     assert detail.startswith("detail: ")
-    assert left == "  no longer in the study; delete it if not needed"
+    newest = "the study that made closeup, the newest dataset"
+    assert left == f"  not in {newest}: delete it if the study no longer has it"
     # one file alone says nothing of the study as it is now
     assert run(results / "detail.nc", "--seed", 1) == 0
     assert "no longer" not in capsys.readouterr().out

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.jobs.summary import LEFT_OVER
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import (
@@ -53,8 +52,8 @@ class Verdict:
         Why differences are expected on this system.
     left_out : str
         What was not compared, as text.
-    is_left_over : bool
-        Whether the study no longer has the scene.
+    newest : str
+        Name of the newest dataset if the study that made it has no such scene, which may be left over.
     """
 
     name: str
@@ -62,7 +61,7 @@ class Verdict:
     faults: list[str] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     left_out: str = ""
-    is_left_over: bool = False
+    newest: str = ""
 
     @property
     def good(self) -> bool:
@@ -78,7 +77,9 @@ class Verdict:
         if len(self.faults) > MAX_REPORTED:
             lines.append(f"  and {len(self.faults) - MAX_REPORTED} more")
         lines += [f"  not compared: {self.left_out}"] if self.left_out else []
-        lines += [f"  {LEFT_OVER}; delete it if not needed"] if self.is_left_over else []
+        if self.newest:
+            made = f"the study that made {self.newest}, the newest dataset"
+            lines.append(f"  not in {made}: delete it if the study no longer has it")
         if self.reasons:
             word = "possible" if self.good else "expected"
             lines.append(f"  differences are {word} on this system: {'; '.join(self.reasons)}")
@@ -118,23 +119,23 @@ def verify(
     files = scene_files(results)
     sample_seed = new_seed() if seed is None else seed
     gone = left_over(files)
-    return (replace(_verdict(path, rows, sample_seed), is_left_over=path in gone) for path in files)
+    return (replace(_verdict(path, rows, sample_seed), newest=gone.get(path, "")) for path in files)
 
 
-def left_over(files: Sequence[Path]) -> list[Path]:
-    """Return the datasets of scenes that their study no longer has, by its text in the dataset that was made last."""
+def left_over(files: Sequence[Path]) -> dict[Path, str]:
+    """Return the datasets of scenes that are not in the study whose text the newest dataset has, each with its name."""
     made = {}
     for path in files:
         with suppress(StoreError):
             made[path] = str(read_sidecar(path).get("finished", ""))
     last = max(made, key=made.__getitem__, default=None)
     if last is None or not made[last]:
-        return []
+        return {}
     try:
         study, _ = _study_and_scene(attributes_of(last))
     except (StoreError, StudyError, _ForeignError, KeyError):
-        return []  # the verdict on this file says why
-    return [path for path in made if made[path] and path.stem not in study.scenes]
+        return {}  # the verdict on this file says why
+    return {path: last.stem for path in made if made[path] and path.stem not in study.scenes}
 
 
 def _verdict(path: Path, rows: int, seed: int) -> Verdict:

@@ -302,3 +302,19 @@ def test_a_branch_over_friction_begins_without_it():
 def test_what_does_not_repeat_is_refused():
     with pytest.raises(vp.ParameterError, match="must lead from"):
         vp.branch(replace(SOFT, h=0.0, h1=0.0, h2=0.0, f=0.0), "nu", 0.7, x0=0.2)
+
+
+def test_orbits_of_two_periods_end_where_their_halves_agree():
+    exciter = vp.Exciter(
+        l=0.5, nu=0.894, f=0.78125, h=0.237, R2=0.6, k1=100, h1=2.37, load=-0.0524, friction=0.03125
+    )
+    branch = vp.branch(exciter, "nu", (0.88, 1.1))
+    assert (branch.period_multiple == 2).all()
+    # The orbits of one period beyond solve the same equations, and were taken for orbits of two.
+    assert branch.nu.max() < 1.03
+    assert vp.steady_state(replace(exciter, nu=1.05)).period_multiple == 1
+    for n in range(0, branch.sizes["point"], 8):
+        point = branch.isel(point=n)
+        at, start = replace(exciter, nu=float(point.nu)), float(point.displacement_strobe)
+        motion = vp.simulate(at, at.period, x0=start, v0=float(point.velocity_strobe))
+        assert abs(float(motion.displacement_end) - start) > 1e-6

@@ -80,7 +80,8 @@ def follow_pieces(
             new, reached = change.before, change.length
         marks: list[Mark] | None = None
         least = SHARP_COSINE if length < SHARP_LENGTH else MIN_COSINE
-        if new is not None and curve.cosine(point, new) > least:
+        is_near = new is not None and curve.cosine(point, new) > least
+        if new is not None and is_near and not _is_halved(curve, (point,), new):
             marks = _marks(curve, point, new, reached, begin) if reached > 0.0 else []
         if marks is None or new is None:
             length *= 0.5
@@ -112,7 +113,7 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
     """End a path at its last point, from which no step succeeds, or go on beyond a change of the pieces there."""
     point, middle = path.points[-1], path.points[len(path.points) // 2]
     beyond = _beyond(curve, point)
-    if beyond is not None:
+    if beyond is not None and not _is_halved(curve, (middle, point), beyond):
         path.events.append(Event("change", "", len(path.points) - 1))
         path.points.append(beyond)
         lengths.append(LARGEST_GAP)
@@ -120,7 +121,7 @@ def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
             path.end = "limit"
         return
     turned = _turned(curve, path)
-    if turned is not None:
+    if turned is not None and not _is_halved(curve, (middle, point), turned):
         path.events.append(Event("change", "", len(path.points) - 1))
         path.points.append(turned)
         lengths.append(LARGEST_GAP)
@@ -241,6 +242,8 @@ def _pass_change(
         turned = _turned(curve, path)
         if turned is not None:
             after, gap, goes_on = turned, max(TURN_LENGTHS), True
+    middle = path.points[len(path.points) // 2]
+    goes_on = goes_on and not _is_halved(curve, (middle, before), after)
     path.events.append(Event("change", "" if goes_on else "gap", len(path.points) - 1))
     if goes_on:
         path.points.append(after)
@@ -270,6 +273,14 @@ def _marks(
         # The equations are singular there, and a step may fail.
         marks.append(Mark(*((length, new) if crossing is None else crossing), "pitchfork", ""))
     return sorted(marks, key=length_of)
+
+
+def _is_halved(curve: PieceCurve, beside: Sequence[Point], point: Point) -> bool:
+    """Return whether a point after others of a branch is an orbit of half as many periods, which solves its equations.
+
+    Orbits of even multiples end where they meet those of their halves, at a flip or with a change of the pieces.
+    """
+    return curve.halves == "flip" and _reaches_parent(curve, beside, point, SYMMETRIC)
 
 
 def _reaches_parent(

@@ -165,7 +165,7 @@ def sweep_item(*, whole: bool) -> Item:
             Candidate("steady states", sweep_run, time.perf_counter),
             Candidate("heyoka, 1e-15", heyoka_run, time.perf_counter),
         ],
-        [Target("steady states", "heyoka, 1e-15", 40)],
+        [Target("steady states", "heyoka, 1e-15", 60)],
     )
 
 

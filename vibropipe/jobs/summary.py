@@ -21,8 +21,6 @@ HOW_TO_RESUME = (
 ERROR = "vibropipe: "
 # Limits of the lists: paths of missing files, and names of scenes (beyond it their number is printed).
 MAX_LISTED, MAX_SCENES_LISTED = 20, 4
-# What is said of a scene whose results are still there.
-LEFT_OVER = "no longer in the study"
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,9 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
         lines += unresolved
         if gone := scenes_left_over(run, name):
             left = f"results of {_listed(gone)}"
-            lines.append(f"  kept, though {LEFT_OVER}: {left}; delete them if not needed")
+            lines.append(
+                f"  kept, though no longer in the study: {left}; delete them if not needed"
+            )
     missing = list(dict.fromkeys(missing))
     if missing:
         lines.append(

@@ -80,8 +80,11 @@ def follow_pieces(
             new, reached = change.before, change.length
         marks: list[Mark] | None = None
         least = SHARP_COSINE if length < SHARP_LENGTH else MIN_COSINE
-        is_near = new is not None and curve.cosine(point, new) > least
-        if new is not None and is_near and not _is_halved(curve, (point,), new):
+        if (
+            new is not None
+            and curve.cosine(point, new) > least
+            and not _is_halved(curve, (point,), new)
+        ):
             marks = _marks(curve, point, new, reached, begin) if reached > 0.0 else []
         if marks is None or new is None:
             length *= 0.5

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import xarray as xr
 
-from vibropipe.lab.effect_work import SAMPLES
+from vibropipe.lab.effect_work import samples_of
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.sweep import sweep
@@ -55,7 +55,8 @@ def sweep_rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) ->
 
 def march_periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     """Return the first `count` forcing periods of a motion."""
-    samples = SAMPLES if "motion" in outputs else 0
     end = count * motion.exciter.period
-    dataset = simulate(motion.exciter, end, motion.x0, motion.v0, samples_per_period=samples)
+    dataset = simulate(
+        motion.exciter, end, motion.x0, motion.v0, samples_per_period=samples_of(outputs)
+    )
     return dataset if "impacts" in outputs else dataset.drop_dims(["impact", "grazing"])

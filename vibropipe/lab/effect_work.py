@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import NamedTuple
 
@@ -97,11 +97,16 @@ def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> Tim
     return TimedWork(solve, 1, periods, impacts, rests)
 
 
+def samples_of(outputs: Collection[str]) -> int:
+    """Return the samples per forcing period of a motion with some outputs."""
+    return SAMPLES if "motion" in outputs else 0
+
+
 def march_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> TimedWork:
     """Return the work of marching a motion over its periods, sampled if its outputs include the motion."""
     motion = motion.about_equilibrium()
     grid = exact_grid(effects_of_motion(motion), motion.exciter.parameters())
-    march = March(motion, grid, effects, SAMPLES if "motion" in case.outputs else 0)
+    march = March(motion, grid, effects, samples_of(case.outputs))
     march.repeat(1)
     impacts, rests = (float(march.log.counts[k]) / motion.periods for k in (IMPACTS, RESTS))
     return TimedWork(march.repeat, motion.periods, 1, impacts, rests)
@@ -110,7 +115,7 @@ def march_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> T
 def motion_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> TimedWork:
     """Return the work of a motion in closed form, or of marching it if there is none."""
     about = motion.about_equilibrium()
-    exciter, request = about.exciter, about.request(SAMPLES if "motion" in case.outputs else 0)
+    exciter, request = about.exciter, about.request(samples_of(case.outputs))
     if not closed_form_solver(exciter, request):
         return march_work(case, motion, effects)
     solve = partial(run_motion, exciter, request)

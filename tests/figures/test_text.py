@@ -11,7 +11,6 @@ from vibropipe.figures.style import freeze_layout, house_style, new_figure
 from vibropipe.figures.text import (
     format_number,
     grid_text,
-    mathtext,
     parameter_line,
     regime_name,
     scalar_parameters,
@@ -40,10 +39,10 @@ def test_number_keeps_the_digits_asked_for():
     assert float(format_number(0.888613761684971, 6)) == 0.888614
 
 
-def test_mathtext_raises_powers_of_ten():
-    assert mathtext(1.5e-13) == r"$1.5\times 10^{-13}$"
-    assert mathtext(-0.5) == "−0.5"
-    assert mathtext(4.0192e-7, 3) == r"$4.02\times 10^{-7}$"
+def test_number_has_raised_powers_of_ten():
+    assert format_number(1.5e-13) == "1.5 × 10⁻¹³"
+    assert format_number(-0.5) == "−0.5"
+    assert format_number(4.0192e-7, 3) == "4.02 × 10⁻⁷"
 
 
 def test_amounts_lists_and_names():

@@ -274,7 +274,7 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
     both["energy_impact"] = ("support", [0.232, 0.173])
     with house_style():
         whole = draw_energy(both)
-        assert r"$4.02\times 10^{-7}$" in [text.get_text() for text in texts(whole)]
+        assert "4.02 × 10⁻⁷" in [text.get_text() for text in texts(whole)]
         for figure in (draw_energy(dataset), draw_energy(rubbing), whole, draw_spectra(dataset)):
             assert not overlapping(figure)
 

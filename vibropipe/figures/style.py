@@ -1,32 +1,41 @@
-"""Common style of all figures: sizes, fonts, colours, and files that are reproducible to the byte.
+"""Common style of all figures: sizes, fonts, and files that are reproducible to the byte.
 
-The colours are those of Okabe and Ito, which colour-blind readers can distinguish. Line style, hatch,
-marker or label repeat the distinction, for print in grey.
+To draw a picture, call `canvas.new_canvas` and `canvas.axes` inside `house_style`, with colours of `palette`; the
+figure is 16 or 7.75 cm wide and is printed at that width, so that 8 pt here is 8 pt on the page. Titles and captions
+stand in the report, not in the figure. Letters and formulas are those of the report, Libertinus Serif, whose files
+are in `fonts/`. Write a derivative with a dot, since the prime of this font sits badly, and powers, units and indices
+in 7 pt as letters (10⁻⁶, m/s², $R$₁): mathtext makes them smaller.
 """
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import _mathtext, font_manager
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE
+from vibropipe.figures.palette import INK
+from vibropipe.figures.palette import REGIME_STYLES as REGIME_STYLES
+from vibropipe.figures.palette import SUPPORT_COLOURS as SUPPORT_COLOURS
+from vibropipe.figures.palette import SUPPORT_MARKERS as SUPPORT_MARKERS
 from vibropipe.store import atomic_file
 
-PRINT_WIDTH_CM = 16.0
-FONT_SIZE = 9.0
-SMALL_FONT_SIZE = 8.0
-CM_PER_INCH = 2.54
+FONTS = Path(__file__).with_name("fonts")
+FAMILY = "Libertinus Serif"
+PRINT_WIDTH_CM, FONT_SIZE, SMALL_FONT_SIZE = WIDE, BODY, SMALL
+SHRINKING = 0.82  # of indices and powers in formulas: 6.56 pt in labels, which print still resolves
 LINE_CM = 0.5  # of a line of a title
 DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
 PAGE_HEIGHT_CM = 21.5  # of a figure with its caption below on A4
@@ -36,8 +45,6 @@ ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, NEUTRAL = "#7F7F7F", "#D8D8D8"
-SUPPORT_COLOURS = {1: VERMILLION, 2: BLUE}
-SUPPORT_MARKERS = {1: "^", 2: "v"}
 # Text on regions of a map and on bands.
 REGION_LABEL: Mapping[str, Any] = {
     "ha": "center", "va": "center", "fontsize": SMALL_FONT_SIZE,
@@ -59,8 +66,12 @@ DOTTED: Any = (0, (1, 1.2))  # of unstable motions
 LINE_MARKERS = ("o", "s", "D", "^", "v", "P", "X")
 
 SETTINGS: Mapping[str, Any] = {
-    "font.family": ["STIXGeneral"],
-    "mathtext.fontset": "stix",
+    "font.family": [FAMILY],
+    "mathtext.fontset": "custom",
+    "mathtext.rm": FAMILY,
+    "mathtext.it": f"{FAMILY}:italic",
+    "mathtext.bf": f"{FAMILY}:bold",
+    "mathtext.fallback": "stix",
     "font.size": FONT_SIZE,
     "axes.labelsize": FONT_SIZE,
     "axes.titlesize": FONT_SIZE,
@@ -69,15 +80,30 @@ SETTINGS: Mapping[str, Any] = {
     "figure.titlesize": FONT_SIZE,
     "xtick.labelsize": SMALL_FONT_SIZE,
     "ytick.labelsize": SMALL_FONT_SIZE,
-    "axes.linewidth": 0.6,
+    "axes.linewidth": 0.5,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.labelpad": 3.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.unicode_minus": True,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 4.0,
-    "hatch.linewidth": 0.5,
+    "axes.axisbelow": True,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.minor.width": 0.3,
+    "ytick.minor.width": 0.3,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.size": 1.6,
+    "ytick.minor.size": 1.6,
+    "xtick.major.pad": 2.5,
+    "ytick.major.pad": 2.5,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 3.6,
+    "hatch.linewidth": 0.35,
     "legend.frameon": False,
     "legend.handlelength": 2.2,
     "legend.columnspacing": 1.1,
@@ -85,7 +111,7 @@ SETTINGS: Mapping[str, Any] = {
     "savefig.dpi": 300,
     "svg.hashsalt": "vibropipe",
     "svg.fonttype": "path",
-    "pdf.fonttype": 42,
+    "pdf.fonttype": 3,  # OpenType files with cubic outlines cannot be embedded as type 42
     "pdf.compression": 6,
     "path.simplify": True,
 }
@@ -96,35 +122,26 @@ METADATA: Mapping[str, Mapping[str, None]] = {
 }
 
 
-@dataclass(frozen=True)
-class RegimeStyle:
-    """Colour, hatch and line style of a regime on maps, in strips and as a line."""
-
-    colour: str
-    hatch: str
-    linestyle: Any = "-"
-
-
-# Lightness L* rises from unbounded (0) to no impact (98) in steps of at least 8, which remain distinct in grey.
-REGIME_STYLES: Mapping[str, RegimeStyle] = {
-    "no_impact": RegimeStyle("#F9F9F9", "", (0, (1, 1))),
-    "one_sided_1": RegimeStyle(SKY, "////", (0, (5, 1.5))),
-    "one_sided_2": RegimeStyle(BLUE, "\\\\\\\\", (0, (5, 1.5, 1, 1.5))),
-    "two_sided": RegimeStyle(GREEN, "", "-"),
-    "with_rest": RegimeStyle(YELLOW, "....", (0, (8, 2))),
-    "aperiodic": RegimeStyle("#8C2D04", "xxxx", (0, (3, 1))),
-    "unbounded": RegimeStyle(BLACK, "", (0, (1, 3))),
-    "unresolved": RegimeStyle("#E4B3CF", "++++", (0, (1, 3))),
-}
+@functools.cache
+def add_fonts() -> None:
+    """Make the fonts of the package known to matplotlib, once per process."""
+    for path in sorted(FONTS.glob("*.otf")):
+        font_manager.fontManager.addfont(path)
 
 
 @contextmanager
 def house_style() -> Iterator[None]:
     """Apply SETTINGS over matplotlib's defaults, ignoring the user's; draw and save inside."""
+    add_fonts()
+    usual = _mathtext.SHRINK_FACTOR
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(dict[Any, Any](SETTINGS))
-        yield
+        _mathtext.SHRINK_FACTOR = SHRINKING
+        try:
+            yield
+        finally:
+            _mathtext.SHRINK_FACTOR = usual
 
 
 def new_figure(height_cm: float) -> Figure:

@@ -128,7 +128,7 @@ def value_text(array: xr.DataArray, value: float | str | None = None) -> str:
     if isinstance(shown, str):
         return f"followed {shown}wards" if array.name == "direction" else shown
     units = unit_text(_words(array)["units"])
-    return f"{symbol_of(array)} = {mathtext(float(shown))}" + (f" {units}" if units else "")
+    return f"{symbol_of(array)} = {format_number(float(shown))}" + (f" {units}" if units else "")
 
 
 def plain_value(array: xr.DataArray) -> str:
@@ -255,15 +255,6 @@ def width_in_digits(text: str) -> float:
     narrow = sum(letter in " ,.·/" for letter in shown)
     wide = sum(letter.isupper() or letter in "=−" for letter in shown)
     return len(shown) - 0.5 * narrow + 0.4 * wide
-
-
-def mathtext(value: float | str, digits: int = 4) -> str:
-    """Write a number as `format_number` does, with powers of ten in mathtext: fonts of figures lack raised digits."""
-    text = format_number(value, digits)
-    if " × 10" not in text:
-        return text
-    mantissa, exponent = f"{value:.{digits}g}".split("e")
-    return rf"${mantissa}\times 10^{{{int(exponent)}}}$"
 
 
 def sentences(*parts: str) -> str:

@@ -151,5 +151,5 @@ def drawing_hash() -> str:
 
 def _files(path: Path) -> Iterable[Path]:
     return sorted(
-        item for item in path.rglob("*") if item.suffix in (".py", ".toml", ".typ", ".mplstyle")
+        item for item in path.rglob("*") if item.suffix in (".py", ".toml", ".typ", ".otf")
     )

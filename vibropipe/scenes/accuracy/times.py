@@ -19,7 +19,7 @@ from vibropipe.figures.style import (
     line_style,
     new_figure,
 )
-from vibropipe.figures.text import format_number, mathtext
+from vibropipe.figures.text import format_number
 from vibropipe.scenes.accuracy.summary import of_errors, time_to_reach
 from vibropipe.scenes.accuracy.text import COARSE, FINE, error_text, left_out_text
 from vibropipe.words.measurements import Outcome
@@ -74,7 +74,7 @@ def draw_times(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     span = (finite.min() / 2, finite.max() * 2) if finite.size else (1.0, 10.0)
     for ax, accuracy in ((left, COARSE), (right, FINE)):
         draw_rows(ax, times.sel(accuracy=accuracy), names, span)
-        ax.set_title(f"error at most {mathtext(accuracy)}")
+        ax.set_title(f"error at most {format_number(accuracy)}")
     left.set_yticks(range(n_motions), [str(m).replace("_", " ") for m in times["motion"].values])
     right.tick_params(labelleft=False)
     draw_medians(figure.add_subplot(grid[1, :]), times, names)

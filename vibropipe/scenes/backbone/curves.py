@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.style import LINE_MARKERS, legend, line_style, new_figure
-from vibropipe.figures.text import axis_label, mathtext
+from vibropipe.figures.text import axis_label, format_number
 from vibropipe.words.vocabulary import PHYSICAL_NAMES, quantity
 
 
@@ -50,7 +50,7 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
                 x = tau_bar if name == "tau_bar" else turn / tau_bar
                 ax.plot(x, height, linestyle="none", **marker)
             shown = marker
-        handles.append(Line2D([], [], **style, **shown, label=f"{symbol} = {mathtext(value)}"))
+        handles.append(Line2D([], [], **style, **shown, label=f"{symbol} = {format_number(value)}"))
     if "simulated_tau_bar" in dataset:
         handles.append(
             Line2D(

@@ -30,8 +30,8 @@ from vibropipe.figures.text import (
     ORDINALS,
     axis_label,
     flag_texts,
+    format_number,
     in_brackets,
-    mathtext,
     orbit_texts,
     parameter_line,
     parameter_names,
@@ -241,7 +241,7 @@ def draw_values(ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece])
         index = widest.start + int(np.abs(x[widest] - at).argmin())
         height = y[index][np.isfinite(y[index])]
         if height.size:
-            ax.text(x[index], height[0], mathtext(value), gid=VALUE, **VALUE_STYLE)
+            ax.text(x[index], height[0], format_number(value), gid=VALUE, **VALUE_STYLE)
 
 
 def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, BLUE, NEUTRAL, ORANGE, legend, new_figure, write_centred
-from vibropipe.figures.text import mathtext, symbol_of, with_units
+from vibropipe.figures.text import format_number, symbol_of, with_units
 from vibropipe.scenes.design.data import Part, has_spread, spread_parts
 from vibropipe.solve.tolerance import WORST
 
@@ -82,7 +82,7 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
 
 def deviation_text(dataset: xr.Dataset, name: str) -> str:
     """Write a parameter with its standard deviation."""
-    return f"{symbol_of(dataset[name])} ± {with_units(dataset[name], mathtext(float(dataset[f'{name}_std']), 2))}"
+    return f"{symbol_of(dataset[name])} ± {with_units(dataset[name], format_number(float(dataset[f'{name}_std']), 2))}"
 
 
 def draw_sensitivities(dataset: xr.Dataset) -> Figure:
@@ -129,7 +129,7 @@ def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
 def row_text(best: xr.Dataset, part: Part) -> str:
     """Write a quantity with its symbol and standard deviation."""
     std = float(part.of(best, "_std").sel(estimate="first_order"))
-    return f"{part.words(best)}\n± {with_units(best[part.variable], mathtext(std, 2))}"
+    return f"{part.words(best)}\n± {with_units(best[part.variable], format_number(std, 2))}"
 
 
 def empty(text: str) -> Figure:

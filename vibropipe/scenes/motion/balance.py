@@ -13,7 +13,6 @@ from vibropipe.figures.text import (
     axis_label,
     format_number,
     in_brackets,
-    mathtext,
     parameter_line,
     sentences,
     with_units,
@@ -92,7 +91,7 @@ def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
     span = max(map(abs, values), default=1.0) or 1.0
     for position, value in enumerate(values):
         ax.annotate(
-            mathtext(value, 3), (position, value), (0, 2 if value >= 0 else -2),
+            format_number(value, 3), (position, value), (0, 2 if value >= 0 else -2),
             textcoords="offset points", ha="center", va="bottom" if value >= 0 else "top",
             fontsize=SMALL_FONT_SIZE,
         )  # fmt: skip

@@ -25,8 +25,8 @@ from vibropipe.figures.style import (
     write_centred,
 )
 from vibropipe.figures.text import (
+    format_number,
     frequency,
-    mathtext,
     parameter_line,
     symbol_of,
 )
@@ -237,7 +237,7 @@ def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:
     if 0.0 < HIGH * end < values.max(initial=0.0):
         ax.set_ylim(top=end)
         ax.text(
-            0.99, 0.95, f"up to {mathtext(float(values.max()), 3)}", transform=ax.transAxes,
+            0.99, 0.95, f"up to {format_number(float(values.max()), 3)}", transform=ax.transAxes,
             ha="right", va="top", fontsize=SMALL_FONT_SIZE,
         )  # fmt: skip
 

@@ -1,0 +1,82 @@
+"""Figures in centimetres, and their letters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.font_manager import findfont
+
+from vibropipe.figures.canvas import (
+    HALF,
+    axes,
+    label,
+    label_region,
+    missed_band,
+    new_canvas,
+    panel,
+    power_ticks,
+    size_of,
+    support_bands,
+    time_ticks,
+)
+from vibropipe.figures.style import FAMILY, FONTS, house_style, save
+
+
+def test_axes_stand_where_they_are_put():
+    figure = new_canvas(9.0)
+    ax = axes(figure, 1.5, 1.0, 12.0, 7.0)
+    assert size_of(ax) == pytest.approx((12.0, 7.0))
+    corner = ax.get_window_extent().p0 / figure.dpi * 2.54
+    assert corner == pytest.approx((1.5, 1.0))
+    assert new_canvas(5.0, HALF).get_figwidth() * 2.54 == pytest.approx(7.75)
+
+
+def test_letters_are_those_of_the_package():
+    with house_style():
+        for style, weight in (("normal", "normal"), ("italic", "normal"), ("normal", "bold")):
+            found = findfont(f"{FAMILY}:style={style}:weight={weight}", fallback_to_default=False)
+            assert str(found).startswith(str(FONTS))
+
+
+def test_a_figure_has_one_family_of_type_and_is_the_same_to_the_byte(tmp_path):
+    files = []
+    for folder in ("a", "b"):
+        with house_style():
+            figure = new_canvas(5.0)
+            ax = axes(figure, 1.5, 1.2, 12.0, 3.0)
+            ax.set(
+                xscale="log",
+                yscale="log",
+                xlim=(1e-8, 10),
+                ylim=(1e-7, 1),
+                xlabel=r"$\dot{x}_1$ · $\nu$",
+            )
+            power_ticks(ax, "x", (-8, -4, 0, 1))
+            time_ticks(ax, "y", (-7, -6, -2, 0))
+            panel(ax, "a", "title", "note")
+            label(ax, 1e-3, 1e-3, "10⁻⁶ → ẋ", "#E08A2E")
+            label_region(ax, 1e-5, 1e-5, "region")
+            files.append(save(figure, tmp_path / folder, "one"))
+            assert [t.get_text() for t in ax.get_xticklabels()] == ["10⁻⁸", "10⁻⁴", "1", "10"]
+            assert [t.get_text() for t in ax.get_yticklabels()] == [
+                "100 ns",
+                "1 µs",
+                "10 ms",
+                "1 s",
+            ]
+    for one, other in zip(*files, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+    pdf = files[0][1].read_bytes()
+    assert b"/Subtype /Type3" in pdf
+    assert b"STIX" not in pdf
+    assert b"DejaVu" not in pdf
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_bands_keep_the_limits(axis):
+    ax = axes(new_canvas(5.0), 1.0, 1.0, 5.0, 3.0)
+    ax.set(xlim=(-1, 1), ylim=(-1, 1))
+    support_bands(ax, -0.5, 0.5, axis)
+    missed_band(ax, 0.6, 0.8, axis=axis)
+    assert np.allclose([*ax.get_xlim(), *ax.get_ylim()], [-1, 1, -1, 1])
+    assert len(ax.patches) == 3

@@ -1,0 +1,194 @@
+"""Figures whose axes are placed in centimetres, and the marks and texts that are drawn directly on them.
+
+A figure is WIDE or HALF centimetres wide and is printed at that width, so that sizes of type are those of the page::
+
+    fig = new_canvas(9.0)
+    ax = axes(fig, 1.6, 1.2, 12.8, 7.2)
+    ax.plot(x, y, color=EXACT)
+    label(ax, x[-1], y[-1], "exact", EXACT, ha="right", va="bottom")
+    panel(ax, "a", "energy of a free motion")
+
+Draw inside `style.house_style`. Lines and regions are labelled where they are. Positions below are in centimetres,
+unless they are data of the axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colorbar import Colorbar
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
+
+CM_PER_INCH = 2.54
+WIDE, HALF, GAP = 16.0, 7.75, 0.5  # a figure, one of two beside each other, between the two
+BODY, SMALL, LETTER = 8.0, 7.0, 9.0  # pt: labels and titles; ticks and notes; letters of panels
+MIN_TYPE = 6.5  # pt, of anything in a figure
+WHITE_GROUND = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none"}
+MICRO = "\u00b5"
+
+
+def new_canvas(height: float, width: float = WIDE) -> Figure:
+    """Return an empty figure without automatic layout."""
+    figure = Figure(figsize=(width / CM_PER_INCH, height / CM_PER_INCH))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def axes(
+    figure: Figure, left: float, bottom: float, width: float, height: float, **options: Any
+) -> Axes:
+    """Add axes whose lower left corner and size are given; `options` are those of `Figure.add_axes`."""
+    wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
+    place = (left / wide, bottom / high, width / wide, height / high)
+    return figure.add_axes(place, **options)
+
+
+def size_of(ax: Axes) -> tuple[float, float]:
+    """Return width and height of axes in centimetres."""
+    box = ax.get_window_extent()
+    inch = ax.figure.dpi / CM_PER_INCH
+    return float(box.width / inch), float(box.height / inch)
+
+
+def panel(
+    ax: Axes, letter: str = "", title: str = "", note: str = "", indent: float = -0.62
+) -> None:
+    """Write a bold letter, a title and a grey note in a line above axes; the letter `indent` from their left edge."""
+    wide, high = size_of(ax)
+    options: dict[str, Any] = {"transform": ax.transAxes, "va": "baseline"}
+    y = 1 + 0.2 / high
+    if letter:
+        ax.text(indent / wide, y, letter, weight="bold", fontsize=LETTER, **options)
+    if title:
+        ax.text(0, y, title, fontsize=BODY, **options)
+    if note:
+        ax.text(1, y, note, fontsize=SMALL, color=GREY, ha="right", **options)
+
+
+def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **options: Any) -> Text:
+    """Write the name of a line at a point of its axes, in its colour, darkened until it is legible on white."""
+    return ax.text(x, y, text, **{"color": readable(colour), "fontsize": BODY, **options})
+
+
+def label_region(ax: Axes, x: float, y: float, text: str, **options: Any) -> Text:
+    """Write the name of a region of a map at a point, on white."""
+    centred = {"ha": "center", "va": "center", "multialignment": "center", "fontsize": SMALL}
+    return ax.text(x, y, text, **{**centred, "bbox": WHITE_GROUND, "zorder": 5, **options})
+
+
+def note(ax: Axes, x: float, y: float, text: str, **options: Any) -> Text:
+    """Write a grey note at a point of the unit square of axes."""
+    style = {"color": GREY, "fontsize": SMALL, "transform": ax.transAxes, "ha": "left", "va": "top"}
+    return ax.text(x, y, text, **{**style, **options})
+
+
+def arrow(
+    ax: Axes, start: tuple[float, float], end: tuple[float, float], colour: str = INK, **line: Any
+) -> None:
+    """Draw an arrow between two points of axes; `style` is `-|>` by default, `<|-|>` for a dimension."""
+    options = {"arrowstyle": "-|>", "lw": 0.6, "mutation_scale": 6.0, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", end, start, arrowprops={**options, "color": colour, **line})
+
+
+def jump(ax: Axes, x: float, start: float, end: float, colour: str) -> None:
+    """Draw the jump from one branch to another as a dashed arrow."""
+    arrow(ax, (x, start), (x, end), colour, linestyle=(0, (2, 1.2)), lw=0.8)
+
+
+def hairlines(ax: Axes, axis: Literal["x", "y", "both"] = "y") -> None:
+    """Draw a grid of hairlines behind the data."""
+    ax.grid(axis=axis, color=BAND, linewidth=0.4)
+    ax.set_axisbelow(True)
+
+
+def zero_line(ax: Axes, value: float = 0.0, axis: Literal["x", "y"] = "y") -> None:
+    """Draw the line on which bars or differences begin, at a value of `axis`."""
+    draw = ax.axhline if axis == "y" else ax.axvline
+    draw(value, color=HAIRLINE, linewidth=0.5, zorder=0)
+
+
+def support_bands(ax: Axes, lower: float, upper: float, axis: Literal["x", "y"] = "y") -> None:
+    """Hatch what lies beyond the supports, the surfaces at two values of `axis`; keeps the limits of the axes."""
+    low, high = sorted(ax.get_ylim() if axis == "y" else ax.get_xlim())
+    span = ax.axhspan if axis == "y" else ax.axvspan
+    for first, last in ((low, lower), (upper, high)):
+        if last > first:
+            span(
+                first,
+                last,
+                facecolor=BAND,
+                edgecolor=HAIRLINE,
+                hatch="//////",
+                linewidth=0,
+                zorder=0,
+            )
+    (ax.set_ylim if axis == "y" else ax.set_xlim)(low, high)
+
+
+def missed_band(
+    ax: Axes, first: float, last: float, text: str = "missed", axis: Literal["x", "y"] = "y"
+) -> None:
+    """Draw the grey band in which runs that failed stand as crosses, between two values of `axis`."""
+    (ax.axhspan if axis == "y" else ax.axvspan)(first, last, color=BAND, linewidth=0, zorder=0)
+    if text and axis == "y":
+        middle = np.sqrt(first * last) if ax.get_yscale() == "log" else (first + last) / 2
+        ax.text(0.01, middle, text, transform=ax.get_yaxis_transform(), fontsize=SMALL, va="center")
+
+
+def crosses(ax: Axes, x: Any, y: Any, colour: str = FAILED) -> None:
+    """Draw what failed as crosses."""
+    ax.plot(x, y, linestyle="none", marker="x", color=colour, markersize=3.4, markeredgewidth=0.9)
+
+
+def power_ticks(
+    ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int], zero: str = "1"
+) -> None:
+    """Label powers of ten on an axis; 10^0 is written as `zero`, 10^1 as 10."""
+    powers = list(exponents)
+    words = {0: zero, 1: "10"}
+    ticks(ax, axis, [10.0**n for n in powers], [words.get(n) or power(n) for n in powers])
+
+
+def power(exponent: int) -> str:
+    """Write a power of ten; raised digits are letters of the font, not smaller ones as in mathtext."""
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def time_ticks(ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int]) -> None:
+    """Label powers of ten of a time in seconds in units of people: 100 ns, 1 µs, 10 ms, 1 s."""
+    units = {0: "s", -3: "ms", -6: f"{MICRO}s", -9: "ns"}
+    powers = list(exponents)
+    texts = [f"{10 ** (n % 3)} {units[n - n % 3]}" if n <= 2 else f"{10**n} s" for n in powers]
+    ticks(ax, axis, [10.0**n for n in powers], texts)
+
+
+def ticks(ax: Axes, axis: Literal["x", "y"], values: Iterable[float], texts: Iterable[str]) -> None:
+    """Put labelled ticks on an axis, and no others."""
+    (ax.set_yticks if axis == "y" else ax.set_xticks)(list(values), list(texts))
+    ax.tick_params(axis=axis, which="minor", length=0, labelleft=False, labelbottom=False)
+
+
+def colour_bar(
+    figure: Figure,
+    drawn: Any,
+    left: float,
+    bottom: float,
+    width: float,
+    height: float,
+    title: str = "",
+) -> Colorbar:
+    """Add the scale of a coloured map, in axes whose corner and size are given."""
+    own = axes(figure, left, bottom, width, height)
+    bar = figure.colorbar(drawn, cax=own)
+    bar.outline.set_linewidth(0.5)
+    own.tick_params(length=2, width=0.5, labelsize=SMALL)
+    if title:
+        bar.set_label(title, fontsize=BODY)
+    return bar

@@ -143,6 +143,29 @@ def test_a_front_is_not_dominated_by_the_samples():
     assert not beaten.any()
 
 
+def test_no_row_of_a_dense_sweep_dominates_a_front():
+    # Slow impacts come with chatter and a rest, large amplitudes with two impacts: between them the laws of motion are
+    # narrow, and the front crosses some twenty of them.
+    exciter = replace(EXCITER, R1=0.4)
+    vary, bounds = {"delta": (-0.3, 0.3), "R2": (0.4, 0.9)}, {"impacts_per_period_1": "> 0.5"}
+    least = ("impact_velocity_max_1", "-displacement_amplitude_1")
+    found = vp.design(exciter, vary, {}, bounds, least, samples=64)
+    over = {"delta": np.linspace(-0.3, 0.3, 121), "R2": np.linspace(0.4, 0.9, 26)}
+    swept = vp.sweep(exciter, over=over, outputs=("harmonics", "impacts", "stability"))
+    kept = (swept.stable == 1) & (swept.impacts_per_period.sel(support=1) > 0.5)
+    speeds, amplitudes = (
+        each.values[kept.values]
+        for each in (swept.impact_velocity_max.sel(support=1), swept.displacement_amplitude.sel(harmonic=1))
+    )  # fmt: skip
+    assert found.sizes["design"] == 16
+    for design in range(16):
+        speed = float(found.impact_velocity_max[design, 0])
+        amplitude = float(found.displacement_amplitude[design, 0])
+        beats = (speeds <= speed) & (amplitudes >= amplitude)
+        gains = np.maximum(1 - speeds / speed, amplitudes / amplitude - 1)[beats]
+        assert gains.max(initial=0.0) < 1e-3
+
+
 def test_the_nearest_miss_has_its_reason():
     with pytest.warns(UnsolvedWarning, match="lies at an end of a range of vary"):
         found = vp.design(

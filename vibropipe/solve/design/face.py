@@ -15,7 +15,7 @@ from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.design.goals import CURVE, Goals, check_allow, check_supports, goals_of
 from vibropipe.solve.design.margin import law_margin
 from vibropipe.solve.design.needed import needed_tolerances
-from vibropipe.solve.design.pareto import FRONT, front
+from vibropipe.solve.design.pareto import STEPS, front
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.search import (
     REFINED,
@@ -147,7 +147,7 @@ def design(
     check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
-    steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * (FRONT + 8), progress)
+    steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
     candidates, sampled = find_candidates(problem, samples, steps)
     if is_front:
         candidates = front(problem, sampled, candidates, steps)

@@ -6,12 +6,22 @@ import numpy as np
 
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
-from vibropipe.solve.design.search import Candidate, Samples, checked
+from vibropipe.solve.design.search import Candidate, Samples, checked, solved
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.progress import WorkCount
 
-# Designs along the front, and samples from which its ends are sought.
-FRONT, ENDS = 16, 4
+# Designs along the front, and designs from which each of its ends is sought.
+FRONT, ENDS = 16, 2
+# Points of the grid that the front is sought on, ends of the ranges included.
+GRID = 4096
+# Reaches of the sweeps around the front, in shares of the ranges, and points around each of its designs; the last
+# sweeps check the designs that were refined along their laws.
+REACHES, CHECKS = tuple(0.1 * 0.6**n for n in range(12)), 3
+AROUND = 64
+# Costs within this share of their spread are the same.
+EQUAL = 1e-6
+# Steps of the search of a front beside those of the search for candidates.
+STEPS = 2 * ENDS + FRONT + len(REACHES) + CHECKS
 
 
 def front(
@@ -19,33 +29,79 @@ def front(
 ) -> list[Candidate]:
     """Return the designs of the front in the order of the first objective.
 
-    The first objective is made least under a limit of the second one (epsilon constraint), for limits between the
-    ends of the front, from the best designs already known.
+    The front is sought by sweeps, over a grid and then around its own points within less and less, since laws of motion
+    divide the ranges: derivatives see one law only. From its points the first objective is then made least along each
+    law under a limit of the second one (epsilon constraint). Sweeps around the result check it. No point of a sweep
+    meets a target exactly: with targets there are limits alone, from the best designs already known.
     """
-    designs = [candidate for candidate in candidates if candidate.is_met]
-    if not designs:
+    known = [candidate for candidate in candidates if candidate.is_met]
+    if not known:
         return candidates
-    missed = np.abs(problem.misses(samples.values)).sum(axis=1)
-    feasible = Samples(*(part[missed == 0] for part in vars(samples).values()))
-    designs += [_candidate(feasible, n) for n in range(len(feasible.share))]
+    has_targets = any(problem.goals.bounds[n].is_target for n in problem.smooth)
+    if not has_targets:
+        known += _kept(problem, samples) + _kept(problem, solved(problem, grid(problem)))
     for which in (0, 1):
-        for candidate in _best(problem, designs, which, ENDS):
-            designs += _moved(problem, candidate, which, {})
+        for candidate in _best(problem, known, which, ENDS):
+            known += _moved(problem, candidate, which, {})
             steps.add()
-    low, high = _ends(problem, designs)
-    for limit in np.linspace(high, low, FRONT):
-        within = [each for each in designs if problem.costs(each.values)[1] <= limit + 1e-12]
-        for candidate in _best(problem, within, 0, 2):
-            designs += _moved(problem, candidate, 0, {1: float(limit)})
+    known = (_along_limits if has_targets else _by_sweeps)(problem, known, steps)
+    return thinned(problem, undominated(problem, known), FRONT)
+
+
+def _by_sweeps(problem: Problem, known: list[Candidate], steps: WorkCount) -> list[Candidate]:
+    """Return designs with the front that sweeps around them lead to, refined along its laws and swept again."""
+    for reach in REACHES:
+        known = _swept(problem, known, reach)
         steps.add()
-    return thinned(problem, undominated(problem, designs))
+    for each in thinned(problem, known, FRONT):
+        known += _moved(problem, each, 0, {1: float(problem.costs(each.values)[1])})
+        steps.add()
+    for reach in REACHES[-CHECKS:]:
+        known = _swept(problem, known, reach)
+        steps.add()
+    return known
 
 
-def _candidate(samples: Samples, n: int) -> Candidate:
-    share, values, state, law = (
-        part[n] for part in (samples.share, samples.values, samples.state, samples.law)
-    )
-    return Candidate(share, values, state, law, DesignResult.MET)
+def _along_limits(problem: Problem, known: list[Candidate], steps: WorkCount) -> list[Candidate]:
+    """Return designs with those of least first cost under limits of the second one."""
+    costs = problem.costs(np.array([each.values for each in known]))
+    low, high = costs[:, 1].min(), costs[np.lexsort(costs.T[::-1])[0], 1]
+    for limit in np.linspace(high, low, FRONT).tolist():
+        within = [each for each in known if problem.costs(each.values)[1] <= limit + 1e-12]
+        for candidate in _best(problem, within, 0, 2):
+            known += _moved(problem, candidate, 0, {1: limit})
+        steps.add()
+    return known
+
+
+def grid(problem: Problem) -> np.ndarray:
+    """Return the points (n, k) of a grid over the ranges and their ends, in shares of the ranges."""
+    k = len(problem.vary)
+    along = np.linspace(0.0, 1.0, max(2, int(GRID ** (1 / k) + 1e-9)))
+    return np.stack(np.meshgrid(*[along] * k, indexing="ij"), axis=-1).reshape(-1, k)
+
+
+def _kept(problem: Problem, samples: Samples) -> list[Candidate]:
+    """Return the samples that no other one beats among those that keep to all bounds."""
+    chosen = np.flatnonzero(problem.is_met(samples.values))
+    order = _front_of(problem.costs(samples.values[chosen]))
+    share, values, state, law = samples.share, samples.values, samples.state, samples.law
+    return [
+        Candidate(share[n], values[n], state[n], law[n], DesignResult.MET) for n in chosen[order]
+    ]
+
+
+def _swept(problem: Problem, designs: list[Candidate], reach: float) -> list[Candidate]:
+    """Return the front of designs and of points around them, within a reach in shares of the ranges."""
+    from scipy.stats import qmc
+
+    parents = thinned(problem, undominated(problem, designs), 2 * FRONT)
+    k = len(problem.vary)
+    # Points beyond the ranges are moved onto their ends, where a front often lies.
+    moves = reach * (2 * qmc.Halton(k, scramble=False).random(AROUND + 1)[1:] - 1)
+    share = np.clip(np.stack([each.share for each in parents])[:, None] + moves, 0.0, 1.0)
+    fresh = _kept(problem, solved(problem, share.reshape(-1, k)))
+    return undominated(problem, designs + fresh)
 
 
 def _best(problem: Problem, designs: list[Candidate], which: int, most: int) -> list[Candidate]:
@@ -73,29 +129,30 @@ def _moved(
     return [design] if design is not None and design.is_met else []
 
 
-def _ends(problem: Problem, designs: list[Candidate]) -> tuple[float, float]:
-    """Return the least second cost, and that of the design of the least first cost."""
-    costs = np.array([problem.costs(each.values) for each in designs])
-    return float(costs[:, 1].min()), float(costs[np.lexsort(costs.T[::-1])[0], 1])
+def _front_of(costs: np.ndarray) -> list[int]:
+    """Return the rows of costs (n, 2) that no other row beats in both, in the order of the first.
+
+    Costs closer than EQUAL of their spread are the same: else a design is kept for a gain by rounding in one of them.
+    """
+    spread = np.ptp(costs, axis=0) if len(costs) else np.ones(2)
+    first, second = np.round(costs / np.where(spread > 0, EQUAL * spread, 1.0)).T
+    order = np.lexsort((second, first))
+    least = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))[:-1]
+    return [int(n) for n in order[second[order] < least]]
 
 
 def undominated(problem: Problem, designs: list[Candidate]) -> list[Candidate]:
     """Return the designs that no other one beats in both costs, in the order of the first."""
-    costs = np.array([problem.costs(each.values) for each in designs])
-    kept, least = [], np.inf
-    for n in np.lexsort((costs[:, 1], costs[:, 0])):
-        if costs[n, 1] < least:
-            kept.append(designs[n])
-            least = costs[n, 1]
-    return kept
+    costs = problem.costs(np.array([each.values for each in designs]))
+    return [designs[n] for n in _front_of(costs)]
 
 
-def thinned(problem: Problem, designs: list[Candidate]) -> list[Candidate]:
-    """Return at most FRONT designs, evenly spread along the front, with both ends."""
-    costs = np.array([problem.costs(each.values) for each in designs])
+def thinned(problem: Problem, designs: list[Candidate], most: int) -> list[Candidate]:
+    """Return at most so many designs, evenly spread along the front, with both ends."""
+    costs = problem.costs(np.array([each.values for each in designs]))
     spread = np.ptp(costs, axis=0)
     steps = np.abs(np.diff(costs / np.where(spread > 0, spread, 1.0), axis=0)).sum(axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
-    wanted = np.linspace(0.0, length[-1], FRONT)
+    wanted = np.linspace(0.0, length[-1], most)
     chosen = np.unique([int(np.abs(length - each).argmin()) for each in wanted])
     return [designs[n] for n in chosen]

@@ -24,7 +24,7 @@ SAME = 1e-7
 AT_END = 1e-5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A design: its point, quantities as `Problem.read` returns them, law of motion, and how it ended."""
 
@@ -101,7 +101,11 @@ def sample(problem: Problem, n: int, turn: int) -> Samples:
     sequence = qmc.Sobol(k, scramble=False)
     # The first point of the sequence is a corner.
     sequence.fast_forward(1 + turn * n)
-    share = sequence.random(n)
+    return solved(problem, sequence.random(n))
+
+
+def solved(problem: Problem, share: np.ndarray) -> Samples:
+    """Return the stable motions that have all quantities at points (n, k) in shares of the ranges."""
     share = share[within_ranges(problem.parameters(share))]
     points = problem.from_start(problem.parameters(share))
     values = problem.read(points)

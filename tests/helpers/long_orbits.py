@@ -110,13 +110,14 @@ def quantities(p, m, supports, u, harmonics):
     work = mp.re(amplitudes[1]) * p["f"]
     if harmonics > 1:
         work += 2 * mp.re(amplitudes[2] * mp.expj(-p.get("phi2", 0))) * p.get("f2", 0)
-    found["energy_input"] = [-2 * mp.pi * m * work]
+    found["energy_input"] = [-2 * mp.pi * work]
     found["energy_impact"] = [
         sum(
             (1 - r**2) * v**2 / 2
             for s, v, r in zip(signs, velocities, restitutions, strict=True)
             if s == side
         )
+        / m
         + mp.mpf(0)
         for side in (1, -1)
     ]

@@ -153,10 +153,11 @@ def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
             "no volume grows": orbit & (radius.prod(axis=1) > 1 + 1e-6),
             "stable agrees with the multipliers": rows["stable"].values
             != (np.nan_to_num(radius.max(axis=1), nan=np.inf) < 1),
-            "energies are finite": orbit & ~np.isfinite(energy).all(axis=1),
-            "energy of a row without an orbit is none": ~orbit & ~np.isnan(energy).all(axis=1),
-            "losses are losses": orbit & (energy[:, 1:] < -1e-12 * scale[:, None]).any(axis=1),
-            "energy is balanced": orbit & ~(gap <= 1e-7 * scale),
+            "energies are finite": solved & ~np.isfinite(energy).all(axis=1),
+            "energies of an unsolved row are none": ~solved & ~np.isnan(energy).all(axis=1),
+            "losses are losses": solved & (energy[:, 1:] < -1e-12 * scale[:, None]).any(axis=1),
+            "energy is balanced": solved & ~(gap <= 1e-7 * scale),
+            "an orbit stores no energy": orbit & (rows["energy_change"].values != 0.0),
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from vibropipe.lab.hard_cases.analytic import flights
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.contacts import log_of
 from vibropipe.solve.energy import TERMS, work_of_flights
+from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import quantity
 
 MOTIONS = independent.MOTIONS
 
@@ -105,7 +108,10 @@ def test_a_scene_stores_the_balance_of_its_motion_beside_that_of_its_orbit(tmp_p
     assert abs(float(ds.energy_residual)) < 1e-12
     assert abs(float(ds.orbit_energy_residual)) < 1e-12
     assert float(ds.energy_input) > float(ds.orbit_energy_input) > 0
-    assert "orbit_energy_change" not in ds
+    assert float(ds.orbit_energy_change) == 0.0
+    assert ds.energy_input.attrs["long_name"] == "work of the force"
+    per_period = "work of the force per forcing period of the steady state"
+    assert quantity("orbit_energy_input").long_name == per_period
 
 
 @pytest.mark.parametrize("side", [1, 2])
@@ -116,3 +122,65 @@ def test_the_tail_of_a_chatter_acts_away_from_its_support(side: int) -> None:
     log = log_of(exciter, {str(name): ds[name].values for name in ds.data_vars}, 1.0)
     assert (log.support == -side).any()
     assert (log.impulse * sign < 0.0).all()
+
+
+def steady_energies(exciter: vp.Exciter, **options: Any) -> Any:
+    return vp.steady_state(exciter, outputs=("energy", "harmonics", "impacts"), **options)
+
+
+DOUBLED = vp.Exciter(l=0.5, nu=1.5, f=0.8, h=0.1, delta=0.3, R1=0.8, R2=0.8)
+CHAOTIC = {
+    "rigid": replace(DOUBLED, nu=2.3),
+    "soft": replace(DOUBLED, nu=2.3, R1=1.0, k1=2000.0, h1=5.0, friction=0.01),
+}
+
+
+@pytest.mark.parametrize("name", CHAOTIC)
+def test_energies_without_an_orbit_are_means_over_the_window(name: str) -> None:
+    """The work is that of the first harmonic, which is by impulses; the losses balance it with what is stored."""
+    exciter = CHAOTIC[name]
+    ds = steady_energies(exciter)
+    assert int(ds.regime) == Regime.APERIODIC
+    first = ds.isel(harmonic=0)
+    work = -math.pi * exciter.f * first.displacement_amplitude * np.cos(first.displacement_phase)
+    assert float(ds.energy_input) == pytest.approx(float(work), rel=1e-10)
+    assert abs(float(ds.energy_residual)) < 1e-11
+    losses = float(ds.energy_damping + ds.energy_impact.sum() + ds.get("energy_friction", 0.0))
+    assert losses + float(ds.energy_change) == pytest.approx(float(ds.energy_input), abs=1e-11)
+    # At most the energy of the fastest impact, over 128 periods.
+    assert 0 < abs(float(ds.energy_change)) < 0.02 * float(ds.energy_input)
+    assert (ds.energy_impact > 0).all()
+
+
+def test_a_motion_that_grows_stores_what_it_is_given() -> None:
+    """Without losses, at resonance: the energies of the window are those of the same motion by `simulate`."""
+    exciter = vp.Exciter(l=1e9, delta=1e9, nu=2.0, f=1.0)
+    ds = steady_energies(exciter)
+    end, window = int(ds.periods_to_settle), int(ds.window_periods)
+    assert window > 0
+    start = vp.simulate(exciter, (end - window) * exciter.period, samples_per_period=0)
+    motion = vp.simulate(
+        exciter,
+        window * exciter.period,
+        float(start.displacement_end),
+        float(start.velocity_end),
+        samples_per_period=0,
+        energy=True,
+    )
+    for term in ("energy_input", "energy_change"):
+        mine, expected = float(ds[term]), float(motion[term]) / window
+        assert mine == pytest.approx(expected, rel=1e-6)
+    assert ds.energy_impact.values.tolist() == [0.0, 0.0]
+
+
+def test_energies_are_per_forcing_period_of_orbits_of_several() -> None:
+    ds = steady_energies(DOUBLED)
+    m = int(ds.period_multiple)
+    assert m > 1
+    start = float(ds.displacement_strobe), float(ds.velocity_strobe)
+    motion = vp.simulate(DOUBLED, m * DOUBLED.period, *start, samples_per_period=0, energy=True)
+    for term in ("energy_input", "energy_damping", "energy_impact"):
+        np.testing.assert_allclose(m * ds[term].values, motion[term].values, rtol=1e-9)
+    assert ds.energy_input.attrs["long_name"] == "work of the force per forcing period"
+    with_units = vp.to_physical(motion, 2.0, 8.0)
+    assert with_units.energy_input.attrs["long_name"] == "work of the force"

@@ -189,8 +189,8 @@ def write_energy(e, p, steady, log, c, work, energy, row) -> None:
         Its contacts.
     work : tuple of ndarray
         As for `write_amplitudes`.
-    energy : (rows, 4) float, (rows, 5) with soft supports or friction
-        Zero on entry, or without entries.
+    energy : (rows, 5) float, (rows, 6) with soft supports or friction
+        The change of the stored energy, last, stays zero. Zero on entry, or without entries.
     row : int
         Index into `energy`.
     """
@@ -200,7 +200,7 @@ def write_energy(e, p, steady, log, c, work, energy, row) -> None:
 
 @jit
 def add_energies(e, p, log, energy) -> None:
-    """Add the energies of logged pieces and impacts to `energy`, (5,): those of `write_energy`."""
+    """Add the energies of logged pieces and impacts to `energy`, (5,) or longer: those of `write_energy`."""
     add_energy_of_pieces(e, p, log.pieces, energy)
     add_losses(p, log, energy[2:])
 

@@ -157,7 +157,7 @@ def add_energy(e, p, x, v, start, stop, end, log, none, energy, c) -> None:
         As for `integrate_along`.
     none : (0,) complex
         No harmonics.
-    energy : (4,) float
+    energy : (4,) float or longer
         Increased by the work of the force and the losses by damping, at support 1 and at support 2.
     """
     integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, energy, c)

@@ -56,7 +56,8 @@ from vibropipe.orbits.verdict import (
     long_multiple,
     next_limit,
 )
-from vibropipe.orbits.window import WINDOW, close_window, record_period, write_sections
+from vibropipe.orbits.window import WINDOW, record_period, write_sections
+from vibropipe.orbits.window_means import close_window
 from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
 
@@ -243,7 +244,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
                 if is_chaotic(divergence):
                     divergence = no_divergence()
     if window is not None:
-        close_window(log.pieces, p, window, state, sums)
+        close_window(log.pieces, e, p, window, state, sums)
         write_sections(window, xs, vs, k)
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS

@@ -9,23 +9,18 @@ import numpy as np
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
-from vibropipe.orbits.growth import mean_growth
 from vibropipe.orbits.harmonics import (
     ONE_PERIOD,
     RESONANT,
     add_support_forces,
-    divide_by_stiffness,
     dynamic_stiffness,
 )
-from vibropipe.orbits.outputs import count_contacts
+from vibropipe.orbits.outputs import add_energies, count_contacts
 from vibropipe.orbits.pieces import add_harmonics_of_pieces
-from vibropipe.orbits.quadrature import integrate_along
+from vibropipe.orbits.quadrature import add_energy, integrate_along
 from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.physics.load import forcing_period
-from vibropipe.physics.quotient import divide
-from vibropipe.physics.turns import TWO_PI
 
 # Length of the window in forcing periods: the least patience, so that every given-up motion fills it.
 WINDOW = PATIENCE[0]
@@ -62,6 +57,8 @@ class Window(NamedTuple):
         Sections (x, x') at the end of these periods, or without entries.
     exponent : (rows, 2) float
         Lyapunov exponent per unit of tau and its standard error, or without entries.
+    energies : (rows, 5) or (rows, 6) float
+        Sums of the energies (`RowResults`), or without entries.
     """
 
     amplitudes: np.ndarray
@@ -81,6 +78,7 @@ class Window(NamedTuple):
     impact_support: np.ndarray
     poincare: np.ndarray
     exponent: np.ndarray
+    energies: np.ndarray
 
 
 @jit
@@ -130,6 +128,7 @@ def window_of(p, out, row, first, sums, work):
         out.impact_support,
         out.poincare,
         out.exponent,
+        out.energy,
     )
 
 
@@ -142,6 +141,8 @@ def clear_window(window) -> None:
         window.rests[side] = 0.0
         window.largest[side] = 0.0
         window.energy[side] = 0.0
+    if window.energies.size > 0:
+        window.energies[window.row] = 0.0
     for k in range(window.direct.size):
         window.direct[k] = 0.0
         if window.amplitudes.size > 0:
@@ -173,6 +174,8 @@ def add_period(e, p, window, start, end, log, c) -> None:
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
         add_to_window(log.pieces, e, p, window, start, end, log, c)
+    if window.energies.size > 0:
+        add_energies_to_window(log.pieces, e, p, window, start, end, log, c)
 
 
 @jit_inline
@@ -192,6 +195,17 @@ def add_to_window(pieces, e, p, window, start, end, log, c) -> None:
             integrate_along(
                 e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, window.energy, c
             )
+
+
+@jit
+def add_energies_to_window(pieces, e, p, window, start, end, log, c) -> None:
+    """Add a period to the energies of a window; pieces : `log.pieces`."""
+    if pieces is not None:
+        add_energies(e, p, log, window.energies[window.row])
+    else:
+        x, v = state_xv(p, start)
+        none = window.direct[:0]
+        add_energy(e, p, x, v, 0.0, 1.0, end, log, none, window.energies[window.row], c)
 
 
 @jit
@@ -263,55 +277,3 @@ def write_sections(window, xs, vs, k) -> None:
         for i in range(LISTED_PERIODS):
             window.poincare[window.row, 0, i] = xs[first + i]
             window.poincare[window.row, 1, i] = vs[first + i]
-
-
-@jit
-def write_exponent(p, window, sums) -> None:
-    """Write the Lyapunov exponent and its standard error, from the growth of a perturbation (`GrowthSums`)."""
-    if window.exponent.size > 0:
-        mean, error = mean_growth(sums)
-        window.exponent[window.row, 0] = mean / forcing_period(p)
-        window.exponent[window.row, 1] = error / forcing_period(p)
-
-
-@jit
-def close_window(pieces, p, window, end, growth) -> None:
-    """Convert the sums of a window to means per forcing period and amplitudes at the multiples of nu.
-
-    Parameters
-    ----------
-    pieces : PieceLog or None
-        `log.pieces`: the sums are then those of the motion itself.
-    p : Parameters
-    window : Window
-    end : State
-        State at the end of the window.
-    growth : GrowthSums
-        Growth of a perturbation up to there.
-
-    Notes
-    -----
-    Harmonics near resonance are taken from the quadrature.
-    """
-    write_exponent(p, window, growth)
-    periods = window.start[2]
-    for side in range(2):
-        window.impacts[side] /= periods
-        window.rests[side] /= periods
-    if pieces is not None:
-        if window.amplitudes.size > 0:
-            amplitudes = window.amplitudes[window.row]
-            for k in range(amplitudes.size):
-                amplitudes[k] = divide(amplitudes[k], complex(periods, 0.0))
-    elif window.amplitudes.size > 0:
-        amplitudes = window.amplitudes[window.row]
-        x, v = state_xv(p, end)
-        dx, dv = x - window.start[0], v - window.start[1]
-        for k in range(amplitudes.size):
-            # The motion is not periodic over the window, so the boundary terms of the partial integration remain.
-            boundary = (dv + complex(p.h, k * p.nu) * dx) * p.nu
-            amplitudes[k] -= divide(boundary, complex(TWO_PI, 0.0))
-        divide_by_stiffness(p, ONE_PERIOD, periods, amplitudes)
-        for k in range(amplitudes.size):
-            if abs(dynamic_stiffness(p, k, ONE_PERIOD)) < RESONANT:
-                amplitudes[k] = divide(window.direct[k], complex(periods, 0.0))

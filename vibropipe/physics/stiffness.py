@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, TAYLOR_FACTORS, free_flow
 from vibropipe.physics.load import first_terms, first_terms_of_second, next_term
 
@@ -31,6 +32,16 @@ def is_soft(e, p, support) -> bool:
     if e.soft is None:
         return False
     return support > 0 and stiffness_of(p, support) > 0.0
+
+
+@jit
+def energy_in_supports(e, p, x):
+    """Return the energy stored in soft supports at the displacement x from the equilibrium."""
+    energy = 0.0
+    if e.soft is not None:
+        above, below = max(0.0, x - support_position(p, 1)), max(0.0, support_position(p, 2) - x)
+        energy = 0.5 * (stiffness_of(p, 1) * above * above + stiffness_of(p, 2) * below * below)
+    return energy
 
 
 @jit

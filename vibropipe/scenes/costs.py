@@ -204,7 +204,7 @@ def steady_bytes(
         "impacts": 4 + 2 * (8 + ERROR_BYTES) + impacts * (IMPACT_BYTES + 2 * ERROR_BYTES),
         "stability": 2 * 16 + 1 + 2 * ERROR_BYTES,
         "motion": 2 * 8 * PHASE_SAMPLES,
-        "energy": 5 * 8,
+        "energy": 6 * 8,
         "subharmonics": 2 * 8 * SUBHARMONICS * harmonics,
         "poincare": 2 * 8 * VISITS,
         "lyapunov": 2 * 8,

@@ -70,7 +70,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.impact_count.size > 0:
         variables |= _impacts(rows)
     if rows.energy.size > 0:
-        variables |= _energy(rows.energy)
+        variables |= _energy(rows.energy, np.maximum(np.where(m > 0, m, rows.window_periods), 1))
     if rows.motion.size > 0:
         variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
         variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
@@ -138,11 +138,12 @@ def _contacts(rows: RowResults) -> Variables:
     return variables
 
 
-def _energy(energy: np.ndarray) -> Variables:
-    """Return the energies of orbits from their terms (rows, 4), or (rows, 5) with friction."""
+def _energy(sums: np.ndarray, periods: np.ndarray) -> Variables:
+    """Return the energies per forcing period, from their sums (`RowResults`) over the periods (rows,)."""
+    energy = sums / periods[:, None]
     losses = energy[:, 1] + energy[:, 2] + energy[:, 3]
     further: Variables = {}
-    if energy.shape[1] > 4:
+    if energy.shape[1] > 5:
         losses = losses + energy[:, 4]
         further["energy_friction"] = (("row",), energy[:, 4])
     return {
@@ -150,7 +151,8 @@ def _energy(energy: np.ndarray) -> Variables:
         "energy_damping": (("row",), energy[:, 1]),
         "energy_impact": (("row", "support"), energy[:, 2:4]),
         **further,
-        "energy_residual": (("row",), energy[:, 0] - losses),
+        "energy_change": (("row",), energy[:, -1]),
+        "energy_residual": (("row",), energy[:, 0] - losses - energy[:, -1]),
     }
 
 

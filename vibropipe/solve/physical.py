@@ -174,10 +174,10 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
     data = variable.values if isinstance(variable, xr.IndexVariable) else variable.data
     attrs = dict(variable.attrs)
     try:
-        words = physical_attributes(name)
+        words, plain = physical_attributes(name), attributes(name)
     except KeyError:
-        words = {}
-    attrs |= {key: words[key] for key in WORDS if key in words}
+        words, plain = {}, {}
+    attrs |= {key: words[key] for key in WORDS if words.get(key) != plain.get(key)}
     if name == "parameter":
         data = [physical_name(str(each)) for each in data]
     return xr.Variable(dims, convert(name, data, numbers), attrs)

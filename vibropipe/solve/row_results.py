@@ -90,7 +90,7 @@ def new_rows(
         impact_velocity=impacts.velocity,
         impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
-        energy=zeros(5 if pieces else 4, when="energy"),
+        energy=zeros(6 if pieces else 5, when="energy"),
         motion=zeros(2, PHASES, when="motion"),
         subharmonics=np.full_like(
             zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),

@@ -56,11 +56,13 @@ def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
         labelled["impact_velocity"] = (("impact",), rows.d_impacts[:, 1])
         labelled["impact_velocity_max"] = (("row", "support"), rows.d_velocity_max)
     if rows.d_energy.size > 0:
-        labelled["energy_input"] = (("row",), rows.d_energy[:, 0])
-        labelled["energy_damping"] = (("row",), rows.d_energy[:, 1])
-        labelled["energy_impact"] = (("row", "support"), rows.d_energy[:, 2:4])
-        if rows.d_energy.shape[1] > 4:
-            labelled["energy_friction"] = (("row",), rows.d_energy[:, 4])
+        # Per forcing period, as the energies.
+        energy = rows.d_energy / np.maximum(rows.period_multiple, 1)[:, None, None]
+        labelled["energy_input"] = (("row",), energy[:, 0])
+        labelled["energy_damping"] = (("row",), energy[:, 1])
+        labelled["energy_impact"] = (("row", "support"), energy[:, 2:4])
+        if energy.shape[1] > 4:
+            labelled["energy_friction"] = (("row",), energy[:, 4])
     if rows.d_subharmonics.size > 0:
         amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
         labelled["subharmonic_displacement_amplitude"] = (("row", "subharmonic"), amplitude)

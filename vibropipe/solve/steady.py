@@ -108,8 +108,9 @@ def steady_state(
             Residual of the return map, relative to the norm of the motion.
         displacement, velocity (phase)
             With the output motion: an orbit, sampled over the fraction `phase` of it.
-        energy_input, energy_damping, energy_impact (support), energy_friction, energy_residual
-            Energies per orbit: work of the force, losses (by friction if there is any), and the residual of the
+        energy_input, energy_damping, energy_impact (support), energy_friction, energy_change, energy_residual
+            Energies per forcing period, of a motion without an orbit the means over its window: work of the force,
+            losses (by friction if there is any), change of the stored energy (0 of an orbit), and the residual of the
             balance.
         chaos
             none, transient or lasting. Transient: a motion that settled after more than 64 forcing periods had
@@ -119,8 +120,8 @@ def steady_state(
         periods_to_settle
             Forcing periods marched; 0 for an orbit in closed form.
         window_periods
-            Length of the window, in forcing periods, over which harmonics and impacts of a motion without an orbit are
-            averaged; 0 with an orbit.
+            Length of the window, in forcing periods, over which harmonics, impacts and energies of a motion without an
+            orbit are averaged; 0 with an orbit.
 
     Raises
     ------

@@ -21,7 +21,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
     """Remove the results of unsolved rows.
 
     Numbers become NaN and contacts are removed. A row with a required number that is not finite counts as unsolved:
-    status `not_finite`. Energies and samples of a motion without an orbit are NaN. `section` is kept, since the next
+    status `not_finite`. Samples of a motion without an orbit are NaN. `section` is kept, since the next
     row of a chain starts from it.
 
     Parameters
@@ -54,11 +54,11 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.subharmonics,
         rows.poincare,
         rows.exponent,
+        rows.energy,
     ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0
-    for values in (rows.energy, rows.motion):
-        values[no_orbit[: len(values)]] = np.nan
+    rows.motion[no_orbit[: len(rows.motion)]] = np.nan
     return _without_impacts(rows, unsolved)
 
 

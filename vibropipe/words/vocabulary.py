@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     Described = TypeVar("Described", bound=xr.Dataset)
 
 ERROR_SUFFIX = "_error"
+# What the long names of energies say, and that those of one motion, which has an end, do not.
+PER_PERIOD, END_OF_MOTION = " per forcing period", "displacement_end"
 # Suffix of what is derived from a quantity -> its long name, and whether it has the units of the quantity.
 SUFFIXES: Mapping[str, tuple[str, bool]] = {
     ERROR_SUFFIX: ("error estimate of {}", True),
@@ -258,7 +260,8 @@ def _attributes(entry: Quantity) -> dict[str, Any]:
 def describe(dataset: Described) -> Described:
     """Set the attributes of every variable of a dataset in place, and return it.
 
-    Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require.
+    Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require. Energies of one
+    motion are from its start to its end, all others per forcing period.
 
     Raises
     ------
@@ -271,5 +274,7 @@ def describe(dataset: Described) -> Described:
             # Truth values are stored as int8.
             dtype = variable.dtype if variable.dtype.kind in "iu" else "int8"
             attrs["flag_values"] = attrs["flag_values"].astype(dtype)
+        if str(name).startswith("energy_") and END_OF_MOTION in dataset:
+            attrs["long_name"] = attrs["long_name"].replace(PER_PERIOD, "")
         variable.attrs.update(attrs)
     return dataset

@@ -86,7 +86,7 @@ CASES = (
          "work of the force = damping + losses at the supports + stored; newmark: over its own steps",
          energy.balance, Bound(1e-12, 1e-12)),
     Case("energy_of_orbits", "three orbits, with impacts and rest",
-         "work of the force = damping + losses at the supports, per orbit",
+         "work of the force = damping + losses at the supports, per forcing period",
          energy.balance_of_orbits, Bound(1e-11, None)),
     Case("unbounded", "resonance at R = 1, h = 0: unbounded growth",
          "labelled unbounded, with and without impacts; newmark: at its own resonance; wrong of 2",

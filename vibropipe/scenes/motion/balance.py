@@ -23,7 +23,7 @@ HEIGHT_CM = 6.5
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
     "energy": "from start to end of the motion",
-    "orbit_energy": "per orbit of the steady state",
+    "orbit_energy": "per forcing period of the steady state",
 }
 # Terms of a balance, in the order of the bars; what is fed in or stored counts positive.
 SIGNS = {"input": 1, "damping": -1, "impact": -1, "friction": -1, "change": 1}
@@ -43,8 +43,10 @@ def energy_terms(dataset: xr.Dataset, form: str) -> list[tuple[str, xr.DataArray
         if full not in dataset:
             continue
         array = dataset[full]
-        if name == "friction" and not np.nan_to_num(array).any():
-            continue  # stored with soft supports too
+        # Soft supports have a friction of 0, and an orbit stores nothing.
+        is_needless = name == "friction" or full == "orbit_energy_change"
+        if is_needless and not np.nan_to_num(array).any():
+            continue
         if array.ndim == 0:
             terms.append((TEXTS[name], array, sign * float(array)))
             continue

@@ -1,4 +1,4 @@
-"""Part of the report on sweeps: rows by regime, the regimes along each line, energies of the orbits."""
+"""Part of the report on sweeps: rows by regime, the regimes along each line, energies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ CAPTION = (
 )
 RUNS_CAPTION = "Regimes along each line of the sweeps, with the first and the last row of each; m: period multiple."
 ENERGY_CAPTION = (
-    "Energy of each sweep per orbit: smallest and largest value over the rows with an orbit."
+    "Energy of each sweep per forcing period: smallest and largest value over the rows with an orbit, and over "
+    "aperiodic rows, each with its mean over a window."
 )
 MAX_RUNS = 24  # regimes of one line in the table; a line through chaos has hundreds
 ENERGIES = {
@@ -109,18 +110,26 @@ def energy_tables(sweeps: Datasets) -> list[Table]:
         for key, text in ENERGIES.items()
         if any(is_shown(data, key) for data in stored.values())
     }
-    rows = [
-        [breakable(name), *(energy_text(data, key) for key in heads)]
-        for name, data in stored.items()
-    ]
+    rows = []
+    for name, data in stored.items():
+        is_aperiodic = data["regime"] == Regime.APERIODIC
+        rows.append(
+            [
+                breakable(name),
+                *(energy_text(data, key, data["regime"] < Regime.APERIODIC) for key in heads),
+            ]
+        )
+        if is_aperiodic.any():
+            texts = [energy_text(data, key, is_aperiodic) for key in heads]
+            rows.append([f"{breakable(name)}, aperiodic", *texts])
     return [Table(["scene", *heads.values()], rows, ENERGY_CAPTION)] if rows else []
 
 
-def energy_text(dataset: xr.Dataset, name: str) -> str:
-    """Write the range of an energy; that of impacts is the sum over both supports."""
+def energy_text(dataset: xr.Dataset, name: str, rows: xr.DataArray) -> str:
+    """Write the range of an energy over some rows; that of impacts is the sum over both supports."""
     if not is_shown(dataset, name):
         return DASH
-    energy = dataset[name].where(dataset["regime"] < Regime.APERIODIC)
+    energy = dataset[name].where(rows)
     values = (
         energy.sum("support", skipna=False).values if "support" in energy.dims else energy.values
     )

@@ -69,7 +69,7 @@ def test_the_first_page_has_title_question_picture_and_findings(typeset_text, da
     assert titles[-3:] == ["The model", "Scenes and parameters", "Accuracy and provenance"]
     assert typeset_text["figure"][0]["body"]["source"] == "figures/response.pdf"
     texts = " ".join(text for item in data["findings"] for text in item["texts"])
-    assert "The largest impact velocity is 1.532, on support 2 at" in texts
+    assert "Orbits strike support 2 hardest, with 1.532 in the row" in texts
     assert "The steady states of the motions are two-sided" in texts
     assert "of 10 checks are passed" in texts
 

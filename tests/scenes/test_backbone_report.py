@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
+import pytest
 import xarray as xr
 from figures.sample_datasets import amplitude_frequency, backbone, sweep
 
+import vibropipe as vp
 from vibropipe.report.data import asked_text
+from vibropipe.scenes.backbone.limits import longest_period
 from vibropipe.scenes.backbone.report import findings
 
 
@@ -16,22 +17,31 @@ def test_findings_of_a_backbone_over_the_period():
     (finding,) = findings({"law": backbone()})
     text = finding.texts[0]
     # (1 - d) + (1 + d) cos(period / 2) is positive up to period = 2 arccos(-(1 - d) / (1 + d))
-    ends = [2 * np.arccos(-(1 - d) / (1 + d)) for d in (0.1, 0.2, 0.3)]
-    assert text.startswith("Free motions strike both supports at τ̄ = 1 … ")
-    found = re.findall(r"… ([\d.]+) \(δ/l = ([\d.]+)\)", text.replace("\u2060", ""))
-    assert [offset for _, offset in found] == ["0", "0.1", "0.2", "0.3"]
-    for end, (last, _) in zip(ends, found[1:], strict=True):
-        assert end - 0.03 < float(last) <= end + 1e-3
+    low, high = (2 * np.arccos(-(1 - d) / (1 + d)) for d in (0.3, 0.0))
+    expected = f"every period below τ̄ = {high:.4g}, a limit that falls to {low:.4g} with the offset"
+    assert text.startswith(f"Free motions strike both supports at {expected}")
+
+
+@pytest.mark.parametrize("delta_over_l", [0.0, 0.1, -0.3, 0.8])
+def test_below_the_longest_period_alone_both_supports_are_struck(delta_over_l: float):
+    limit = longest_period(backbone(), delta_over_l)
+    row = vp.backbone([delta_over_l], limit * np.array([0.3, 1 - 1e-6, 1 + 1e-6, 1.1, 1.4]))
+    assert np.isfinite(row["velocity_over_l"].values).tolist() == [
+        [True, True, False, False, False]
+    ]
+    # the mirrored motion has the velocities of both supports exchanged: those squared differ by 4 delta/l
+    mirrored = vp.backbone([-delta_over_l], row["tau_bar"].values)["velocity_over_l"]
+    difference = mirrored**2 - row["velocity_over_l"].values ** 2
+    np.testing.assert_allclose(difference[0, :2], 4 * delta_over_l, rtol=1e-9, atol=1e-9)
 
 
 def test_findings_of_a_backbone_over_amplitude():
     (finding,) = findings({"free": amplitude_frequency(0.01)})
     assert finding.scene == "free"
-    text = finding.texts[0]
-    assert text.startswith(
-        "With increasing amplitude the eigenfrequency is 1 up to amplitude 0.49 (no impact), from "
+    assert finding.texts[0] == (
+        "Free motions strike one support from the amplitude 0.49 on, and both from 0.51."
     )
-    assert text.endswith("up to amplitude 1 (two-sided).")
+    assert finding.texts[1].endswith(", where it still rises at the end of the range of A.")
 
 
 def test_scenes_of_a_kind_and_grid_are_counted_together():

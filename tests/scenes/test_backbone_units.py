@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -41,14 +43,16 @@ def test_amplitudes_have_units(over_amplitude) -> None:
 
 def test_captions_have_units(over_amplitude, curves) -> None:
     plain = describe_amplitude_frequency(over_amplitude)
-    assert "Up to A = 0.007 no support is reached and the frequency is 1," in plain
+    near = f"{float(over_amplitude.l - abs(over_amplitude.delta)):.4g}"
+    assert f"Below A = {near} no support is reached and the frequency is 1" in plain
     text = describe_amplitude_frequency(vp.to_physical(over_amplitude, M, C))
-    assert "Up to A = 0.007 m no support is reached and the frequency is 63.2 rad/s," in text
+    assert f"Below A = {near} m no support is reached and the frequency is 63.2 rad/s" in text
     plain, text = (describe_backbone(data) for data in (curves, vp.to_physical(curves, M, C)))
-    ends = [float(part.split()[-1]) for part in plain.split(" at δ")[:-1]]
-    assert ends
-    for end in ends:
-        assert f"{end / P:.4g} s at δ" in text
+    limits = [2 * math.acos(-(1 - d) / (1 + d)) for d in abs(curves.delta_over_l.values)]
+    assert limits
+    for limit in limits:
+        assert f"{limit:.4g} at δ" in plain
+        assert f"{limit / P:.4g} s at δ" in text
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e3])

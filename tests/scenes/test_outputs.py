@@ -220,7 +220,8 @@ def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_pat
     largest = dataset["impact_velocity_max"].sel(support=1)
     text = caption(study.scenes[name], dataset, datasets)
     assert (
-        f"The largest impact velocity on support 1 is {float(largest.max()):.4g}, at ν = " in text
+        f"The largest impact velocity on support 1 of the orbits is {float(largest.max()):.4g}, at ν = "
+        in text
     )
 
 

@@ -7,7 +7,8 @@ import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.sweep.findings import findings, jumps_of, sweep_texts
+from vibropipe.scenes.sweep.captions import maxima_text, peak_text
+from vibropipe.scenes.sweep.findings import findings, jumps_of, mean_text, sweep_texts
 from vibropipe.scenes.sweep.report import sections
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -50,21 +51,44 @@ def test_findings_of_a_line():
     (finding,) = findings({"response": one_line()})
     assert finding.scene == "response"
     assert finding.texts == [
-        "The largest impact velocity is 1.6, on support 1 at ν = 1.6; on support 2 it reaches 0.8.",
-        "Regimes along ν: no impact (0.5 … 0.8); two-sided (0.9 … 1.1); two-sided, m = 2 (1.2); "
-        "two-sided (1.3 … 1.6); no impact (1.7 … 2).",
-        "The first harmonic has large jumps at ν = 1.65 from 0.48 to 0.1.",
-        "The constant part of displacement is largest, −0.016, at ν = 1.6.",
+        "Along ν the regime is in turn no impact, two-sided, two-sided, m = 2, two-sided and no impact; impacts begin "
+        "between ν = 0.8 and 0.9.",
+        "Orbits strike support 1 hardest, with 1.6 in the row ν = 1.6.",
+        "The first harmonic jumps between ν = 1.6 and 1.7.",
     ]
+    assert mean_text(one_line()) == (
+        "The constant part of displacement is largest, −0.016, in the row ν = 1.6"
+    )
+
+
+def test_a_value_at_an_end_of_the_range_still_rises():
+    line = one_line().isel(nu=slice(0, 11))
+    assert sweep_texts(line)[1] == (
+        "Orbits strike support 1 hardest, with 1.5 in the row ν = 1.5, "
+        "where it still rises at the end of the range of ν"
+    )
+    assert peak_text(line).endswith("at ν = 1.5, where it still rises at the end of the range of ν")
+
+
+def test_aperiodic_rows_are_told_apart_from_orbits():
+    line = one_line()
+    regime = line["regime"].copy()
+    regime[10:12] = Regime.APERIODIC
+    line = line.assign(regime=regime, window_periods=("nu", np.full(16, 128)))
+    assert sweep_texts(line)[1:3] == (
+        "Orbits strike support 1 hardest, with 1.4 in the row ν = 1.4",
+        "Aperiodic motion strikes harder than any orbit, with 1.6, in a window of 128 periods",
+    )
+    assert "on support 1 of the orbits is 1.4, at ν = 1.4 and aperiodic rows is 1.6" in maxima_text(
+        line
+    )
 
 
 def test_the_largest_force_of_a_soft_support_is_found():
     line = one_line()
     force = line["impact_velocity_max"].values * [[10.0, np.nan]]
     line = describe(line.assign(support_force_max=(("nu", "support"), force)))
-    assert sweep_texts(line)[1] == (
-        "The largest force of a soft support is 16, of support 1 at ν = 1.6"
-    )
+    assert sweep_texts(line)[2] == "The largest force of soft support 1 is 16, in the row ν = 1.6"
 
 
 def test_findings_follow_the_direction():
@@ -73,11 +97,11 @@ def test_findings_follow_the_direction():
         [one_line(), down], xr.DataArray(["up", "down"], dims="direction", name="direction")
     )
     both.attrs["follow"] = "nu both"
-    assert "at ν = 1.65 from 0.1 to 0.48" in sweep_texts(down)[3]
+    assert "The first harmonic jumps between ν = 1.6 and 1.7" in sweep_texts(down)
     text = " ".join(sweep_texts(both))
-    assert "ν = 1.65 from 0.48 to 0.1 (upwards); 1.65 from 0.1 to 0.48 (downwards)" in text
-    assert "on support 1 at ν = 1.6, upwards" in text
-    assert "Impacts occur at ν = 0.9 … 1.6 (upwards) and ν = 0.9 … 1.6 (downwards)" in text
+    assert "jumps in several places, most between ν = 1.6 and 1.7 (upwards)" in text
+    assert "in the row ν = 1.6, upwards" in text
+    assert "Impacts occur only between ν = 0.8 and 1.7 along ν, on each line" in text
 
 
 def test_a_step_without_steps_on_both_sides_is_no_jump():
@@ -94,15 +118,15 @@ def test_a_step_without_steps_on_both_sides_is_no_jump():
 def test_findings_are_in_the_units_of_the_data():
     line = one_line()
     line["nu"].attrs["units"], line["impact_velocity_max"].attrs["units"] = "rad/s", "mm/s"
-    assert "is 1.6 mm/s, on support 1 at ν = 1.6 rad/s; on support 2" in sweep_texts(line)[0]
-    assert "no impact (0.5 … 0.8 rad/s)" in sweep_texts(line)[2]
+    assert sweep_texts(line)[1].endswith("hardest, with 1.6 mm/s in the row ν = 1.6 rad/s")
+    assert sweep_texts(line)[0].endswith("impacts begin between ν = 0.8 and 0.9 rad/s")
 
 
 def test_findings_of_a_map_give_shares_and_ranges():
     dataset = sweep(40, f=np.linspace(0.05, 2, 40), all_regimes=True)
     text = " ".join(sweep_texts(dataset))
-    share = format_number(100 * float((dataset["regime"] == Regime.UNBOUNDED).mean()), 3)
-    assert f"unbounded at {share} % (ν = 2.238 … 2.377)" in text
+    share = format_number(100 * float((dataset["regime"] == Regime.TWO_SIDED).mean()), 3)
+    assert f"{share} %" in text.split("Orbits")[0]
     assert "jumps" not in text
     (section,) = sections({"map": dataset})
     assert len(section.tables) == 1

@@ -215,6 +215,11 @@ def test_the_nearest_border_is_the_nearest_change_of_regime(study):
         scaled = (found.at[0] - x[at[0]]) / np.ptp(x), (found.at[1] - y[at[1]]) / np.ptp(y)
         assert np.hypot(*scaled) == pytest.approx(best)
         assert found.beyond != regime[at]
+        low, high = found.rows
+        assert high > low
+        assert found.at[found.axis] == pytest.approx(0.5 * (low + high))
+        assert low in plane.values[found.axis]
+        assert f"between {'νf'[found.axis]} = " in borders.sentence(at, (x[at[0]], y[at[1]]))
 
 
 @pytest.mark.parametrize("changed", [{"load": 0.1}, {"k1": 30.0, "h1": 1.0}])

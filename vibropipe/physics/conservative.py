@@ -38,8 +38,8 @@ def backbone_velocity(delta_over_l: Array, tau_bar: Array) -> Array:
     d, half = np.asarray(delta_over_l, float), 0.5 * np.asarray(tau_bar, float)
     with np.errstate(all="ignore"):
         velocity = (1 - d + (1 + d) * np.cos(half)) / np.sin(half)
-        # By energy the squared velocity at support 2 exceeds that at support 1 by 4 delta/l.
-        struck = (half > 0) & (half < np.pi) & (velocity > 0) & (velocity**2 + 4 * d > 0)
+        # That at support 2 is the same with the other sign of delta.
+        struck = (half > 0) & (half < np.pi) & (velocity > 0) & (1 + d + (1 - d) * np.cos(half) > 0)
         return np.where(struck, velocity, np.nan)
 
 

@@ -23,7 +23,7 @@ def unsolved_section(datasets: Datasets) -> list[Section]:
     rows = [row for name, dataset in datasets.items() for row in unsolved_rows(name, dataset)]
     if not rows:
         return []
-    table = Table(["scene", "status", "rows", "where", "what to do"], rows, CAPTION, WIDTHS, left=5)
+    table = Table(["scene", "status", "rows", "among", "what to do"], rows, CAPTION, WIDTHS, left=5)
     return [Section(TITLE, tables=[table])]
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.figures.claims import between_text
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
 from vibropipe.view.plane import Plane
@@ -17,10 +18,12 @@ ROUNDING = 1e-12  # of half-way points, relative to the length of their axis
 
 
 class Border(NamedTuple):
-    """The nearest place between rows of two regimes: its point, and the code beyond."""
+    """The nearest place between rows of two regimes: its point, the code beyond, and both rows along which axis."""
 
     at: tuple[float, ...]
     beyond: int
+    axis: int
+    rows: tuple[float, float]
 
 
 def _rounded(value: float, length: float) -> float:
@@ -46,12 +49,13 @@ class Borders:
         codes, self.text = regime_codes(plane)
         self._of_starts = plane.of_starts
         self._arrays = [plane.dataset[name] for name in plane.axes]
+        self._values = [np.asarray(values, float) for values in plane.values]
         self._logs = [scale_of(values) == "log" for values in plane.values]
         grids = [np.log(v) if log else v for v, log in zip(plane.values, self._logs, strict=True)]
         self._low = np.array([grid[0] for grid in grids])
         self._length = np.array([np.ptp(grid) or 1.0 for grid in grids])
         self._codes, self._grids = codes, grids
-        places, sides = [], []
+        places, sides, steps = [], [], []
         for axis, grid in enumerate(grids):
             along = codes.ndim - 1 - axis
             first = np.take(codes, np.arange(grid.size - 1), along)
@@ -62,7 +66,9 @@ class Borders:
             step = index[along]
             columns[axis] = 0.5 * (grid[step] + grid[step + 1])
             places.append(np.stack(columns, axis=1))
+            steps.append(np.stack([np.full_like(step, axis), step], axis=1))
         self._places, self._sides = np.concatenate(places), np.concatenate(sides)
+        self._steps = np.concatenate(steps)
 
     def nearest(self, at: tuple[int, ...]) -> Border | None:
         """Return the nearest border of the row at indices of the axes; None if there is none."""
@@ -76,19 +82,24 @@ class Borders:
             float(np.exp(value)) if log else _rounded(float(value), float(length))
             for value, log, length in zip(self._places[best], self._logs, self._length, strict=True)
         ]
-        return Border(tuple(place), int(second if first == own else first))
+        axis, step = map(int, self._steps[best])
+        rows = self._values[axis][step], self._values[axis][step + 1]
+        return Border(tuple(place), int(second if first == own else first), axis, rows)
 
     def sentence(self, at: tuple[int, ...], point: tuple[float, ...]) -> str:
-        """Write the nearest border of a row and the way to it."""
+        """Write between which rows the nearest border of a row lies, and the way to it along other axes."""
         border = self.nearest(at)
         if border is None:
             return (
                 f"All {'starts have one attractor' if self._of_starts else 'rows have one regime'}."
             )
-        ways = [
+        ways = [between_text(self._arrays[border.axis], *border.rows)]
+        ways += [
             f"{symbol(array)} = {value_of(array, there, 4)} "
             f"({'−' if there < here else '+'}{number(abs(there - here), 2)})"
-            for array, there, here in zip(self._arrays, border.at, point, strict=True)
-            if there != here
+            for axis, (array, there, here) in enumerate(
+                zip(self._arrays, border.at, point, strict=True)
+            )
+            if there != here and axis != border.axis
         ]
-        return sentences(f"Nearest border: {self.text(border.beyond)}, at {', '.join(ways)}")
+        return sentences(f"Nearest border: {self.text(border.beyond)}, {', '.join(ways)}")

@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import format_number, regime_name, sentences
-from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.figures.text import format_number, sentences
+from vibropipe.scenes.backbone.limits import first_strikes, longest_period
+from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
 from vibropipe.words.wording import series
@@ -20,34 +21,33 @@ def describe_backbone(dataset: xr.Dataset) -> str:
     for position, value in enumerate(dataset["delta_over_l"].values):
         drawn = np.isfinite(dataset["velocity_over_l"].isel(delta_over_l=position).values)
         if drawn.any() and not drawn.all():
-            longest = float(dataset[period].values[drawn].max())
+            longest = longest_period(dataset, float(value))
             offset = f"{PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
             ends.append(f"{shown_value(dataset[period], longest)} at {offset}")
     return sentences(
         "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
         "and the frequency (right) of free vibration with impacts on both supports",
-        f"The largest period with impacts on both supports is {series(ends)}" if ends else "",
+        f"Both supports are struck at every period below {series(ends)}" if ends else "",
         "Markers: simulated motions" if f"simulated_{period}" in dataset else "",
     )
 
 
 def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
     """Return the caption over amplitude: which supports are struck, up to which frequency."""
-    amplitude, frequency = dataset["amplitude"].values, dataset["eigenfrequency"].values
-    texts: list[str] = []
-    for code, piece in parts(dataset["regime"].values):
-        end = shown_value(dataset["amplitude"], amplitude[piece][-1], 3)
-        until = f"{'then ' if texts else ''}up to A = {end}"
-        reaches = shown_value(dataset["eigenfrequency"], frequency[piece][-1], 3)
-        name = regime_name(code)
-        if name == "no_impact":
-            texts.append(f"{until} no support is reached and the frequency is {reaches}")
-        elif name == "two_sided":
-            texts.append(f"{until} both supports are struck and the frequency rises to {reaches}")
-        else:
-            texts.append(
-                f"{until} only support {name[-1]} is struck and the frequency rises to {reaches}"
-            )
+    amplitude, regime = dataset["amplitude"], dataset["regime"].values
+    (near, far), last = first_strikes(dataset), float(amplitude.max())
+    least = shown_value(dataset["eigenfrequency"], float(dataset["eigenfrequency"].min()), 3)
+    texts = []
+    if (regime == Regime.NO_IMPACT).any():
+        texts.append(
+            f"below A = {shown_value(amplitude, near)} no support is reached and the frequency is {least}"
+        )
+    one = set(regime.tolist()) & {Regime.ONE_SIDED_1, Regime.ONE_SIDED_2}
+    if one:
+        end = f" up to A = {shown_value(amplitude, far)}" if last > far else ""
+        texts.append(f"{'then ' if texts else ''}only support {int(min(one))} is struck{end}")
+    if (regime == Regime.TWO_SIDED).any():
+        texts.append(f"{'then ' if texts else ''}both supports are struck and the frequency rises")
     text = series(texts)
     return sentences(
         "Constant part and first harmonics of displacement (left) and velocity (right) of the free "

@@ -2,62 +2,64 @@
 
 from __future__ import annotations
 
-from itertools import groupby
-
-import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
-from vibropipe.report.findings import Finding, point_text, symbol_text, value_text
+from vibropipe.figures.claims import rising_text
+from vibropipe.report.findings import Finding, largest, symbol_text, value_text
 from vibropipe.report.table import Datasets
+from vibropipe.scenes.backbone.limits import first_strikes, longest_period
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.wording import series
+from vibropipe.words.vocabulary import held_name
 
 
 def findings(datasets: Datasets) -> list[Finding]:
     """Return the findings of each backbone."""
     return [
-        Finding((law_text(data) if "velocity_over_l" in data else amplitude_text(data),), name)
+        Finding(
+            (law_text(data),)
+            if "velocity_over_l" in data
+            else (amplitude_text(data), frequency_text(data)),
+            name,
+        )
         for name, data in datasets.items()
     ]
 
 
 def law_text(dataset: xr.Dataset) -> str:
-    """Write for which periods both supports are struck, for each offset."""
-    velocity = dataset["velocity_over_l"]
-    (dim,) = velocity.dims[-1:]
-    axis = dataset[dim]
-    texts = []
-    for row in velocity.transpose(..., dim):
-        kept = axis.values[np.isfinite(row.values) & (row.values > 0)]
-        if kept.size:
-            low, high = format_number(float(kept.min())), value_text(axis, kept.max())
-            texts.append(f"{low} … {high} ({point_text(row, velocity.dims[:-1])})")
-    return (
-        f"Free motions strike both supports at {symbol_text(axis)} = {series(texts)}"
-        if texts
-        else ""
-    )
+    """Write for which periods both supports are struck."""
+    period = dataset[held_name(dataset, "tau_bar")]
+    limits = [longest_period(dataset, float(d)) for d in dataset["delta_over_l"].values]
+    low, high = min(limits), max(limits)
+    below = f"below {symbol_text(period)} = {value_text(period, high)}"
+    if value_text(period, low) != value_text(period, high):
+        offset = symbol_text(dataset["delta_over_l"])
+        below = f"{below}, a limit that falls to {value_text(period, low)} with the offset {offset}"
+    return f"Free motions strike both supports at every period {below}"
 
 
 def amplitude_text(dataset: xr.Dataset) -> str:
-    """Write the range of the eigenfrequency for each regime along the amplitude."""
+    """Write from which amplitudes the supports are struck."""
     if "eigenfrequency" not in dataset or "amplitude" not in dataset.dims:
         return ""
-    ordered = dataset.sortby("amplitude")
-    frequency, amplitude = ordered["eigenfrequency"], ordered["amplitude"]
-    texts, first = [], 0
-    for code, rows in groupby(ordered["regime"].values.tolist()):
-        last = first + len(list(rows)) - 1
-        part = frequency.values[first : last + 1]
-        low, high = format_number(float(part.min())), value_text(frequency, part.max())
-        span = f"from {low} to {high}" if format_number(float(part.max())) != low else high
-        texts.append(
-            f"{span} up to amplitude {value_text(amplitude, amplitude.values[last])} "
-            f"({REGIME_TEXT[regime_name(code)]})"
-        )
-        first = last + 1
-    return f"With increasing amplitude the eigenfrequency is {series(texts)}"
+    limits = first_strikes(dataset)
+    near, far = (value_text(dataset["amplitude"], limit) for limit in limits)
+    if limits[0] <= 0.0:
+        return f"Free motions always strike one support, and both from the amplitude {far} on"
+    if near == far:
+        return f"Free motions strike both supports from the amplitude {near} on"
+    return f"Free motions strike one support from the amplitude {near} on, and both from {far}"
+
+
+def frequency_text(dataset: xr.Dataset) -> str:
+    """Write how far the eigenfrequency rises."""
+    if "eigenfrequency" not in dataset or "amplitude" not in dataset.dims:
+        return ""
+    frequency = dataset["eigenfrequency"]
+    top = largest(frequency)
+    rises = "" if top is None else rising_text(frequency, top, ("amplitude",))
+    return (
+        f"The eigenfrequency reaches {value_text(frequency, top)}, where {rises}" if rises else ""
+    )
 
 
 REPORT = ReportPart(findings=findings, rank=2)

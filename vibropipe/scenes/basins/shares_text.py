@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import between_text
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.report.findings import range_text, symbol_text, value_text
+from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.table import DASH, Table, breakable
 from vibropipe.scenes.basins.laws import (
     Change,
@@ -57,22 +58,46 @@ def missing_text(dataset: xr.Dataset) -> str:
 
 
 def together_text(dataset: xr.Dataset) -> str:
-    """Write where several attractors coexist."""
+    """Write where several attractors coexist: the widest range, between the values where an attractor changes."""
     name = str(swept_name(dataset))
-    numbers = dataset["basin_share"].count("attractor_id").values
-    several = numbers > 1
+    axis = dataset[name]
+    order = np.argsort(axis.values)
+    several = (dataset["basin_share"].count("attractor_id").values > 1)[order]
     if not several.any():
-        return f"No two motions coexist at the values of {symbol_text(dataset[name])}"
-    values = dataset[name].values
+        return f"No two motions coexist at the values of {symbol_text(axis)}"
+    decides = "At least two motions coexist, and the start decides between them"
+    if several.all():
+        return f"{decides}, at all values of {symbol_text(axis)}"
+    values = axis.values[order]
     starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
     ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
-    spans = [
-        range_text(dataset[name], values[[first, last]])
-        for first, last in zip(starts[:MAX_LISTED], ends[:MAX_LISTED], strict=True)
+    widest = int(np.argmax(values[ends] - values[starts]))
+    first, last = int(starts[widest]), int(ends[widest])
+    places = np.array([change.value for change in changes_of(dataset)])
+    low = _border(places, values, first - 1) if first > 0 else None
+    high = _border(places, values, last) if last < values.size - 1 else None
+    texts = [
+        f"{way} {place}"
+        for way, place in (("from", _place(axis, low)), ("to", _place(axis, high)))
+        if place
     ]
-    more = ", and further on" if len(starts) > MAX_LISTED else ""
-    most = int(numbers.max())
-    return f"Up to {most} motions coexist, and the start decides between them, at {series(spans)}{more}"
+    more = ", and elsewhere" if starts.size > 1 else ""
+    return f"{decides}, {' '.join(texts)}{more}"
+
+
+def _border(places: np.ndarray, values: np.ndarray, n: int) -> tuple[float, ...]:
+    """Return the one change between values n and n + 1, which is the border there; else both values."""
+    inside = places[(places >= values[n]) & (places <= values[n + 1])]
+    return (float(inside[0]),) if inside.size == 1 else (float(values[n]), float(values[n + 1]))
+
+
+def _place(axis: xr.DataArray, border: tuple[float, ...] | None) -> str:
+    """Write a border that is located, or between which values it lies; empty at an end of the range."""
+    if border is None:
+        return ""
+    if len(border) == 1:
+        return f"{symbol_text(axis)} = {value_text(axis, border[0])}"
+    return between_text(axis, *border)
 
 
 def changes_text(dataset: xr.Dataset) -> str:

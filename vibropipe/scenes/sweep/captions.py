@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import rising_text
 from vibropipe.figures.text import (
     NO_CURVES,
     REGIME_TEXT,
@@ -57,7 +58,9 @@ def describe_sweep(
         follow_text(dataset, arrows=True),
         "" if quantities else NO_CURVES,
         (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
-        "Energies are per orbit" if any(name.startswith("energy") for name in quantities) else "",
+        "Energies are per forcing period"
+        if any(name.startswith("energy") for name in quantities)
+        else "",
         row_kinds_text(dataset, show),
         unresolved_text(dataset),
         backbone_text,
@@ -113,10 +116,30 @@ def peak_text(dataset: xr.Dataset) -> str:
     if "displacement_amplitude" not in dataset:
         return ""
     first = dataset["displacement_amplitude"].isel(harmonic=0)
-    if not bool(np.isfinite(first).any()):
-        return ""
-    largest = with_units(first, format_number(float(first.max())))
-    return f"The maximum of the first harmonic is {largest}, at {location_text(first)}"
+    text = largest_text(dataset, first)
+    return f"The largest first harmonic of {text}" if text else ""
+
+
+def largest_text(dataset: xr.Dataset, values: xr.DataArray) -> str:
+    """Write the largest value of the orbits and its row, and apart from it a larger one of aperiodic rows."""
+    regime = dataset["regime"]
+    kinds = {
+        "the orbits": values.where(regime < Regime.APERIODIC),
+        "aperiodic rows": values.where(regime == Regime.APERIODIC),
+    }
+    texts: list[str] = []
+    largest = -np.inf
+    for kind, own in kinds.items():
+        if not bool(np.isfinite(own).any()) or not float(own.max()) > largest:
+            continue
+        top = own.isel({str(k): int(v) for k, v in own.argmax(...).items()})
+        largest = float(top)
+        rises = rising_text(own, top, regime.dims)
+        number = with_units(values, format_number(largest))
+        texts.append(
+            f"{kind} is {number}, at {location_text(own)}{', where ' + rises if rises else ''}"
+        )
+    return series(texts)
 
 
 def location_text(values: xr.DataArray) -> str:
@@ -222,8 +245,7 @@ def maxima_text(dataset: xr.Dataset) -> str:
         return ""
     clauses = []
     for support in dataset["support"].values:
-        velocity = dataset["impact_velocity_max"].sel(support=support)
-        if bool(np.isfinite(velocity).any()):
-            top = with_units(velocity, format_number(float(velocity.max())))
-            clauses.append(f"on support {support} is {top}, at {location_text(velocity)}")
+        text = largest_text(dataset, dataset["impact_velocity_max"].sel(support=support))
+        if text:
+            clauses.append(f"on support {support} of {text}")
     return series(clauses)

@@ -12,31 +12,26 @@ from itertools import groupby
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import (
-    REGIME_TEXT,
-    format_number,
-    reasons_text,
-    regime_name,
-)
+from vibropipe.figures.claims import between_text, only_between_text, with_rise
+from vibropipe.figures.text import REGIME_TEXT, format_number, reasons_text, regime_name
 from vibropipe.report.findings import (
     Finding,
-    extent_text,
     is_text,
     largest,
     point_text,
-    range_text,
     symbol_text,
     value_text,
 )
 from vibropipe.report.table import Datasets
+from vibropipe.scenes.sweep.first_touch import first_touch
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series
 
-# Up to so many lines, the impacts and the jumps of each are named; more lines are described together, as a map.
+# Up to so many lines, the impacts and the jumps are told; more lines are described together, as a map.
 FEW_LINES, MAX_LINES = 4, 12
 MAX_RUNS = 6  # regimes along one line that a sentence names; the table names all
-# Jumps that a sentence lists on each line, and up to which number in all it states the amplitudes.
-MAX_JUMPS, FEW_JUMPS = 6, 3
+MAX_SENTENCES = 3
+OF_LINES = ("regime", "period_multiple", "displacement_amplitude")
 # A jump is a step of the amplitude by this share of its maximum on the line, and by this factor larger than the
 # steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
 # either side, at an end of a line or beside a row without an orbit, cannot be told from steepness.
@@ -61,15 +56,18 @@ def findings(datasets: Datasets) -> list[Finding]:
 
 
 def sweep_texts(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return the findings of one sweep, a sentence each."""
-    return (
+    """Return the findings of one sweep, at most three sentences: the most useful, then the limit of what is known."""
+    lines, unresolved = n_lines(dataset), unresolved_text(dataset)
+    texts = [
+        changes_text(dataset) if lines <= FEW_LINES else shares_text(dataset),
         velocity_text(dataset),
         force_text(dataset),
-        changes_text(dataset) if n_lines(dataset) <= FEW_LINES else shares_text(dataset),
-        jumps_text(dataset) if n_lines(dataset) <= MAX_LINES else "",
+        aperiodic_text(dataset),
+        jumps_text(dataset) if lines <= MAX_LINES else "",
         mean_text(dataset),
-        unresolved_text(dataset),
-    )
+    ]
+    told = [text for text in texts if text][: MAX_SENTENCES - bool(unresolved)]
+    return (*told, *([unresolved] if unresolved else []))
 
 
 def axis_of(dataset: xr.Dataset) -> str:
@@ -88,57 +86,80 @@ def lines_of(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (point of the other parameters, its rows along the axis with increasing parameter)."""
     axis = axis_of(dataset)
     others = [str(name) for name in dataset["regime"].dims if name != axis]
-    names = [n for n in ("regime", "period_multiple", "displacement_amplitude") if n in dataset]
-    ordered = dataset[names].sortby(axis)
+    ordered = dataset[[n for n in OF_LINES if n in dataset]].sortby(axis)
     for position in np.ndindex(*(dataset.sizes[name] for name in others)):
         line = ordered.isel(dict(zip(others, position, strict=True)))
         yield point_text(line["regime"], others), line
 
 
+def of_orbits(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return a quantity of the rows with an orbit; NaN in the others."""
+    return dataset[name].where(dataset["regime"] < NO_ORBIT)
+
+
 def velocity_text(dataset: xr.Dataset) -> str:
-    """Write the largest impact velocity, its support and its place."""
+    """Write the largest impact velocity of the orbits, its support and its row."""
+    if "impact_velocity_max" not in dataset:
+        return ""
+    velocity = of_orbits(dataset, "impact_velocity_max")
+    top = largest(velocity)
+    if top is None or not float(top):
+        struck = largest(dataset["impact_velocity_max"])
+        return "" if struck is not None and float(struck) else "No support is struck"
+    text = (
+        f"Orbits strike support {int(top['support'])} hardest, with {value_text(top, top)} in the row "
+        f"{point_text(top, dataset['regime'].dims)}"
+    )
+    return with_rise(text, velocity, top, dataset["regime"].dims)
+
+
+def aperiodic_text(dataset: xr.Dataset) -> str:
+    """Write the largest impact velocity of aperiodic rows, if it exceeds that of the orbits."""
     if "impact_velocity_max" not in dataset:
         return ""
     velocity = dataset["impact_velocity_max"]
-    top = largest(velocity)
-    if top is None or not float(top):
-        return "No support is struck"
-    text = (
-        f"The largest impact velocity is {value_text(top, top)}, on support {int(top['support'])} "
-        f"at {point_text(top, dataset['regime'].dims)}"
-    )
-    second = largest(velocity.sel(support=3 - int(top["support"])))
-    if second is None or not float(second):
-        return f"{text}; the other support is not struck"
-    return f"{text}; on support {int(second['support'])} it reaches {value_text(second, second)}"
+    top = largest(velocity.where(dataset["regime"] == Regime.APERIODIC))
+    of_orbit = largest(of_orbits(dataset, "impact_velocity_max"))
+    if top is None or (of_orbit is not None and float(top) <= float(of_orbit)):
+        return ""
+    window = ""
+    if "window_periods" in dataset:
+        at = {str(dim): top[dim].item() for dim in dataset["regime"].dims}
+        window = f", in a window of {int(dataset['window_periods'].sel(at))} periods"
+    return f"Aperiodic motion strikes harder than any orbit, with {value_text(top, top)}{window}"
 
 
 def force_text(dataset: xr.Dataset) -> str:
-    """Write the largest force of a soft support and its place; empty if all are rigid or none is struck."""
-    top = largest(dataset["support_force_max"]) if "support_force_max" in dataset else None
+    """Write the largest force of a soft support and its row; empty if all are rigid or none is struck."""
+    if "support_force_max" not in dataset:
+        return ""
+    force = of_orbits(dataset, "support_force_max")
+    top = largest(force)
     if top is None:
         return ""
-    return (
-        f"The largest force of a soft support is {value_text(top, top)}, of support {int(top['support'])} "
-        f"at {point_text(top, dataset['regime'].dims)}"
+    text = (
+        f"The largest force of soft support {int(top['support'])} is {value_text(top, top)}, in the row "
+        f"{point_text(top, dataset['regime'].dims)}"
     )
+    return with_rise(text, force, top, dataset["regime"].dims)
 
 
 def mean_text(dataset: xr.Dataset) -> str:
-    """Write the largest constant part of displacement and its place; empty if it is rounding."""
+    """Write the largest constant part of displacement of the orbits and its row; empty if it is rounding."""
     if "displacement_mean" not in dataset:
         return ""
-    mean = dataset["displacement_mean"]
+    mean = of_orbits(dataset, "displacement_mean")
     top = largest(mean)
     if top is None:
         return ""
-    scale = largest(dataset["displacement_amplitude"].isel(harmonic=0))
+    scale = largest(of_orbits(dataset, "displacement_amplitude").isel(harmonic=0))
     if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
         return "The constant part of displacement is zero throughout"
-    return (
-        f"The constant part of displacement is largest, {value_text(top, top)}, "
-        f"at {point_text(top, dataset['regime'].dims)}"
+    text = (
+        f"The constant part of displacement is largest, {value_text(top, top)}, in the row "
+        f"{point_text(top, dataset['regime'].dims)}"
     )
+    return with_rise(text, mean, top, dataset["regime"].dims)
 
 
 def runs_of(line: xr.Dataset) -> list[tuple[str, int, int]]:
@@ -169,33 +190,77 @@ def runs_text(line: xr.Dataset, axis: str, at_most: int = MAX_RUNS) -> str:
 
 
 def changes_text(dataset: xr.Dataset) -> str:
-    """Write the regimes along the lines of a sweep; of several lines, where there are impacts."""
+    """Write the regimes along a line of a sweep, or where impacts occur, and a border as far as it is known."""
     axis, lines = axis_of(dataset), list(lines_of(dataset))
+    runs = runs_of(lines[0][1])
+    if len(lines) > 1 or len(runs) > MAX_RUNS:
+        return impacts_text(dataset)
     symbol = symbol_text(dataset[axis])
-    if len(lines) == 1 and len(runs_of(lines[0][1])) <= MAX_RUNS:
-        return f"Regimes along {symbol}: {runs_text(lines[0][1], axis)}"
-    texts = []
-    for point, line in lines:
-        values, codes = line[axis].values, line["regime"].values
-        struck = np.isin(codes, (*IMPACTS, Regime.APERIODIC))
-        text = range_text(line[axis], values[struck]) if struck.any() else f"no {symbol}"
-        inner = struck[struck.argmax() : struck.size - struck[::-1].argmax()]
-        gaps = " (with gaps)" if struck.any() and not inner.all() else ""
-        texts.append(f"{text}{gaps}" + (f" ({point})" if point else ""))
-    return f"Impacts occur at {series(texts)}"
+    if len(runs) == 1:
+        return f"The regime is {runs[0][0]} in all rows along {symbol}"
+    texts = f"Along {symbol} the regime is in turn {series(text for text, _, _ in runs)}"
+    border = border_text(lines[0][1], axis)
+    return f"{texts}; {border}" if border else texts
+
+
+def border_text(line: xr.Dataset, axis: str) -> str:
+    """Write where the impacts of a line begin or end first, or else its first change of regime.
+
+    That the motion without impacts touches a support there is told where the closed form says so.
+    """
+    codes, values = line["regime"].values, line[axis].values
+    changes = np.flatnonzero(codes[1:] != codes[:-1])
+    if not changes.size:
+        return ""
+    touches = [
+        n for n in changes if (codes[n] == Regime.NO_IMPACT) != (codes[n + 1] == Regime.NO_IMPACT)
+    ]
+    n = int((touches or changes)[0])
+    low, high = float(values[n]), float(values[n + 1])
+    place = first_touch(line, axis, low, high) if touches else None
+    if place is not None:
+        step = abs(high - low)
+        digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
+        where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
+        return f"the motion without impacts touches a support at {where}"
+    if not touches:
+        return f"the first change lies {between_text(line[axis], low, high)}"
+    verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
+    return f"impacts {verb} {between_text(line[axis], low, high)}"
+
+
+def impacts_text(dataset: xr.Dataset) -> str:
+    """Write outside which rows along the axis no line has impacts, and whether there are such rows between."""
+    axis, lines = axis_of(dataset), [line for _, line in lines_of(dataset)]
+    struck = [np.isin(line["regime"].values, (*IMPACTS, Regime.APERIODIC)) for line in lines]
+    number = sum(bool(mask.any()) for mask in struck)
+    if not number:
+        return f"No row along {symbol_text(dataset[axis])} has impacts"
+    where = only_between_text(lines[0][axis], np.any(struck, axis=0))
+    which = (
+        ""
+        if len(lines) == 1
+        else ", on each line"
+        if number == len(lines)
+        else ", not on each line"
+    )
+    if not where:
+        where = "in some rows, up to both ends of the range,"
+        where = "in all rows" if all(bool(mask.all()) for mask in struck) else where
+    return f"Impacts occur {where} along {symbol_text(dataset[axis])}{which}"
 
 
 def shares_text(dataset: xr.Dataset) -> str:
-    """Write the share of each regime of a map and the ranges that it lies in, the most frequent first."""
+    """Write the most frequent regimes of a map, and in what share of its points they are."""
     regime = dataset["regime"]
     codes, amounts = np.unique(regime.values, return_counts=True)
-    texts = []
-    for n in np.argsort(-amounts, kind="stable"):
-        share = f"{format_number(100.0 * float(amounts[n]) / regime.size, 3)} %"
-        name = REGIME_TEXT[regime_name(int(codes[n]))]
-        where = extent_text(regime == codes[n], part=True)
-        texts.append(f"{name} at {share}{f' ({where})' if where else ''}")
-    return f"Of {regime.size} points, the steady state is {series(texts)}"
+    permutation = np.argsort(-amounts, kind="stable")
+    names = [REGIME_TEXT[regime_name(int(codes[n]))] for n in permutation]
+    shares = [f"{format_number(100.0 * float(amounts[n]) / regime.size, 3)} %" for n in permutation]
+    if len(names) == 1:
+        return f"The regime is {names[0]} at all points of the map"
+    least = "most points" if 2 * amounts.max() > regime.size else "more points than any other"
+    return f"The regime is {names[0]} at {least} of the map, {shares[0]}, and {names[1]} at {shares[1]}"
 
 
 def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
@@ -219,38 +284,20 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
 
 
 def jumps_text(dataset: xr.Dataset) -> str:
-    """Write the jumps of a sweep line by line: their places, and of few ones the amplitudes on either side."""
+    """Write between which rows the first harmonic jumps most, and whether it does so elsewhere."""
     axis = axis_of(dataset)
-    by_line = [(point, line, jumps_of(line, axis)) for point, line in lines_of(dataset)]
-    total = sum(len(jumps) for _, _, jumps in by_line)
-    texts = []
-    for point, line, jumps in by_line:
-        shown = jumps[:MAX_JUMPS]
-        if not shown:
-            continue
-        places = [value_text(dataset[axis], (jump.before + jump.after) / 2) for jump in shown]
-        if total <= FEW_JUMPS:
-            places = [
-                f"{place} from {sides_text(jump, line, dataset)}"
-                for place, jump in zip(places, shown, strict=True)
-            ]
-        if len(jumps) > MAX_JUMPS:
-            places.append(f"{len(jumps) - MAX_JUMPS} more")
-        texts.append(f"{series(places)}{f' ({point})' if point else ''}")
-    return (
-        f"The first harmonic has large jumps at {symbol_text(dataset[axis])} = {'; '.join(texts)}"
-        if texts
-        else ""
+    found = [
+        (jump, point, line) for point, line in lines_of(dataset) for jump in jumps_of(line, axis)
+    ]
+    if not found:
+        return ""
+    jump, point, line = max(
+        found, key=lambda each: abs(each[0].amplitude_after - each[0].amplitude_before)
     )
-
-
-def sides_text(jump: Jump, line: xr.Dataset, dataset: xr.Dataset) -> str:
-    """Write the amplitudes before and after a jump, in the direction in which the line is followed."""
-    direction = line["direction"].item() if "direction" in line.coords else ""
-    is_down = str(dataset.attrs.get("follow", "")).endswith(" down") or direction == "down"
-    sides = (jump.amplitude_before, jump.amplitude_after)
-    first, last = sides[::-1] if is_down else sides
-    return f"{format_number(first, 3)} to {value_text(line['displacement_amplitude'], last, 3)}"
+    where = between_text(line[axis], jump.before, jump.after) + (f" ({point})" if point else "")
+    if len(found) == 1:
+        return f"The first harmonic jumps {where}"
+    return f"The first harmonic jumps in several places, most {where}"
 
 
 def unresolved_text(dataset: xr.Dataset) -> str:

@@ -1,0 +1,134 @@
+"""How sentences tell numbers: bounds rounded so that they hold, and borders between two values of a grid.
+
+A largest error or an upper bound is rounded up, a margin or a tolerance down, an interval outwards: what is written is
+true of the number itself. A value of a grid is no border: that lies between two of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number, plain_symbol, with_units
+from vibropipe.words.wording import series
+
+# Digits beyond which two numbers count as equal: 0.1 + 0.2 is rounded up to 0.3, not to 0.301.
+EXACT = Context(prec=12, rounding=ROUND_HALF_EVEN)
+DIGITS, MOST_DIGITS = 4, 12
+NEAR = 1e-9  # relative difference below which a neighbour is no smaller
+
+
+def at_most(value: float, digits: int = 3) -> str:
+    """Write a number rounded up: an upper bound, or the largest error.
+
+    >>> at_most(2.0001), at_most(0.1 + 0.2)
+    ('2.01', '0.3')
+    """
+    return format_number(_rounded(value, digits, ROUND_CEILING), digits)
+
+
+def at_least(value: float, digits: int = 3) -> str:
+    """Write a number rounded down: a lower bound, a margin or a tolerance.
+
+    >>> at_least(1.9999), at_least(-2.0001)
+    ('1.99', '−2.01')
+    """
+    return format_number(_rounded(value, digits, ROUND_FLOOR), digits)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> float:
+    """Return a number with `digits` significant digits, rounded as the decimal module says."""
+    if not math.isfinite(value):
+        return value
+    context = Context(prec=digits, rounding=rounding)
+    return float(context.plus(EXACT.create_decimal_from_float(value)))
+
+
+def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
+    """Write both ends of an interval, rounded outwards, with as many digits as show most of its width."""
+    for number in range(digits, MOST_DIGITS + 1):
+        first, last = (
+            _rounded(low, number, ROUND_FLOOR),
+            _rounded(high, number, ROUND_CEILING),
+        )
+        if last - first <= 1.2 * (high - low):
+            break
+    return format_number(first, number), format_number(last, number)
+
+
+def between_text(axis: xr.DataArray, one: float, other: float) -> str:
+    """Write that something lies between two values of a coordinate: `between ν = 0.8 and 0.85`."""
+    low, high = outwards(min(one, other), max(one, other))
+    return f"between {plain_symbol(str(axis.name))} = {low} and {with_units(axis, high)}"
+
+
+def only_between_text(axis: xr.DataArray, mask: np.ndarray) -> str:
+    """Write outside which neighbouring values of a sorted coordinate a mask is false.
+
+    >>> axis = xr.DataArray([1.0, 2.0, 3.0, 4.0], dims="nu", name="nu")
+    >>> only_between_text(axis, np.array([False, True, True, False]))
+    'only between ν = 1 and 4'
+    >>> only_between_text(axis, np.array([True, True, False, False]))
+    'only below ν = 3'
+    >>> only_between_text(axis, np.array([True, False, False, True]))
+    ''
+    """
+    values, kept = axis.values, np.flatnonzero(mask)
+    if not kept.size:
+        return ""
+    first, last = kept[0], kept[-1]
+    if first == 0 and last == values.size - 1:
+        return ""
+    symbol = plain_symbol(str(axis.name))
+    if first == 0:
+        return f"only below {symbol} = {with_units(axis, at_most(float(values[last + 1]), DIGITS))}"
+    if last == values.size - 1:
+        return (
+            f"only above {symbol} = {with_units(axis, at_least(float(values[first - 1]), DIGITS))}"
+        )
+    return f"only {between_text(axis, float(values[first - 1]), float(values[last + 1]))}"
+
+
+def rising_text(values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]) -> str:
+    """Write that the largest value of an array lies at an end of a range and rises towards it; empty if it does not.
+
+    Parameters
+    ----------
+    values : DataArray
+        Values over their grid.
+    at : DataArray
+        The largest of them by modulus, with its coordinates.
+    dims : iterable of str
+        Dimensions of the swept parameters.
+    """
+    names = [str(dim) for dim in dims if _rises_at_end(values, at, str(dim))]
+    if not names:
+        return ""
+    return f"it still rises at the end of the range of {series(map(plain_symbol, names))}"
+
+
+def with_rise(text: str, values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]) -> str:
+    """Return a sentence on the largest value that says so if it lies at an end of the range; as `rising_text`."""
+    rises = rising_text(values, at, dims)
+    return f"{text}, where {rises}" if rises else text
+
+
+def _rises_at_end(values: xr.DataArray, at: xr.DataArray, dim: str) -> bool:
+    """Return whether `at` lies at an end of the range of a dimension of numbers, and the value beside it is smaller."""
+    axis = values[dim]
+    if axis.size < 2 or axis.dtype.kind not in "fiu" or dim not in at.coords:
+        return False
+    others = {
+        str(name): at[name].item() for name in values.dims if name in at.coords and name != dim
+    }
+    line = abs(values.sel(others).sortby(dim))
+    where = int(np.flatnonzero(line[dim].values == at[dim].item())[0])
+    beside = {0: 1, axis.size - 1: axis.size - 2}.get(where)
+    if beside is None:
+        return False
+    top, next_to = float(line[where]), float(line[beside])
+    return math.isfinite(next_to) and next_to < top * (1.0 - NEAR)

@@ -22,11 +22,15 @@ MAX_STEPS = 100_000_000
 def keeps_energy(solver: Solver, f: float) -> float:
     """Largest relative error of the energy over a million ideal impacts under force f.
 
-    For Newmark's method flights must be longer than its step: coarser steps get slower motions.
+    The exact motion starts at x = 0, x' = -0.51, as that of the paper. A march multiplies by the same rounded matrix at
+    every step, so its error grows by 4.2e-16 for each impact of this motion. Newmark's method would take a minute: its
+    motions are faster, with flights that are longer than its step.
     """
-    half_flight = 0.05 if solver.steps is None else max(0.05, 1.25 * TURN / solver.steps)
+    half_flight = math.asin(0.5 / 0.51)
+    if solver.steps is not None:
+        half_flight = max(0.05, 1.25 * TURN / solver.steps)
     speed = 0.5 / math.sin(half_flight)
-    motion = solver.motion(Exciter(l=0.5, f=f), 1.01 * IMPACTS * 2.0 * half_flight, v0=speed)
+    motion = solver.motion(Exciter(l=0.5, f=f), 1.01 * IMPACTS * 2.0 * half_flight, v0=-speed)
     expect(motion.sizes["impact"] >= IMPACTS * (1.0 if solver.steps is None else 0.9))
     energy = 0.25 + motion["impact_velocity"].values ** 2
     return float(np.max(np.abs(energy / speed**2 - 1.0)))

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 # Seconds of cases with very many motions or impacts, and of any other case.
 SECONDS_OF_CASES = {
     "grazing_free": 1.0,
-    "ideal_free": 1.8,
-    "ideal_marched": 2.0,
+    "ideal_free": 2.2,
+    "ideal_marched": 2.6,
     "million_periods": 2.0,
 }
 SECONDS_PER_CASE, USUAL_CASES = 0.03, 30

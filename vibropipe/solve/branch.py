@@ -74,8 +74,9 @@ def branch(
         Values of the parameter at which points are wanted exactly, each time the branch passes them.
     switch : collection of str
         Any of flip, pitchfork, grazing: at these bifurcations the branches that begin there are followed too, and so
-        on: the orbits of twice the period, both asymmetric ones, and those with an impact more or less. At most 64
-        branches are followed, none of more than 128 impacts or 32 forcing periods.
+        on: the orbits of twice the period, both asymmetric ones, and at a grazing the orbit that touches a support and
+        those that strike it there: in each of its periods, of a symmetric orbit on both sides or on one, and once in
+        two or three periods. At most 64 branches are followed, none of more than 128 impacts or 32 forcing periods.
     harmonics : int
         Number of harmonics, from 1 to 1,000.
     max_step : float

@@ -9,9 +9,9 @@ import numpy as np
 
 from vibropipe.march.log import new_log
 from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.rows import write_points
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
-from vibropipe.orbits.branches.switching import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD

@@ -11,11 +11,11 @@ from vibropipe.march.grid import new_grid_room
 from vibropipe.march.log import new_log
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.pieces.curve import PieceCurve
 from vibropipe.orbits.branches.pieces.following import follow_pieces
 from vibropipe.orbits.branches.pieces.rows import write_piece_points
 from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
-from vibropipe.orbits.branches.switching import Branch, Seed
 from vibropipe.orbits.branches.tree import Rules, Tree, follow_tree
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD

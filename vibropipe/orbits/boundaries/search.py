@@ -12,7 +12,8 @@ from vibropipe.orbits.boundaries.following import Meeting, Path, follow
 from vibropipe.orbits.boundaries.seeds import begin
 from vibropipe.orbits.branches.curve import Point, Problem
 from vibropipe.orbits.branches.events import is_no_motion
-from vibropipe.orbits.branches.switching import Branch, Seed, seeds_at
+from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.switching import seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
 

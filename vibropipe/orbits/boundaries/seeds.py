@@ -10,16 +10,16 @@ from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touc
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.linear import linear_touch
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
-from vibropipe.orbits.branches.switching import Branch
-from vibropipe.orbits.branches.symmetry import halved, halves_agree
+from vibropipe.orbits.branches.symmetry import SAME_PARTS, halved, halves_agree, repeats
 from vibropipe.orbits.row import row_parameters
 
 KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
-# Weighted speed below which an impact has none, and difference of the parts of an orbit that are the same.
-NO_SPEED, SAME_PARTS = 1e-6, 1e-5
+# Weighted speed below which an impact has none.
+NO_SPEED = 1e-6
 # Distance of a seed from the bifurcation that it begins at, weighted.
 SEED_REACH = 1e-3
 
@@ -111,7 +111,10 @@ def _primitive(
     """Return the orbit that repeats or mirrors itself in a sequence, if it does, and where its flight touches."""
     n = len(sequence.supports)
     weights = np.concatenate([np.ones(n), np.full(n, 1.0 / speed), [0.0]])
-    parts = next((q for q in range(n, 1, -1) if _repeats(sequence, u, weights, q)), 1)
+    parts = next(
+        (q for q in range(n, 1, -1) if not sequence.mirrored and repeats(sequence, u, weights, q)),
+        1,
+    )
     size, m = n // parts, sequence.m // parts
     if parts > 1:
         laps, flight = divmod(touch.flight, size)
@@ -124,17 +127,3 @@ def _primitive(
         if laps:
             touch, time = Touch(touch.flight - half, 3 - touch.side), time - 0.5 * sequence.m
     return sequence, u, touch, time
-
-
-def _repeats(sequence: Sequence, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
-    """Return whether an orbit consists of a number of equal parts."""
-    n, m = len(sequence.supports), sequence.m
-    if n % parts or m % parts or sequence.mirrored:
-        return False
-    size = n // parts
-    if not np.array_equal(np.roll(sequence.supports, -size), sequence.supports):
-        return False
-    times = np.concatenate([u[size:n], u[:size] + m]) - m / parts
-    velocities = np.roll(u[n : 2 * n], -size)
-    change = np.concatenate([times, velocities, u[-1:]]) - u
-    return bool(np.abs(change * weights).max() < SAME_PARTS)

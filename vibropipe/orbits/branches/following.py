@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
-from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.orbits.branches.curve import Curve, Point, Problem
 from vibropipe.orbits.branches.events import Event, Mark, is_no_motion, marks_within
 from vibropipe.orbits.branches.parents import parent_ahead, reached_parent
 from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
@@ -26,6 +26,40 @@ MAX_POINTS = 20_000
 SPEED_SHARE, SLOW = 0.4, 1e-5
 # Evaluations in the search for a zero of a test function that three points only hint at.
 MAX_SEARCH = 30
+
+
+class Seed(NamedTuple):
+    """The start of a branch: a point with its tangent, or the parameter of a motion without impacts; and where to go.
+
+    Attributes
+    ----------
+    curve : Curve or None
+        None without impacts.
+    point : Point or None
+    value : float
+        The parameter.
+    signs : tuple of float
+        1 along the tangent (without impacts: upwards), -1 against it.
+    first_length : float
+        Of the first step.
+    """
+
+    curve: Curve | None
+    point: Point | None
+    value: float
+    signs: tuple[float, ...]
+    first_length: float = FIRST_LENGTH
+
+
+@dataclass
+class Branch:
+    """A branch: its points or, without impacts, its values of the parameter, in order; its events; why it ended."""
+
+    problem: Problem
+    curve: Curve | None
+    points: list[Point]
+    values: list[float]
+    events: list[Event]
 
 
 @dataclass

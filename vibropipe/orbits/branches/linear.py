@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
-from vibropipe.orbits.branches.sequence import Sequence, parameters_at
+from vibropipe.orbits.branches.sequence import parameters_at
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
@@ -142,32 +142,16 @@ def follow_linear(problem: Problem, value: float, sign: float) -> tuple[list[flo
     return values, False
 
 
-def struck_from_linear(problem: Problem, value: float) -> tuple[Curve, Point] | None:
-    """Return the branch with impacts that begins where the motion without impacts touches a support.
+def touches_both(p: Parameters) -> bool:
+    """Return whether the motion without impacts touches both supports if it touches one."""
+    return support_offset(p) == 0.0 and not has_second(p)
 
-    Parameters
-    ----------
-    problem : Problem
-    value : float
-        The parameter there.
 
-    Returns
-    -------
-    (Curve, Point) or None
-        With its tangent towards impacts; one impact, or two where both supports are touched.
-    """
-    p = parameters_of(problem, value)
-    offset, amplitude = support_offset(p), abs(linear_amplitude(p))
+def speed_of_struck(p: Parameters) -> float:
+    """Return a scale of impact velocities next to where the motion without impacts touches: its largest velocity."""
+    amplitude = abs(linear_amplitude(p))
     amplitude += 2.0 * abs(second_linear_amplitude(p)) if has_second(p) else 0.0
-    support, time = linear_touch(p)
-    supports, times = [support], [time % 1.0]
-    if not has_second(p) and offset == 0.0 and not problem.symmetric:
-        supports, times = [1, 2], [time, time + 0.5]
-    mirrored = int(problem.symmetric and offset == 0.0)
-    # Impacts will have velocities of the order of the motion's largest one.
-    speed = max(2.0 * p.nu * amplitude, p.l)
-    sequence = Sequence(1, mirrored, np.array(supports, np.int8))
-    return begin_struck(Curve(problem, sequence, speed), [*times, *[0.0] * len(times), value], 0)
+    return max(2.0 * p.nu * amplitude, p.l)
 
 
 def begin_struck(curve: Curve, u: list[float], index: int) -> tuple[Curve, Point] | None:

@@ -9,6 +9,8 @@ from vibropipe.orbits.branches.sequence import Sequence
 # Weighted difference of the halves of an orbit at which they count as equal. Where a branch of doubled orbits turns at
 # its parent the difference goes with the root of the error of the parameter.
 EQUAL_HALVES = 1e-4
+# Weighted difference of the parts of an orbit that are the same.
+SAME_PARTS = 1e-5
 
 
 def _halves(
@@ -120,3 +122,55 @@ def whole_orbit(sequence: Sequence, u: np.ndarray) -> tuple[Sequence, np.ndarray
         return sequence, u
     whole, unknowns, _change = doubled(sequence, u, np.zeros(u.size))
     return whole, unknowns
+
+
+def primitive(
+    sequence: Sequence, u: np.ndarray, weights: np.ndarray, symmetric: bool
+) -> tuple[Sequence, np.ndarray]:
+    """Return an orbit in its least number of periods, by half of its impacts if it is its own mirror image.
+
+    Parameters
+    ----------
+    sequence, u, weights
+        As for `halves_difference`.
+    symmetric : bool
+        Whether the exciter is its own mirror image.
+    """
+    n = len(sequence.supports)
+    for parts in range(n, 1, -1):
+        if repeats(sequence, u, weights, parts):
+            size = n // parts
+            kept = np.concatenate([np.arange(size), n + np.arange(size), [2 * n]])
+            sequence = Sequence(sequence.m // parts, sequence.mirrored, sequence.supports[:size])
+            u, weights = u[kept], weights[kept]
+            break
+    if symmetric and halves_agree(sequence, u, weights, SAME_PARTS) == "pitchfork":
+        return halved(sequence, u, "pitchfork")
+    return sequence, u
+
+
+def repeats(sequence: Sequence, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
+    """Return whether an orbit consists of a number of equal parts.
+
+    Parameters
+    ----------
+    sequence, u, weights
+        As for `halves_difference`.
+    parts : int
+        An odd number if the sequence is mirrored: its parts are mirror images in turn.
+    """
+    n, m = len(sequence.supports), sequence.m
+    if n % parts or m % parts or (sequence.mirrored and parts % 2 == 0):
+        return False
+    size, sign = n // parts, -1.0 if sequence.mirrored else 1.0
+    supports, turned = sequence.supports, np.roll(sequence.supports, -size)
+    if sequence.mirrored:
+        turned = 3 - turned
+        turned[n - size :] = supports[:size]
+    if not np.array_equal(turned, supports):
+        return False
+    later = np.concatenate([u[size:n], u[:size] + sequence.span]) - sequence.span / parts
+    # Of a mirrored sequence, what follows the last impact is the mirror image of the first.
+    velocities = np.concatenate([sign * u[n + size : 2 * n], u[n : n + size]])
+    change = np.concatenate([later, velocities, u[-1:]]) - u
+    return bool(np.abs(change * weights).max() < SAME_PARTS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +11,12 @@ import numpy as np
 from vibropipe.orbits.branches.curve import Curve
 from vibropipe.orbits.branches.curve import Problem as Problem
 from vibropipe.orbits.branches.events import Event
-from vibropipe.orbits.branches.following import Path, follow
+from vibropipe.orbits.branches.following import Branch, Path, Seed, follow
+from vibropipe.orbits.branches.grazing import siblings_at_grazing
 from vibropipe.orbits.branches.linear import follow_linear
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.switching import Branch, Seed, limit_at, seeds_at
-from vibropipe.orbits.branches.symmetry import halved, halves_agree
+from vibropipe.orbits.branches.switching import limit_at, seeds_at
+from vibropipe.orbits.branches.symmetry import halved, halves_agree, whole_orbit
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.
@@ -27,6 +28,9 @@ SETTLED_HALVES = 1e-6
 L = 3
 # A bifurcation: its kind and parameter, and speeds and velocities of its impacts added up, per forcing period.
 Key = tuple[str, float, float, float]
+# What tells branches that begin at one grazing from each other: periods, whether the orbit is its own mirror image, and
+# the supports struck in turn, from whichever impact on.
+Law = tuple[int, int, tuple[int, ...]]
 
 
 class Rules(NamedTuple):
@@ -38,15 +42,18 @@ class Rules(NamedTuple):
         As `following.follow`.
     limit_at, seeds_at : callable
         As those of `switching`.
+    siblings_at : callable
+        As `grazing.siblings_at_grazing`.
     """
 
     follow: Callable[..., Path]
     limit_at: Callable[[Branch, Event], str]
     seeds_at: Callable[[Branch, Event], list[Seed]]
+    siblings_at: Callable[[Branch, Event], Iterable[Seed]] = lambda _branch, _event: ()
 
 
 # Of orbits by their impacts.
-IMPACTS = Rules(follow, limit_at, seeds_at)
+IMPACTS = Rules(follow, limit_at, seeds_at, siblings_at_grazing)
 
 
 class Tree(NamedTuple):
@@ -116,32 +123,99 @@ def follow_tree(
     """
     branches: list[Branch] = []
     waiting: deque[tuple[Key | None, Seed]] = deque([(None, seed)])
-    keys: list[Key] = []
-    arrived: list[Key] = []
-    while waiting and len(branches) < MAX_BRANCHES:
+    # Grazings, whose branches beside the one with an impact more or less are followed last.
+    grazings: deque[tuple[Key, Branch, Event]] = deque()
+    known = _Known(problem)
+    while (waiting or grazings) and len(branches) < MAX_BRANCHES:
+        if not waiting:
+            waiting += _siblings(known, rules, *grazings.popleft())
+            continue
         origin, seed = waiting.popleft()
-        if origin is not None and _find(problem, arrived, origin):
+        if origin is not None and known.is_reached(origin, seed):
             continue
         branch = _follow_seed(problem, seed, rules)
         if origin is not None and len(branch.points) + len(branch.values) < 2:
             continue
         branches.append(branch)
-        for index, event in enumerate(branch.events):
-            key = _key(branch, event)
-            if event.kind not in switch:
-                continue
-            if _find(problem, keys, key):
-                if event.reason and origin is not None and not _find(problem, [origin], key):
-                    arrived.append(key)
-                continue
-            keys.append(key)
+        for index, key in known.enter(branch, origin, switch):
+            event = branch.events[index]
             limit = rules.limit_at(branch, event)
             if limit:
                 branch.events[index] = event._replace(reason=limit)
                 continue
             waiting += [(key, each) for each in rules.seeds_at(branch, event)]
-    left = [key for key, _seed in waiting if key is None or not _find(problem, arrived, key)]
-    return Tree(branches, len(left))
+            if event.kind == "grazing":
+                grazings.append((key, branch, event))
+    for grazing in grazings:
+        waiting += _siblings(known, rules, *grazing)
+    return Tree(branches, sum(at is None or not known.is_reached(at, each) for at, each in waiting))
+
+
+def _siblings(
+    known: _Known, rules: Rules, key: Key, branch: Branch, event: Event
+) -> list[tuple[Key, Seed]]:
+    """Return the starts of the branches at a grazing that are not followed yet."""
+    return [(key, each) for each in rules.siblings_at(branch, event) if not known.is_met(key, each)]
+
+
+class _Known:
+    """Bifurcations that branches have passed, and the branches that have begun or ended there."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._keys: list[Key] = []
+        self._arrived: list[Key] = []
+        self._met: list[tuple[Key, Law]] = []
+
+    def enter(
+        self, branch: Branch, origin: Key | None, switch: Collection[str]
+    ) -> list[tuple[int, Key]]:
+        """Add a branch that begins at a bifurcation; return index and key of its new events of kinds `switch`."""
+        law, new = _law(branch.curve), []
+        if origin is not None:
+            self._met.append((origin, law))
+        for index, event in enumerate(branch.events):
+            if event.kind not in switch:
+                continue
+            key = _key(branch, event)
+            self._met.append((key, law))
+            if not self._find(self._keys, key):
+                self._keys.append(key)
+                new.append((index, key))
+            elif event.reason and origin is not None and not self._find([origin], key):
+                self._arrived.append(key)
+        return new
+
+    def is_met(self, key: Key, seed: Seed) -> bool:
+        """Return whether a branch of the law of a seed has begun or ended at its bifurcation."""
+        law = _law(seed.curve)
+        return self._find([other for other, met in self._met if met == law], key)
+
+    def is_reached(self, key: Key, seed: Seed) -> bool:
+        """Return whether a branch that began elsewhere has ended at the bifurcation of a seed, along its branch."""
+        return self._find(self._arrived, key) and self.is_met(key, seed)
+
+    def _find(self, keys: list[Key], key: Key) -> bool:
+        """Return whether a bifurcation is among some."""
+        reach = SAME_BIFURCATION * (self._problem.high - self._problem.low)
+        floor = 1e-9 * self._problem.values[L]
+        return any(
+            kind == key[0]
+            and abs(value - key[1]) <= reach
+            and abs(speed - key[2]) + abs(total - key[3])
+            <= 1e3 * SAME_BIFURCATION * (speed + key[2]) + floor
+            for kind, value, speed, total in keys
+        )
+
+
+def _law(curve: Curve | None) -> Law:
+    """Return what tells a branch from others that begin at the same grazing."""
+    if curve is None:
+        return 1, 1, ()
+    sequence, _u = whole_orbit(curve.sequence, np.zeros(2 * len(curve.sequence.supports) + 1))
+    supports = sequence.supports.tolist()
+    turned = [(*supports[n:], *supports[:n]) for n in range(len(supports))]
+    return sequence.m, curve.sequence.mirrored, min(turned, default=())
 
 
 def _key(branch: Branch, event: Event) -> Key:
@@ -154,19 +228,6 @@ def _key(branch: Branch, event: Event) -> Key:
     velocities = u[n:-1] / (sequence.span if n else 1.0)
     total = 0.0 if sequence.mirrored else float(velocities.sum())
     return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
-
-
-def _find(problem: Problem, keys: list[Key], key: Key) -> bool:
-    """Return whether a bifurcation is among some."""
-    reach = SAME_BIFURCATION * (problem.high - problem.low)
-    floor = 1e-9 * problem.values[L]
-    return any(
-        kind == key[0]
-        and abs(value - key[1]) <= reach
-        and abs(speed - key[2]) + abs(total - key[3])
-        <= 1e3 * SAME_BIFURCATION * (speed + key[2]) + floor
-        for kind, value, speed, total in keys
-    )
 
 
 def _follow_seed(problem: Problem, seed: Seed, rules: Rules) -> Branch:

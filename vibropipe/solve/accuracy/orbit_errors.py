@@ -110,10 +110,11 @@ def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
     """Return the errors of both multipliers (rows, 2) from that of the trace."""
     size = np.abs(rows.multipliers)
     distance = np.abs(rows.multipliers[:, 0] - rows.multipliers[:, 1])[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # Next to a grazing of several impacts at once the products may overflow: the error is then infinite.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         split = size * trace[:, None] / distance
-    # Where both are equal the root of the error of the trace counts.
-    limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
+        # Where both are equal the root of the error of the trace counts.
+        limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
     # The small one follows from a determinant, a difference of products of the size of the large one.
     rounding = DETERMINANT * ULP * size.max(axis=1, keepdims=True)
     return np.asarray(np.fmin(split, limit) + rounding + 0.0 * trace[:, None])

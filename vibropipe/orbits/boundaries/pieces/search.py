@@ -16,10 +16,10 @@ from vibropipe.orbits.boundaries.seeds import KINDS, begin_linear, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import Point, Problem
 from vibropipe.orbits.branches.events import Event, is_no_motion
+from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.pieces.curve import SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.following import follow_pieces
 from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
-from vibropipe.orbits.branches.switching import Branch, Seed
 from vibropipe.orbits.branches.tree import Rules, follow_tree
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.pieces.columns import new_variations

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.events import Event
+from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.pieces.curve import BETTER, PIECES, SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.return_map import (
     BY_PARAMETER,
@@ -14,7 +15,7 @@ from vibropipe.orbits.branches.pieces.return_map import (
     fixed_point_jacobian,
 )
 from vibropipe.orbits.branches.steps import CROSSING, DOUBLING, FOLD
-from vibropipe.orbits.branches.switching import DOUBLED_LENGTH, Branch, Seed
+from vibropipe.orbits.branches.switching import DOUBLED_LENGTH
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
 # Lengths of the first step of doubled orbits that are tried, and the least difference of their halves over it: the

@@ -1,18 +1,13 @@
-"""A study with its figures, and what the typesetter makes of it."""
+"""A study with its figures and its report."""
 
 from __future__ import annotations
 
-import json
-from types import SimpleNamespace
-
 import pytest
-import typst
 from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady, sweep
-from report_text import HOSTILE, PROVENANCE
+from report_text import HOSTILE, PROVENANCE, study_of
 
 from vibropipe.jobs.drawing import draw_study
-from vibropipe.jobs.reporting import report_data
-from vibropipe.report import template_folder
+from vibropipe.jobs.reporting import build_report, report_data
 from vibropipe.store import write, write_sidecar
 
 
@@ -33,13 +28,7 @@ def solved(tmp_path_factory):
     scenes = {name: Scene(kinds.get(name, "motion"), name, title="") for name in datasets}
     scenes["offset"].title = HOSTILE
     scenes["offset"].caption = f"Look at {HOSTILE}."
-    study = SimpleNamespace(
-        name="small",
-        title=HOSTILE,
-        description=f"First {HOSTILE}\n\nSecond one.",
-        scenes=scenes,
-        fingerprints={},
-    )
+    study = study_of(scenes, title=HOSTILE, description=f"First {HOSTILE}\n\nSecond one.")
     results = tmp_path_factory.mktemp("results")
     for name, dataset in datasets.items():
         write(dataset, results / "small" / f"{name}.nc")
@@ -51,17 +40,12 @@ def solved(tmp_path_factory):
 @pytest.fixture(scope="session")
 def data(solved):
     study, _, datasets = solved
-    return report_data(study, datasets, {"response": {"seconds": 1.25}})
+    sidecars = {"response": {"seconds": 1.25, "finished": "2026-11-24T23:05:00+00:00"}}
+    return report_data(study, datasets, sidecars)
 
 
 @pytest.fixture(scope="session")
-def typeset_text(solved, data):
-    """Return what the typesetter made of the data: {kind of element: its fields as JSON text}."""
+def report(solved):
+    """Return the PDF of the study."""
     study, results, _ = solved
-    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
-    with template_folder(data, pictures) as folder:
-        compiler = typst.Compiler(folder / "template.typ", root=folder, ignore_system_fonts=True)
-        return {
-            kind: json.loads(compiler.query(kind))
-            for kind in ("figure", "heading", "par", "image", "table", "math.equation")
-        }
+    return build_report(study, results, results / "report.pdf")

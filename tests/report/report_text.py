@@ -1,6 +1,8 @@
-"""Text that would be markup, attributes of datasets, and what can be read in a typeset report."""
+"""Text that would be markup, attributes of datasets, and studies as a report reads them."""
 
 from __future__ import annotations
+
+from types import SimpleNamespace
 
 HOSTILE = (
     '#panic("no") $x$ *b* _i_ `c` @a <l> \\ // /* "q" #import "x": * https://a.b'
@@ -18,13 +20,17 @@ PROVENANCE = {
 }
 
 
-def plain(element) -> str:
-    """Return all text inside a queried element, spaces run together."""
-    if isinstance(element, dict):
-        if element.get("func") == "space":
-            return " "
-        parts = [plain(value) for key, value in element.items() if key not in ("func", "alt")]
-        return "".join(parts)
-    if isinstance(element, list):
-        return "".join(plain(item) for item in element)
-    return element if isinstance(element, str) else ""
+def flat(text: str) -> str:
+    """Return text without any blanks, since lines of a PDF may break anywhere."""
+    return "".join(text.split())
+
+
+def items(data, kind: str):
+    """Return the figures or tables of a report in order, without the hero."""
+    return [item for group in data["groups"] for item in group["items"] if item["type"] == kind]
+
+
+def study_of(scenes, **given) -> SimpleNamespace:
+    """Return a study with the keys that a report reads."""
+    keys = {"name": "small", "title": "One", "question": "", "description": "", "hero": None}
+    return SimpleNamespace(**{**keys, "scenes": scenes, "fingerprints": {}, "source": "", **given})

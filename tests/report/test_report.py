@@ -7,12 +7,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from report_text import HOSTILE, plain
+from pdf_pages import page_texts
+from report_text import HOSTILE, flat, items, study_of
 
-from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
-from vibropipe.report.data import is_physical, parameter_table
-from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
+from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.methods import rounded_up
+from vibropipe.report.parts import Answer, split
+from vibropipe.report.table import MAX_ROWS, Table, symbol
 from vibropipe.store import StoreError, write
 from vibropipe.words.wording import paragraphs
 
@@ -26,109 +29,110 @@ def test_two_runs_give_the_same_bytes(solved, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "b.pdf"]
 
 
-def test_a_title_is_only_text(typeset_text, solved, data):
-    study, results, _ = solved
-    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
+def test_text_of_a_user_is_only_text(report):
     # the PDF's own title stands in its metadata as XML
-    assert b"#panic(&quot;no&quot;)" in typeset(data, pictures).replace(b'"', b"&quot;")
-    texts = [plain(element) for element in typeset_text["par"]]
-    assert any(text.endswith(f"First {HOSTILE}") for text in texts)
-    captions = [plain(element["caption"]) for element in typeset_text["figure"]]
-    assert any(HOSTILE in text and f"Look at {HOSTILE}." in text for text in captions)
+    assert b"#panic(&quot;no&quot;)" in report.read_bytes().replace(b'"', b"&quot;")
+    text = flat("".join(page_texts(report)))
+    hostile = flat(HOSTILE)
+    assert text.count(hostile) >= 4  # title, title and caption of a scene, description
+    assert f"Lookat{hostile}." in text
+    assert f"First{hostile}" in text
 
 
-def test_every_figure_is_there_with_its_caption(typeset_text, data):
-    captions = " ".join(plain(element["caption"]) for element in typeset_text["figure"])
-    for entry in data["figures"]:
-        assert entry["caption"] in captions
-    paths = {element["source"] for element in typeset_text["image"]}
-    assert paths == {entry["path"] for entry in data["figures"]}
-    assert all(element["alt"] for element in typeset_text["image"])
+def test_every_figure_and_table_is_there(report, data):
+    text = flat("".join(page_texts(report)))
+    figures = [data["hero"], *items(data, "figure")]
+    assert [entry["name"] for entry in figures].count("response") == 1
+    assert len(figures) == 7
+    for entry in figures:
+        assert flat(entry["title"]) in text
+        assert flat(entry["caption"])[:80] in text
+        assert entry["alt"]
+    for table in items(data, "table"):
+        assert flat(table["title"]) in text
 
 
-def test_equations_of_the_model_are_numbered_as_in_the_paper(typeset_text):
-    numbered = [e for e in typeset_text["math.equation"] if e.get("block")]
-    assert len(numbered) == 7
-
-
-def test_further_effects_are_stated_only_where_a_scene_has_them(solved):
-    study, _, datasets = solved
-    assert report_data(study, datasets, {})["further"] == []
-    name, data = next(iter(datasets.items()))
-    changed = {**datasets, name: data.assign_coords(k1=100.0, friction=0.1)}
-    assert report_data(study, changed, {})["further"] == ["soft", "friction"]
-
-
-def test_eq_10_is_set_only_where_a_scene_shows_it(solved):
-    study, _, datasets = solved
-    without = {name: dataset for name, dataset in datasets.items() if name != "law"}
-    assert report_data(study, datasets, {})["has_backbone"]
-    assert not report_data(study, without, {})["has_backbone"]
-
-
-def test_captions_of_the_author_stand_before_those_from_data(data):
-    by_scene = {entry["name"]: entry for entry in data["figures"]}
+def test_captions_of_the_author_stand_in_place_of_those_from_data(data):
+    by_scene = {entry["name"]: entry for entry in [data["hero"], *items(data, "figure")]}
     assert by_scene["offset"]["caption"] == f"Look at {HOSTILE}."
     assert by_scene["offset"]["title"] == HOSTILE
     assert "impacts on support" in by_scene["free"]["caption"]
     assert by_scene["offset"]["alt"] != by_scene["offset"]["caption"]
 
 
-def test_parameters_of_each_scene(data):
-    rows = {row[0].split(":")[0]: row for row in data["parameters"]["rows"]}
-    assert data["parameters"]["head"] == ["scene", "nu", "f", "h", "l", "delta", "R1", "R2"]
-    assert rows["offset"][1:] == ["1", "−1", "0.2", "0.5", "0.01", "0.7", "0.7"]
-    assert rows["response"][1:3] == ["0.3 … 3 (121 values)", "0.1, 0.2, 0.5"]
-    assert rows["law"][1:] == ["–"] * 7
+def test_scenes_are_called_by_a_short_title_else_by_words(solved):
+    study, _, _ = solved
+    labels = scene_labels(study)
+    assert labels["very_unequal_scene"] == "very unequal scene"
+    assert labels["offset"] == "offset"  # its title is long
+    twice = {name: SimpleNamespace(title="Both") for name in ("one_a", "two")}
+    assert scene_labels(study_of(twice)) == {"one_a": "one a", "two": "two"}
+
+
+def test_numbers_beside_the_exciter(data):
+    beside = {row["symbol"]: row["value"] for row in data["side"]["rows"]}
+    assert beside["ν"] == "0.3 … 3"
+    assert beside["δ"] == "0, 0.01"
+    assert beside["f"] == "−1 … 0.5"
+    assert beside["l"] == "0.5"
+    assert list(beside)[:2] == ["ν", "f"]
+
+
+def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
+    _, _, datasets = solved
+    one = {"symmetric": datasets["symmetric"].assign_coords(k1=0.0, k2=0.0, friction=0.0)}
+    rows = {row.symbol: row for row in side_of(one).rows}
+    assert rows["R₁, R₂"].value == "0.7"
+    assert rows["R₁, R₂"].words == "restitution"
+    assert not {"k₁", "k₁, k₂", "d"} & set(rows)
+    assert not any([*drawing_of(one)["soft"], drawing_of(one)["friction"]])
+    soft = {"a": datasets["symmetric"].assign_coords(k1=100.0, k2=0.0, friction=0.1)}
+    rows = {row.symbol: row for row in side_of(soft).rows}
+    assert rows["k₁"].value == "100"
+    assert rows["d"].words == "dry friction"
+    assert drawing_of(soft)["soft"] == [True, False]
+    assert drawing_of(soft)["symbols"]["supports"] == ["k₁", "R₂"]
 
 
 def test_parameters_in_si_have_their_units(solved):
     _, _, datasets = solved
-    assert not is_physical(datasets)
-    dataset = datasets["response"].rename(nu="omega", f="F", h="H")
+    dataset = datasets["response"].rename(nu="omega", f="F", h="H").assign_coords(C=8000.0)
     dataset["omega"].attrs["units"], dataset["l"].attrs["units"] = "rad/s", "mm"
-    assert is_physical({"response": dataset})
-    table = parameter_table({"response": "sweep"}, {"response": dataset})
-    assert table.head[:6] == ["scene", "omega (rad/s)", "f", "h", "l (mm)", "delta"]
-    assert table.rows[0][1:4] == ["0.3 … 3 (121 values)", "0.1, 0.2, 0.5", "0.2"]
+    rows = {row.symbol: row.value for row in side_of({"response": dataset}).rows}
+    assert rows["ω"] == "0.3 … 3 rad/s"
+    assert rows["l"] == "0.5 mm"
+    assert drawing_of({"response": dataset})["symbols"]["force"] == "F sin ωt"
 
 
-def test_beside_many_parameters_the_scenes_keep_a_column(solved):
-    _, _, datasets = solved
-    dataset = datasets["response"]
-    assert parameter_table({"response": "sweep"}, {"response": dataset}).widths[0] == "1fr"
-    soft = dataset.assign_coords(k1=200.0, k2=200.0, h1=3.0, h2=3.0)
-    assert parameter_table({"response": "sweep"}, {"response": soft}).widths[0] == "2.2cm"
-
-
-def test_accuracy_and_provenance(data):
-    rows = {
-        row[0].replace(ZERO_WIDTH_SPACE, ""): row[1:] for row in data["accuracy"]["table"]["rows"]
-    }
-    assert rows["offset"] == ["newmark", "1 × 10⁻⁸", "–", "0.001", "1 × 10⁻¹⁵", "–"]
-    assert rows["response"][-1] == "1.2"
+def test_methods_and_provenance(data):
+    lines = {line["name"]: line["text"] for line in data["methods"]}
+    assert list(lines) == ["About", "Compared with", "Solved by", "Model", "Again"]
     assert (
-        "differ from the exact motion of the same start by at most 0.001"
-        in data["accuracy"]["text"]
+        "differ from the exact motion of the same start by at most 0.001" in lines["Compared with"]
     )
-    provenance = dict(data["provenance"]["rows"])
-    assert provenance["program"] == "vibropipe 0.1.0"
-    assert provenance["kernels"] == "f4b9249e4ecc"
-    assert provenance["versions"] == "python 3.11.7, numpy 2.4.6"
+    assert "accuracy asked: 1 × 10⁻⁸; orbits close to 1 × 10⁻¹⁴" in lines["Solved by"]
+    assert "vibropipe 0.1.0 (commit 0123456789ab)" in lines["Again"]
+    assert lines["Again"].startswith("`vibropipe run small.yaml`; data: 7 files in `results/small`")
+    assert lines["Again"].endswith("computed in 1.2 s")
+    assert data["footer"] == "vibropipe 0.1.0 · study small · 24 November 2026"
 
 
 def test_datasets_of_different_origin_are_told_apart(solved):
     study, _, datasets = solved
-    mixed = datasets | {"free": datasets["free"].assign_attrs(kernel_hash="another")}
-    provenance = dict(report_data(study, mixed, {})["provenance"]["rows"])
-    assert "another (free)" in provenance["kernels"]
+    mixed = datasets | {"free": datasets["free"].assign_attrs(git_commit="another")}
+    again = report_data(study, mixed, {})["methods"][-1]["text"]
+    assert "(commit 0123456789ab) and vibropipe 0.1.0 (commit another)" in again
 
 
-def test_a_study_of_one_scene_without_steady_states(solved, tmp_path):
-    study, results, datasets = solved
-    alone = SimpleNamespace(
-        name="small", title="One", description="", scenes={"free": study.scenes["free"]}
+def test_errors_are_rounded_up():
+    assert [rounded_up(value) for value in (1.21e-9, 1.2e-9, 9.91e-3, 0.0)] == pytest.approx(
+        [1.3e-9, 1.2e-9, 0.01, 0.0], rel=1e-12
     )
+
+
+def test_a_study_of_one_scene_without_steady_states(solved):
+    study, results, datasets = solved
+    alone = study_of({"free": study.scenes["free"]})
     bare = {"free": datasets["free"].drop_attrs()}
     pictures = {"free": results / "small" / "figures" / "free.pdf"}
     assert typeset(report_data(alone, bare, {}), pictures).startswith(b"%PDF-")
@@ -137,13 +141,7 @@ def test_a_study_of_one_scene_without_steady_states(solved, tmp_path):
 def test_a_missing_figure_or_dataset_is_named(solved, tmp_path):
     study, _, datasets = solved
     write(datasets["free"], tmp_path / "small" / "free.nc")
-    alone = SimpleNamespace(
-        name="small",
-        title="One",
-        description="",
-        scenes={"free": study.scenes["free"]},
-        fingerprints={},
-    )
+    alone = study_of({"free": study.scenes["free"]})
     with pytest.raises(StoreError, match=r"free\.pdf.*draw the figures"):
         build_report(alone, tmp_path, tmp_path / "report.pdf")
     with pytest.raises(StoreError, match=r"no dataset of law, symmetric, offset"):
@@ -156,8 +154,22 @@ def test_paragraphs_and_tables():
     assert paragraphs("") == []
     with pytest.raises(ValueError, match="2 columns has a row of 1"):
         Table(["a", "b"], [["only"]]).as_data()
+    long = Table(["a"], [[str(n)] for n in range(MAX_ROWS + 1)], "Note.").as_data()
+    assert len(long["rows"]) == 10
+    assert long["note"] == "Note. 3 more rows are in the dataset."
+
+
+def test_names_of_quantities_become_symbols():
+    names = ["delta", "omega (rad/s)", "harmonic 12 (mm)", "R1", "anything else"]
+    assert [symbol(name) for name in names] == ["δ", "ω (rad/s)", "A₁₂ (mm)", "R₁", "anything else"]
+
+
+def test_a_sentence_is_split_at_its_first_mark():
+    assert split("Three coexist: half, a third.") == Answer("Three coexist:", "half, a third.")
+    assert split("All are met.") == Answer("All are met.")
+    assert split(f"{'word ' * 30}.").lead == ""
 
 
 def test_data_is_json_without_loss(data):
     assert json.loads(json.dumps(data, allow_nan=False)) == data
-    assert not np.isnan([len(row) for row in data["accuracy"]["table"]["rows"]]).any()
+    assert not np.isnan([len(group["items"]) for group in data["groups"]]).any()

@@ -1,92 +1,63 @@
-"""The first page has question, main picture and findings; tables stay with their captions; failures are named."""
+"""Pages of reports: the first has question, answers and hero; pages are filled; type is one family and legible."""
 
 from __future__ import annotations
 
-import json
+from pathlib import Path
 
 import numpy as np
 import pytest
-import typst
-from report_text import plain
-from sampling import sampled
+from figures.sample_datasets import Scene
+from pdf_pages import filled, letters, page_texts
+from report_text import flat, items, study_of
 
-from vibropipe.jobs.reporting import report_data
-from vibropipe.report import template_folder
-from vibropipe.report.section import Section
-from vibropipe.report.table import ZERO_WIDTH_SPACE, Table
+from vibropipe.figures.canvas import MIN_TYPE, axes, new_canvas
+from vibropipe.figures.style import house_style, save
+from vibropipe.jobs.reporting import hero_of, report_data
+from vibropipe.report import typeset
+from vibropipe.report.table import Table
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 
-@pytest.fixture(scope="module")
-def rows_on_pages(solved, data):
-    """Return a function from sections to the rows of their table by page; row 0 is the caption."""
-    study, results, _ = solved
-    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
-    bare = {"findings": [], "figures": data["figures"][:1], "main": data["figures"][0]["name"]}
-
-    def rows(section) -> dict[int, list[int]]:
-        with template_folder(data | bare | {"sections": [section.as_data()]}, pictures) as folder:
-            compiler = typst.Compiler(
-                folder / "template.typ", folder, ignore_system_fonts=True, sys_inputs={"marks": "1"}
-            )
-            marks = json.loads(compiler.query("<mark>", field="value"))
-        pages: dict[int, list[int]] = {}
-        for mark in marks:
-            if mark["table"] == "Here it is.":
-                pages.setdefault(mark["page"], []).append(mark["row"])
-        return pages
-
-    return rows
+def test_the_first_page_has_question_answers_and_hero(report, data):
+    assert data["hero"]["name"] == "response"
+    assert data["kind"].startswith("Steady states · ")
+    question = (
+        "How does the motion change with the frequency of the force and the amplitude of the force?"
+    )
+    assert data["question"] == question
+    first, *others = map(flat, page_texts(report))
+    assert flat(question) in first
+    assert len(data["answers"]) == 3
+    for answer in data["answers"]:
+        assert flat(f"{answer['lead']}{answer['rest']}") in first
+    assert first.index("Figure1") < first.index(flat(data["hero"]["caption"])[:40])
+    assert others
+    assert data["footer"].partition(" · 2")[0].replace(" ", "") in first
 
 
-@pytest.mark.parametrize("is_landscape", [False, True])
-@pytest.mark.parametrize("n_rows", sampled([1, 7, 60], 7))
-def test_no_table_parts_from_its_caption_or_leaves_a_single_row(
-    rows_on_pages, n_rows, is_landscape
-):
-    table = Table(["a", "b"], [[f"row {n}", "b"] for n in range(n_rows)], "Here it is.")
-    were_broken = 0
-    for lines in range(20, 46, 3) if is_landscape else range(8, 30, 3):
-        text = [f"Line {n}." for n in range(lines)]
-        pages = rows_on_pages(Section("Section", text, [table], is_landscape=is_landscape))
-        were_broken += len(pages) > 1
-        assert sorted(row for rows in pages.values() for row in rows) == [*range(n_rows + 1)]
-        first = min(pages)
-        assert pages[first][:2] == [0, 1], f"the caption parts from its table after {lines} lines"
-        for rows in pages.values():
-            kept = [row for row in rows if row > 0]
-            assert len(kept) >= min(3, n_rows), f"{len(kept)} of {n_rows} rows on a page"
-    assert (were_broken > 0) == (n_rows == 60), "only a tall table goes over pages"
+def test_answers_of_other_scenes_stand_beside_their_figures(data):
+    by_scene = {group["items"][0].get("scene"): group["answers"] for group in data["groups"]}
+    assert "checks are passed" in by_scene["hard"][0]["lead"] + by_scene["hard"][0]["rest"]
+    assert all(len(answers) <= 3 for answers in by_scene.values())
 
 
-def test_the_first_page_has_title_question_picture_and_findings(typeset_text, data):
-    assert data["main"] == "response"
-    assert data["asked"].startswith("Computed: one backbone scene over δ")
-    assert "one sweep scene over ν = 0.3 … 3 (121 values) and f = 0.1, 0.2, 0.5" in data["asked"]
-    titles = [plain(element["body"]) for element in typeset_text["heading"]]
-    assert titles[:2] == ["Findings", "Results"]
-    assert titles[-3:] == ["The model", "Scenes and parameters", "Accuracy and provenance"]
-    assert typeset_text["figure"][0]["body"]["source"] == "figures/response.pdf"
-    texts = " ".join(text for item in data["findings"] for text in item["texts"])
-    assert "Orbits strike support 2 hardest, with 1.532 in the row" in texts
-    assert "The steady states of the motions are two-sided" in texts
-    assert "of 10 checks are passed" in texts
-
-
-def test_the_main_picture_is_shown_once_where_it_is_large_enough(solved, data):
-    study, results, _ = solved
-    pictures = {name: results / "small" / "figures" / f"{name}.pdf" for name in study.scenes}
-    for findings, times in (([], 1), (data["findings"] * 3, 2)):
-        with template_folder(data | {"findings": findings}, pictures) as folder:
-            compiler = typst.Compiler(folder / "template.typ", folder, ignore_system_fonts=True)
-            images = json.loads(compiler.query("image"))
-        assert [image["source"] for image in images].count("figures/response.pdf") == times
-
-
-def test_motions_and_rows_that_did_not_end_as_asked_are_named(solved, data):
+def test_a_study_chooses_question_and_hero(solved):
     study, _, datasets = solved
-    assert "Rows and motions to look at" not in [part["title"] for part in data["sections"]]
+    hero = study_of({}, hero=None).__class__(scene="law", picture=None)
+    chosen = study_of(study.scenes, question="Why?", hero=hero)
+    entries = report_data(chosen, datasets, {})
+    assert entries["question"] == "Why?"
+    assert entries["hero"]["name"] == "law"
+    assert entries["kind"].startswith("Free motion · ")
+    assert "Free motions strike both supports" in " ".join(entries["answers"][0].values())
+    assert "law" not in [entry["name"] for entry in items(entries, "figure")]
+    assert hero_of(study) == ("response", "response")
+
+
+def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data):
+    study, _, datasets = solved
+    assert "Rows and motions to look at" not in [table["title"] for table in items(data, "table")]
     regime = datasets["response"]["regime"]
     status = regime.copy(data=np.where(regime == Regime.UNRESOLVED, Status.MAX_IMPACTS, Status.OK))
     bad = datasets | {
@@ -94,14 +65,131 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named(solved, data):
         "response": datasets["response"].assign(status=status),
     }
     entries = report_data(study, bad, {})
-    section = next(
-        part for part in entries["sections"] if part["title"] == "Rows and motions to look at"
-    )
-    rows = {row[0]: row[1:] for row in section["tables"][0]["rows"]}
+    group = entries["groups"][-1]
+    assert group["heading"] == "Which rows and motions have no result?"
+    assert entries["fixed"] == 1
+    rows = {row[0]: row[1:] for row in group["items"][0]["rows"]}
     number = int((status == Status.MAX_IMPACTS).sum())
-    assert rows["free"] == [f"log_{ZERO_WIDTH_SPACE}full", "–", "–", Status.LOG_FULL.remedy]
+    assert rows["free"] == ["log full", "–", "–", Status.LOG_FULL.remedy]
     assert rows["response"][1] == f"{number} of 363"
     assert rows["response"][2] == "ν = 2.415 … 2.595, f = 0.1 … 0.5"
-    texts = " ".join(text for item in entries["findings"] for text in item["texts"])
-    assert "free (log_full) has a status other than ok" in texts
-    assert f"{number} of 363 rows are unresolved: too many impacts" in texts
+
+
+FILLED = 0.65
+
+
+def test_type_is_one_family_and_legible(report):
+    found = letters(report)
+    assert {letter.font.partition("-")[0] for letter in found} == {
+        "LibertinusSerif",
+        "DejaVuSansMono",
+    }
+    # what is older than this style has indices of 7 pt type in figures; new pictures have none
+    assert min(letter.size for letter in found) >= 0.82 * MIN_TYPE
+
+
+@pytest.fixture(scope="module")
+def pages_of(tmp_path_factory):
+    """Return a function from heights of figures and tables, in groups, to the pages of a report of them."""
+    folder = tmp_path_factory.mktemp("flow")
+
+    def picture(height: float, width: float) -> str:
+        name = f"f{height:g}_{width:g}"
+        if not (folder / f"{name}.pdf").exists():
+            with house_style():
+                figure = new_canvas(height, width)
+                axes(figure, 1.2, 1.2, width - 1.5, height - 1.5).plot([0, 1], [0, 1])
+                save(figure, folder, name)
+        return name
+
+    def item(size, number) -> dict:
+        if isinstance(size, int):
+            rows = [[f"row {n}", "1"] for n in range(size)]
+            return Table(["a", "b"], rows, "Note.", title=f"T{number}").as_data()
+        name = picture(*size) if isinstance(size, tuple) else picture(size, 16.0)
+        path = f"figures/{name}.pdf"
+        return {
+            "type": "figure",
+            "name": name,
+            "path": path,
+            "title": f"T{number}",
+            "caption": "Drawn.",
+            "alt": "a",
+        }
+
+    def pages(hero: float, groups) -> tuple[Path, list[str]]:
+        numbers = iter(range(2, 100))
+        given = {
+            "title": "Flow", "kind": "Kind", "question": "Why?", "footer": "Foot", "fixed": 0,
+            "answers": [{"lead": "So.", "rest": ""}], "side": {"rows": [], "drawing": None},
+            "hero": item(hero, 1),
+            "groups": [
+                {"heading": f"Q{n}?", "answers": [], "items": [item(size, next(numbers)) for size in group]}
+                for n, group in enumerate(groups)
+            ],
+            "methods": [{"name": "Again", "text": "`run`", "plain": False}],
+        }  # fmt: skip
+        path = folder / "flow.pdf"
+        path.write_bytes(typeset(given, {each.stem: each for each in folder.glob("f*.pdf")}))
+        return path, page_texts(path)
+
+    return pages
+
+
+def test_a_gap_is_filled_by_what_comes_later(pages_of):
+    # neither figure fits below the hero, nor the second below the first; both tables do
+    path, texts = pages_of(11.0, [[14.0, 8, 14.0, 9]])
+    assert [[f"T{n}" in text for n in (2, 3, 4, 5)] for text in texts] == [
+        [False, True, False, False],
+        [True, False, False, True],
+        [False, False, True, False],
+    ]
+    assert "Q0?" in texts[0]
+    assert min(filled(path)[:-1]) >= FILLED
+
+
+def test_a_group_that_fits_is_set_before_one_that_does_not(pages_of):
+    _, texts = pages_of(9.0, [[14.0], [13.0], [6.0]])
+    assert [[f"Q{n}?" in text for n in range(3)] for text in texts] == [
+        [False, False, True],
+        [True, False, False],
+        [False, True, False],
+    ]
+
+
+def test_headings_stay_with_their_figures_and_nothing_breaks(pages_of):
+    for height in (5.0, 7.5, 9.0, 11.0):
+        _, texts = pages_of(8.0, [[height], [height, 5], [height], [9, height]])
+        for heading, first in (("Q0?", "T2"), ("Q1?", "T3"), ("Q2?", "T5"), ("Q3?", "T6")):
+            (page,) = [text for text in texts if heading in text]
+            assert first in page
+        assert sum(text.count("Note.") for text in texts) == 2
+        assert sum(text.count("Drawn.") for text in texts) == 5
+
+
+def test_narrow_figures_stand_side_by_side(pages_of):
+    path, texts = pages_of(9.0, [[(6.0, 7.75), (6.0, 7.75)]])
+    assert len(texts) == 1
+    assert "T2" in texts[0]
+    assert "T3" in texts[0]
+    assert filled(path)[0] < 1.01
+
+
+def test_figures_keep_their_size_unless_too_tall_for_a_page(pages_of):
+    path, texts = pages_of(9.0, [[23.0], [30.0]])
+    assert [[f"T{n}" in text for n in (1, 2, 3)] for text in texts[:3]] == np.eye(
+        3, dtype=bool
+    ).tolist()
+    sizes = {letter.size for letter in letters(path) if letter.page == 2}
+    assert 7.0 in {round(size, 2) for size in sizes}
+    reduced = {round(letter.size, 2) for letter in letters(path) if letter.page == 3}
+    assert 7.0 not in reduced
+    assert max(filled(path)) <= 1.0
+
+
+def test_a_scene_with_a_caption_of_its_own_keeps_the_title_of_its_picture(solved):
+    scene = Scene("motion", "a_b", title="")
+    assert scene.title == ""
+    _, _, datasets = solved
+    entries = report_data(study_of({"a_b": scene}), {"a_b": datasets["free"]}, {})
+    assert entries["hero"]["title"] == "a b"

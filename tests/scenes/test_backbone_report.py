@@ -1,14 +1,12 @@
-"""Findings of backbones, and what a study asked for, in sentences with numbers from the data."""
+"""Findings of backbones in sentences with numbers from the data."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
-from figures.sample_datasets import amplitude_frequency, backbone, sweep
+from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
-from vibropipe.report.data import asked_text
 from vibropipe.scenes.backbone.limits import longest_period
 from vibropipe.scenes.backbone.report import findings
 
@@ -42,21 +40,3 @@ def test_findings_of_a_backbone_over_amplitude():
         "Free motions strike one support from the amplitude 0.49 on, and both from 0.51."
     )
     assert finding.texts[1].endswith(", where it still rises at the end of the range of A.")
-
-
-def test_scenes_of_a_kind_and_grid_are_counted_together():
-    line = sweep(11).assign_attrs(follow="nu up")
-    both = xr.concat([line, line], xr.DataArray(["up", "down"], dims="direction", name="direction"))
-    both = both.assign_attrs(follow="nu both")
-    kinds = {"a": "sweep", "b": "sweep", "c": "sweep", "law": "backbone"}
-    datasets = {"a": line, "b": line.assign_attrs(follow="nu down"), "c": both, "law": backbone()}
-    text = asked_text(kinds, datasets)
-    assert (
-        "2 sweep scenes over ν = 0.3 … 3 (11 values), followed along ν upwards and ν downwards; "
-        in text
-    )
-    assert (
-        "one sweep scene over ν = 0.3 … 3 (11 values), followed along ν upwards and downwards; "
-        in text
-    )
-    assert text.endswith("(200 values).")

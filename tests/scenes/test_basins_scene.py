@@ -192,7 +192,7 @@ def test_forces_of_soft_supports_have_a_column(dataset):
     table = section.tables[0]
     assert table.head[-2:] == ["force", "share"]
     assert [row[7] for row in table.rows] == ["–", "–", "–", "12.5", "–", "12.5"]
-    assert "largest force of a soft support, and share" in table.caption
+    assert "largest force of a soft support, and share" in table.note
 
 
 OVER = """

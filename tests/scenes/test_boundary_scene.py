@@ -14,6 +14,7 @@ from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.boundary.curves import ends_of_axis
+from vibropipe.scenes.boundary.report import findings, sections
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -89,7 +90,7 @@ def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
 
 
 def test_the_table_lists_each_curve(study, datasets):
-    (section,) = kind_of(study.scenes["borders"]).report.sections({"borders": datasets["borders"]})
+    (section,) = sections({"borders": datasets["borders"]})
     (table,) = section.tables
     assert len(table.rows) == np.unique(datasets["borders"]["curve_id"]).size
 
@@ -110,13 +111,13 @@ def test_a_box_without_curves_is_drawn(tmp_path):
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.8, 2.0), (0.05, 0.06))
     text = "No curve of fold, grazing and pitchfork is found"
     assert text in picture.describe(dataset, scene.figure, {})
-    (finding,) = kind_of(scene).report.findings({"borders": dataset})
+    (finding,) = findings({"borders": dataset})
     assert finding.texts == [f"{text}, within ν = 1.8 … 2 and f = 0.05 … 0.06."]
 
 
 def test_the_first_page_counts_curves(study, datasets):
     dataset = datasets["borders"]
-    (finding,) = kind_of(study.scenes["borders"]).report.findings({"borders": dataset})
+    (finding,) = findings({"borders": dataset})
     (text,) = finding.texts
     assert text.startswith(f"{np.unique(dataset['curve_id']).size} curves: ")
     assert text.endswith(", within ν = 0.8 … 2 and f = 0.05 … 1.")

@@ -14,6 +14,7 @@ from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
+from vibropipe.scenes.branch.report import findings, sections
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.bifurcations import Bifurcation
@@ -98,20 +99,20 @@ def test_the_picture_marks_what_the_data_hold(scene, dataset):
 
 
 def test_the_table_lists_each_bifurcation(scene, dataset):
-    (section,) = kind_of(scene).report.sections({"response": dataset})
+    (section,) = sections({"response": dataset})
     (table,) = section.tables
     assert len(table.rows) == dataset.sizes["bifurcation"]
 
 
 def test_branches_without_bifurcations_have_no_section(scene, dataset):
     plain = dataset.isel(bifurcation=slice(0, 0))
-    assert kind_of(scene).report.sections({"response": plain}) == []
+    assert sections({"response": plain}) == []
 
 
 def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     scene = loaded(tmp_path, STUDY + "    switch: [grazing]\n").scenes["response"]
     dataset = kind_of(scene).solve(scene)
-    (finding,) = kind_of(scene).report.findings({"response": dataset})
+    (finding,) = findings({"response": dataset})
     jumps, together, kinds, hardest = finding.texts
     # f = 0.25: the response with impacts ends at its fold, the linear motion where it grazes a support.
     graze = grazing_frequency(0.25)
@@ -128,7 +129,7 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
 
 
 def test_a_jump_to_a_motion_that_is_not_followed_is_told(scene, dataset):
-    (finding,) = kind_of(scene).report.findings({"response": dataset})
+    (finding,) = findings({"response": dataset})
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
     assert f"upwards at ν = {fold:.4g}, f = 0.5" in finding.texts[0]
     assert "to a motion that is not followed here" in finding.texts[0]
@@ -200,13 +201,14 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     caption = picture.describe(shown["response"], scene.figure, shown)
     assert "rad/s" in caption
     report = report_data(study, {"free": free, "response": data}, {})
-    (finding,) = (item for item in report["findings"] if item["name"] == "response")
-    assert "rad/s, F = 32 N" in finding["texts"][0]
-    assert report["sections"][0]["tables"][0]["head"][1:3] == ["omega (rad/s)", "F (N)"]
-    assert "ω upwards and downwards" in report["asked"]
-    assert "A = 1, 20 mm" in report["asked"]
-    cells = dict(zip(report["parameters"]["head"], report["parameters"]["rows"][1], strict=True))
-    assert {cells["omega (rad/s)"], cells["F (N)"]} == {"50 … 150", "32, 64"}
+    assert "rad/s, F = 32 N" in " ".join(report["answers"][0].values())
+    tables = [
+        item for group in report["groups"] for item in group["items"] if item["type"] == "table"
+    ]
+    assert tables[0]["head"][1:3] == ["ω (rad/s)", "F (N)"]
+    beside = {row["symbol"]: row["value"] for row in report["side"]["rows"]}
+    assert beside["ω"] == "50 … 150 rad/s"
+    assert beside["F"] == "32, 64 N"
 
 
 @pytest.mark.parametrize(

@@ -37,15 +37,15 @@ def test_steady_states_stand_side_by_side(datasets):
     (table,) = (part.as_data() for part in section.tables)
     assert table["head"][-1].replace(ZERO_WIDTH_SPACE, "") == "very_unequal_scene"
     rows = {row[0]: row[1:] for row in table["rows"]}
-    assert rows["delta"] == ["0", "0.01", "0"]
-    assert rows["R1"] == ["0.7", "0.7", "0.6"]
+    assert rows["δ"] == ["0", "0.01", "0"]
+    assert rows["R₁"] == ["0.7", "0.7", "0.6"]
     assert "nu" not in rows
     assert rows["regime"] == ["two-sided"] * 3
-    assert rows["multiple"] == ["1"] * 3
-    assert rows["impacts_1"] == ["0.89", "0.855", "0.91"]
-    assert rows["impacts_2"] == ["−0.89", "−0.925", "−0.87"]
+    assert rows["m"] == ["1"] * 3
+    assert rows["struck, support 1"] == ["0.89", "0.855", "0.91"]
+    assert rows["struck, support 2"] == ["−0.89", "−0.925", "−0.87"]
     assert rows["mean"] == ["0", "−0.035", "0.02"]
-    assert rows["harmonic 2"] == ["0", "0.035", "0.02"]
+    assert rows["A₂"] == ["0", "0.035", "0.02"]
     assert rows["multipliers"] == ["0.35 ± 0.01 i"] * 3
     assert rows["stability"] == ["stable"] * 3
 
@@ -136,6 +136,6 @@ def test_forces_of_soft_supports_stand_in_the_table(datasets):
     assert rows["force, support 1"] == ["–", "12.5"]
     assert rows["contact, support 1"] == ["–", "0.25"]
     assert "force_2" not in rows
-    assert "largest force of each soft support" in table.caption
+    assert "largest force of each soft support" in table.note
     (table,) = steady_tables({"rigid": datasets["symmetric"]})
-    assert "force" not in table.caption
+    assert "force" not in table.note

@@ -15,6 +15,7 @@ from sampling import sampled
 from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.reporting import build_report, report_data
 from vibropipe.jobs.solving import solve_to_file
+from vibropipe.scenes.motion.report import sections as motion_sections
 from vibropipe.store import load
 from vibropipe.study import parse_study
 
@@ -98,9 +99,8 @@ def solved(scenes, folder):
 
 def alone(study, name):
     """Return the study with one of its scenes."""
-    return SimpleNamespace(
-        name="mine", title="T", description="", scenes={name: study.scenes[name]}
-    )
+    keys = {"name": "mine", "title": "T", "question": "", "description": "", "source": ""}
+    return SimpleNamespace(**keys, hero=None, scenes={name: study.scenes[name]})
 
 
 @pytest.mark.parametrize("scenes", [motions, sweeps])
@@ -114,7 +114,7 @@ def test_every_subset_of_outputs_is_solved_and_reported(scenes, subsets, tmp_pat
     for name, dataset in datasets.items():
         data = report_data(alone(study, name), {name: dataset}, {})
         json.dumps(data, allow_nan=False)
-        (entry,) = data["figures"]
+        entry = data["hero"]
         assert entry["caption"] == caption(study.scenes[name], dataset, datasets) != ""
 
 
@@ -229,6 +229,6 @@ def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_pat
 def test_motions_at_rest_in_the_middle_are_compared(tmp_path):
     """Their first harmonic is 0, of which the second has no share."""
     subsets = [["stability"], ["energy"]]
-    study, datasets = solved(motions({"still": MOTIONS["still"]}, subsets), tmp_path)
-    said = report_data(study, datasets, {})["sections"][0]["closing"]
+    _, datasets = solved(motions({"still": MOTIONS["still"]}, subsets), tmp_path)
+    said = motion_sections(datasets)[0].closing
     assert said.endswith("% of the larger one.")

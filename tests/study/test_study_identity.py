@@ -22,6 +22,8 @@ def edited(edit):
 SAME = {
     "title": lambda t, s: t.update(title="Another"),
     "description": lambda t, s: t.update(description="More"),
+    "question": lambda t, s: t.update(question="Why?"),
+    "hero": lambda t, s: t.update(hero={"scene": "response"}),
     "caption": lambda t, s: s["response"].update(caption="See"),
     "scene title": lambda t, s: s["response"].update(title="See"),
     "figure": lambda t, s: s["response"].update(figure={"beside": "free"}),

@@ -464,3 +464,45 @@ def test_a_study_takes_exactly_what_the_exciter_takes(name, value):
             parse_study(tree)
     else:
         assert parse_study(tree).scene("s").resolved_exciter()[name] == value
+
+
+HERO = BASE.replace("tau_end: 20", "tau_end: 20\n    figure: {pictures: [panels, portrait]}")
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        (
+            "hero: {scene: forcd}",
+            "hero.scene: must be a scene of the study (forced, response, free), got 'forcd' (did you mean 'forced'?)",
+        ),
+        (
+            "hero: {scene: forced, picture: panel}",
+            "hero.picture: must be one of the pictures in scenes.forced.figure.pictures (panels, portrait), got "
+            "'panel' (did you mean 'panels'?)",
+        ),
+        (
+            "hero: {scene: free, picture: curves}",
+            "hero.picture: must be left out, or in scenes.free.figure.pictures, got 'curves'",
+        ),
+        ("hero: {picture: panels}", "hero.scene: is required"),
+        (
+            "hero: {scene: forced, size: 3}",
+            "hero.size: is an unknown key; must be scene or picture",
+        ),
+        (
+            f"question: {'a' * 111}",
+            "question: must be one line of text, at most 110 characters, got",
+        ),
+    ],
+)
+def test_hero_and_question(keys, told, tmp_path):
+    messages = faults(f"{keys}\n{HERO}", tmp_path)
+    assert any(line.startswith(told) for line in messages), messages
+
+
+@pytest.mark.parametrize(
+    "keys", ["hero: {scene: forced, picture: portrait}", "hero: {scene: free}"]
+)
+def test_a_hero_that_is_drawn_is_accepted(keys, tmp_path):
+    assert study_of(f"question: Why?\n{keys}\n{HERO}", tmp_path).question == "Why?"

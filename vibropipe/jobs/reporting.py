@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +12,19 @@ import xarray as xr
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.drawing import figure_names, remove_unchosen
 from vibropipe.report import typeset
-from vibropipe.report.accuracy import Sidecars, accuracy_table, accuracy_text, provenance_table
-from vibropipe.report.data import (
-    asked_text,
-    effects_table,
-    further_effects,
-    is_physical,
-    parameter_table,
-    subtitle,
-)
-from vibropipe.report.table import Datasets, breakable
-from vibropipe.report.unsolved import unsolved_section
+from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
+from vibropipe.report.parts import MAX_LINES, Answer, Line
+from vibropipe.report.table import Datasets, Table
+from vibropipe.report.unsolved import UNSOLVED_HEADING, unsolved_table
+from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
 from vibropipe.study import Study
 from vibropipe.words.wording import paragraphs
+
+MAX_LABEL = 32  # letters of a scene's title that stands for it in tables and sentences
 
 
 def build_report(study: Study, results: Path, output: Path) -> Path:
@@ -74,6 +73,15 @@ def _check_figure(path: Path) -> None:
         raise StoreError(f"{path}: is damaged: draw the figures of the study again")
 
 
+@dataclass
+class Group:
+    """Figures and tables that stand together under a heading, with their answers, in the form the template reads."""
+
+    heading: str = ""
+    answers: list[dict[str, str]] = field(default_factory=list)
+    items: list[dict[str, Any]] = field(default_factory=list)
+
+
 def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
     """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss.
 
@@ -85,74 +93,162 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         Dataset and sidecar of each scene by name.
     """
     datasets = display_units(datasets)
-    parts = [
-        (
-            kind,
-            {name: datasets[name] for name in datasets if kind_of(study.scenes[name]) is kind},
-        )
+    labels = scene_labels(study)
+    parts = {
+        kind: {
+            labels[name]: datasets[name] for name in datasets if kind_of(study.scenes[name]) is kind
+        }
         for kind in dict.fromkeys(kind_of(study.scenes[name]) for name in datasets)
-    ]
-    notes = [note for kind, own in parts for note in kind.report.accuracy_notes(own)]
-    outputs = {name: getattr(scene, "outputs", None) for name, scene in study.scenes.items()}
+    }
+    hero_scene, hero_name = hero_of(study)
+    main = kind_of(study.scenes[hero_scene])
+    answers = _answers(parts, main, labels[hero_scene])
     figures = list(figure_entries(study, datasets))
-    sections = [section for kind, own in parts for section in kind.report.sections(own)]
+    hero = next(entry for entry in figures if entry["name"] == hero_name)
+    groups = _groups(study, labels, figures, answers, parts, hero)
+    unsolved = unsolved_table({labels[name]: data for name, data in datasets.items()})
+    if unsolved is not None:
+        groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
+    side = (main.report.side or side_of)(
+        parts[main] if main.report.side else {labels[n]: d for n, d in datasets.items()}
+    )
     return {
         "title": study.title,
-        "subtitle": subtitle(study.name, datasets),
-        "description": paragraphs(study.description or ""),
-        "asked": asked_text({name: scene.kind for name, scene in study.scenes.items()}, datasets),
-        "main": main_figure(study),
-        "findings": [
-            {"name": scene_title(study, finding.scene), "texts": finding.texts}
-            for kind, own in sorted(parts, key=lambda part: part[0].report.rank)
-            for finding in kind.report.findings(own)
-            if finding.texts
-        ],
-        "is_physical": is_physical(datasets),
-        "has_backbone": any("velocity_over_l" in dataset for dataset in datasets.values()),
-        "further": further_effects(datasets),
-        "parameters": parameter_table(
-            {name: scene.kind for name, scene in study.scenes.items()}, datasets
-        ).as_data(),
-        "effects": effects_table(outputs, datasets).as_data(),
-        "figures": figures,
-        "sections": [section.as_data() for section in (*sections, *unsolved_section(datasets))],
-        "accuracy": {
-            "table": accuracy_table(datasets, sidecars).as_data(),
-            "text": accuracy_text(datasets, notes),
+        "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
+        "question": study.question or main.report.asked(parts[main]),
+        "answers": answers.pop("", []),
+        "side": {
+            "rows": [asdict(row) for row in side.rows],
+            "drawing": drawing_of(datasets) if side.has_drawing else None,
         },
-        "provenance": provenance_table(datasets).as_data(),
+        "hero": hero,
+        "groups": [asdict(group) for group in groups],
+        "fixed": int(unsolved is not None),
+        "methods": [asdict(line) for line in _methods(study, parts, datasets, sidecars)],
+        "footer": footer(study.name, datasets, sidecars),
     }
 
 
-def main_figure(study: Study) -> str:
-    """Return the name of the main picture: the first one of the first scene of the kind with the lowest rank."""
-    scene = min(study.scenes.values(), key=lambda scene: kind_of(scene).report.rank)
-    return figure_names(scene)[0]
+def scene_labels(study: Study) -> dict[str, str]:
+    """Return how each scene is called in tables and sentences: by its title if that is short, else by its name."""
+    titles = [scene.title for scene in study.scenes.values()]
+    return {
+        name: scene.title
+        if 0 < len(scene.title) <= MAX_LABEL and titles.count(scene.title) == 1
+        else name.replace("_", " ")
+        for name, scene in study.scenes.items()
+    }
 
 
-def scene_title(study: Study, name: str) -> str:
-    """Return the title of a scene, or its name; empty for no scene."""
-    return (study.scenes[name].title or breakable(name)) if name else ""
+def hero_of(study: Study) -> tuple[str, str]:
+    """Return the scene and the figure on page 1: the study's, else the first of the scene of the lowest rank."""
+    if study.hero is None:
+        scene = min(study.scenes.values(), key=lambda scene: kind_of(scene).report.rank)
+        return scene.name, figure_names(scene)[0]
+    scene = study.scenes[study.hero.scene]
+    index = scene.figure.chosen().index(study.hero.picture) if study.hero.picture else 0
+    return scene.name, figure_names(scene)[index]
+
+
+def _answers(
+    parts: Mapping[Kind, Datasets], main: Kind, hero_label: str
+) -> dict[str, list[dict[str, str]]]:
+    """Return the answers by the labels of scenes; those of page 1 have the key ""."""
+    found: dict[str, list[dict[str, str]]] = {}
+    for kind, own in parts.items():
+        for label, answers in kind.report.answers(own).items():
+            of_all = "" if kind is main else next(iter(own))
+            found.setdefault(label or of_all, []).extend(_answer_data(each) for each in answers)
+    if "" not in found:
+        found[""] = found.pop(hero_label, [])
+    return found
+
+
+def _answer_data(answer: Answer) -> dict[str, str]:
+    return asdict(answer)
+
+
+def _groups(
+    study: Study,
+    labels: Mapping[str, str],
+    figures: list[dict[str, str]],
+    answers: Mapping[str, list[dict[str, str]]],
+    parts: Mapping[Kind, Datasets],
+    hero: dict[str, str],
+) -> list[Group]:
+    """Return the groups after the hero: those of its scene, then of the other scenes, in the order of the study."""
+    tables = [table for kind, own in parts.items() for table in _placed(kind, own)]
+    groups: list[Group] = []
+    first = hero["scene"]
+    for scene in sorted(labels, key=lambda name: name != first):
+        label = labels[scene]
+        own_tables = [table for table in tables if table.scene == label]
+        group = Group(answers=answers.get(label, []))
+        groups.append(group)
+        for figure in (entry for entry in figures if entry["scene"] == scene):
+            if figure is not hero:
+                if (heading := _heading(study, figure)) and (heading != group.heading):
+                    group = group if not group.items else Group()
+                    group.heading = heading
+                    if group not in groups:
+                        groups.append(group)
+                group.items.append(figure)
+            group.items += [t.as_data() for t in own_tables if t.picture == figure["picture"]]
+        group.items += [t.as_data() for t in own_tables if not t.picture]
+    return [group for group in groups if group.items]
+
+
+def _heading(study: Study, figure: Mapping[str, str]) -> str:
+    """Return the heading of a figure: its question, else the title of its scene unless the figure has that."""
+    title = study.scenes[figure["scene"]].title
+    return figure["heading"] or (
+        title if title != figure["title"] and len(study.scenes) > 1 else ""
+    )
+
+
+def _placed(kind: Kind, own: Datasets) -> Iterator[Table]:
+    """Yield the tables of a kind, those without a scene after its last one."""
+    for table in kind.report.tables(own):
+        yield table if table.scene else replace(table, scene=list(own)[-1])
+
+
+def _methods(
+    study: Study, parts: Mapping[Kind, Datasets], datasets: Datasets, sidecars: Sidecars
+) -> list[Line]:
+    """Return the lines on methods and provenance, at most MAX_LINES; a description of the study comes first."""
+    about = [Line("About", text, plain=True) for text in paragraphs(study.description or "")]
+    own = [line for kind, data in parts.items() for line in kind.report.methods(data)]
+    source = Path(study.source).name if study.source else ""
+    last = [
+        solved_line(datasets),
+        model_line(datasets),
+        again_line(study.name, source, datasets, sidecars),
+    ]
+    room = max(MAX_LINES - len(about[:1]) - len(last), 0)
+    return [line for line in (*about, *own[:room], *last) if line.text]
 
 
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
-    """Yield each figure: name, path, title, caption, and the alternative text for screen readers.
+    """Yield each figure: name, path, scene, picture, title, caption, heading, and the text for screen readers.
 
     The datasets are in units for display (`display_units`).
     """
     for scene_name, dataset in datasets.items():
-        scene = study.scenes[scene_name]
+        scene: BaseScene = study.scenes[scene_name]
         pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
         own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):
-            further = "" if name == scene_name else f" ({picture.name.replace('_', ' ')})"
             description = picture.describe(dataset, scene.figure, datasets)
+            title = picture.title(dataset, scene.figure, datasets)
             yield {
+                "type": "figure",
                 "name": name,
                 "path": f"figures/{name}.pdf",
-                "title": scene_title(study, scene_name) + further,
+                "scene": scene_name,
+                "picture": picture.name,
+                "title": title or scene.title or scene_name.replace("_", " "),
                 "caption": own_caption or description,
+                "heading": picture.heading,
                 "alt": description,
             }
             own_caption = ""  # the caption of the study describes the first picture

@@ -6,25 +6,20 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.report.findings import extent_text
-from vibropipe.report.section import Section
-from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.report.table import DASH, Datasets, Table
 from vibropipe.words.status import Status
 
+UNSOLVED_HEADING = "Which rows and motions have no result?"
 TITLE = "Rows and motions to look at"
-CAPTION = (
-    "Rows and motions that did not end as requested: status, number, ranges of the parameters in which they lie, and "
-    "what to change."
-)
+NOTE = "With the ranges of the parameters in which they lie. A dash: one motion, or no range."
 WIDTHS = ("3cm", "auto", "auto", "3.6cm", "1fr")
 
 
-def unsolved_section(datasets: Datasets) -> list[Section]:
-    """Return a section on all rows and motions with a status other than ok; none if there are none."""
+def unsolved_table(datasets: Datasets) -> Table | None:
+    """Return a table of all rows and motions with a status other than ok; None if there are none."""
     rows = [row for name, dataset in datasets.items() for row in unsolved_rows(name, dataset)]
-    if not rows:
-        return []
-    table = Table(["scene", "status", "rows", "among", "what to do"], rows, CAPTION, WIDTHS, left=5)
-    return [Section(TITLE, tables=[table])]
+    head = ["scene", "status", "rows", "among", "what to do"]
+    return Table(head, rows, NOTE, WIDTHS, left=5, title=TITLE) if rows else None
 
 
 def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
@@ -40,6 +35,6 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         number = f"{int(mask.sum())} of {status.size}" if status.ndim else DASH
         reason = Status(code)
         where = extent_text(mask) or DASH
-        text = breakable(reason.name.lower())
-        rows.append([breakable(name), text, number, where, reason.remedy.replace("`", "")])
+        text = reason.name.lower().replace("_", " ")
+        rows.append([name, text, number, where, reason.remedy.replace("`", "")])
     return rows

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from vibropipe.report.findings import Finding
-    from vibropipe.report.section import Section
+    from vibropipe.report.parts import Answers, Line, Side
+    from vibropipe.report.table import Table
     from vibropipe.scenes.costs import Estimate, Sampler, Work
     from vibropipe.scenes.recompute import Recomputed
 
@@ -53,13 +53,20 @@ class Picture:
     ----------
     name : str
         Name in the key `figure.pictures`.
-    drawn, described : callable
-        Take the dataset and keywords; return the figure, and its caption.
+    drawn : callable
+        Takes the dataset and keywords; returns the figure, 16 or 7.75 cm wide (`figures.canvas`).
+    described : callable
+        Takes the same; returns the caption, below the figure: what is drawn, parameters, marks, scatter.
     fits : callable
         Takes a dataset; returns whether the picture can show it (default: any).
     keywords : callable
-        Takes the scene's figure options (or None) and the study's datasets by scene; returns the keywords of both
-        (default: none).
+        Takes the scene's figure options (or None) and the study's datasets by scene; returns the keywords of the
+        others (default: none).
+    titled : callable
+        Takes the same as `drawn`; returns the title, above the figure: a sentence without full stop that says what
+        is seen, at most 85 letters (default, or if empty: the title of the scene).
+    heading : str
+        A question; the picture and what follows it stand under it.
     """
 
     name: str
@@ -67,6 +74,8 @@ class Picture:
     described: Callable[..., str]
     fits: Callable[[xr.Dataset], bool] = lambda dataset: True
     keywords: Callable[[Any, Mapping[str, xr.Dataset]], dict[str, Any]] = lambda options, others: {}
+    titled: Callable[..., str] = lambda dataset, **keywords: ""
+    heading: str = ""
 
     def draw(self, dataset: xr.Dataset, options: Any, others: Mapping[str, xr.Dataset]) -> Figure:
         """Return the figure."""
@@ -76,31 +85,45 @@ class Picture:
         """Return the caption."""
         return self.described(dataset, **self.keywords(options, others))
 
-
-def _no_sections(datasets: Mapping[str, xr.Dataset]) -> list[Section]:
-    return []
-
-
-def _no_notes(datasets: Mapping[str, xr.Dataset]) -> list[str]:
-    return []
-
-
-def _no_findings(datasets: Mapping[str, xr.Dataset]) -> list[Finding]:
-    return []
+    def title(self, dataset: xr.Dataset, options: Any, others: Mapping[str, xr.Dataset]) -> str:
+        """Return the title; empty if it is that of the scene."""
+        return self.titled(dataset, **self.keywords(options, others))
 
 
 @dataclass(frozen=True)
 class ReportPart:
-    """Part of a study's report, written from the datasets of one kind by scene.
+    """Part of a study's report, written from the datasets of one kind by the labels of its scenes.
 
-    `sections` returns further sections, `accuracy_notes` sentences on the accuracy of the data, `findings` what the
-    first page states. The main picture of a study is the first one of the kind with the lowest `rank`.
+    Parameters
+    ----------
+    noun : str
+        What the kind is about, in the line above the title.
+    question : str or callable
+        The question that the report answers unless the study has one, or a function that takes the datasets.
+    answers : callable
+        Takes the datasets; returns the answers of each scene, at most three. Those of the scene of the hero stand on
+        page 1, the others beside their figures.
+    tables : callable
+        Takes the datasets; returns the tables.
+    methods : callable
+        Takes the datasets; returns at most two lines on what is particular to the kind.
+    side : callable, optional
+        Takes the datasets; returns what stands beside the answers (default: the exciter with its numbers).
+    rank : int
+        The hero is the first picture of the kind with the lowest rank, unless the study chooses it.
     """
 
-    sections: Callable[[Mapping[str, xr.Dataset]], list[Section]] = _no_sections
-    accuracy_notes: Callable[[Mapping[str, xr.Dataset]], list[str]] = _no_notes
-    findings: Callable[[Mapping[str, xr.Dataset]], list[Finding]] = _no_findings
+    noun: str
+    question: str | Callable[[Mapping[str, xr.Dataset]], str]
+    answers: Callable[[Mapping[str, xr.Dataset]], Answers] = lambda datasets: {}
+    tables: Callable[[Mapping[str, xr.Dataset]], list[Table]] = lambda datasets: []
+    methods: Callable[[Mapping[str, xr.Dataset]], list[Line]] = lambda datasets: []
+    side: Callable[[Mapping[str, xr.Dataset]], Side] | None = None
     rank: int = 1
+
+    def asked(self, datasets: Mapping[str, xr.Dataset]) -> str:
+        """Return the question of the datasets."""
+        return self.question if isinstance(self.question, str) else self.question(datasets)
 
 
 def _no_problems(

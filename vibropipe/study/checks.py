@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study.models import Study
+from vibropipe.study.models import Hero, Study
 
 
 def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
@@ -39,6 +39,28 @@ def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
         ]
         for problem in (*own_problems, *kind.check_among(scene, study.scenes, faulty)):
             yield replace(problem, path=("scenes", name, *problem.path))
+    if study.hero is not None and not any(path[:1] == ("hero",) for path in broken):
+        yield from _check_hero(study, study.hero, faulty)
+
+
+def _check_hero(study: Study, hero: Hero, faulty: Collection[str]) -> Iterator[Problem]:
+    """Check that the picture on page 1 is drawn by a scene of the study."""
+    if hero.scene in faulty:
+        return
+    if hero.scene not in study.scenes:
+        allowed = f"a scene of the study ({', '.join(study.scenes)})"
+        hint = did_you_mean(hero.scene, study.scenes)
+        yield Problem(("hero", "scene"), repr(hero.scene), allowed, hint)
+        return
+    drawn = study.scenes[hero.scene].figure.chosen()
+    if hero.picture is not None and hero.picture not in drawn:
+        key = f"scenes.{hero.scene}.figure.pictures"
+        found, hint = repr(hero.picture), did_you_mean(hero.picture, drawn)
+        if drawn:
+            allowed = f"one of the pictures in {key} ({', '.join(drawn)})"
+            yield Problem(("hero", "picture"), found, allowed, hint)
+        else:
+            yield Problem(("hero", "picture"), found, must=f"must be left out, or in {key}")
 
 
 def _meets(path: KeyPath, keys: KeyPath) -> bool:

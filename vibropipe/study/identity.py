@@ -34,7 +34,9 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
     scenes = [
         [name, {"data": entry.data_keys(), **_texts(entry)}] for name, entry in study.scenes.items()
     ]
-    head = {"title": study.title, "description": study.description}
+    head = {
+        name: plain(getattr(study, name)) for name in ("title", "question", "description", "hero")
+    }
     return canonical_json({**head, "scenes": scenes})
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
-from vibropipe.scenes.keys.base import BaseScene, Prose, Title
+from vibropipe.scenes.keys.base import BaseScene, Prose, Question, Title
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, StudyPhysical
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
@@ -23,11 +23,31 @@ from vibropipe.scenes.registry import kinds
 from vibropipe.study.tables import Files
 
 
+class Hero(StudyModel):
+    """The picture on page 1 of the report."""
+
+    scene: Name = Field(description="The scene whose picture it is.")
+    picture: Annotated[Name | None, NotNull] = Field(
+        default=None,
+        description="One of the pictures that the scene draws (default: its first).",
+    )
+
+
 class Study(StudyModel):
     """A study: shared parameters and named scenes; its name is that of the file without suffix."""
 
     title: Title = Field(description="Title of the study and of its report.")
-    description: Prose = Field(default="", description="What the study is about; opens the report.")
+    question: Question = Field(
+        default="",
+        description="The question that the study answers, below the title (default: by the kind of its main scene).",
+    )
+    description: Prose = Field(
+        default="", description="What the study is about; stands at the end of the report."
+    )
+    hero: Annotated[Hero | None, NotNull] = Field(
+        default=None,
+        description="The picture on page 1 of the report (default: the first of the main scene).",
+    )
     exciter: ExciterKeys = Field(
         default_factory=ExciterKeys, description="Parameters shared by all scenes."
     )

@@ -1,13 +1,20 @@
 """What a report says of a pendulum."""
 
-from vibropipe.report.section import Section
+from vibropipe.report.parts import Answer
 from vibropipe.report.table import Table
 from vibropipe.scenes.kind import ReportPart
 
 
-def sections(datasets):
+def answers(datasets):
+    return {
+        name: [Answer("The period grows.", f"It reaches {float(data['period'].max()):.4g} s.")]
+        for name, data in datasets.items()
+    }
+
+
+def tables(datasets):
     rows = [[name, f"{float(data['period'].max()):.4g}"] for name, data in datasets.items()]
-    return [Section("Pendulums", tables=[Table(["scene", "longest period"], rows, "Periods.")])]
+    return [Table(["scene", "longest period"], rows, title="Periods")]
 
 
-REPORT = ReportPart(sections)
+REPORT = ReportPart("Pendulums", "How long does it swing?", answers, tables)

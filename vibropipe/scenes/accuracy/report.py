@@ -7,6 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.text import digits, format_number
 from vibropipe.report.findings import Finding
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table, breakable
 from vibropipe.scenes.accuracy.summary import time_to_reach
@@ -76,4 +77,9 @@ def findings(datasets: Datasets) -> list[Finding]:
     return [Finding(conclusions(dataset), name) for name, dataset in datasets.items()]
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Accuracy and time",
+    "How long does a forcing period take, for the error that I accept?",
+    answers_of(findings),
+    tables_of(sections),
+)

@@ -6,6 +6,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import rising_text
 from vibropipe.report.findings import Finding, largest, symbol_text, value_text
+from vibropipe.report.parts import answers_of
 from vibropipe.report.table import Datasets
 from vibropipe.scenes.backbone.limits import first_strikes, longest_period
 from vibropipe.scenes.kind import ReportPart
@@ -62,4 +63,9 @@ def frequency_text(dataset: xr.Dataset) -> str:
     )
 
 
-REPORT = ReportPart(findings=findings, rank=2)
+REPORT = ReportPart(
+    "Free motion",
+    "How does the mass move without force and losses?",
+    answers_of(findings),
+    rank=2,
+)

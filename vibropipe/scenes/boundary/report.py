@@ -8,6 +8,7 @@ import xarray as xr
 from vibropipe.figures.text import flag_texts, format_number, orbit_texts
 from vibropipe.figures.units import unit_text
 from vibropipe.report.findings import Finding, range_text, symbol_text
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.boundary.captions import curves_text
@@ -87,4 +88,9 @@ def finding_text(dataset: xr.Dataset) -> str:
     return curves_text(dataset) + (f", within {box}" if box else "")
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Bifurcations",
+    "Where in two parameters does the motion change?",
+    answers_of(findings),
+    tables_of(sections),
+)

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import flag_texts, format_number, in_brackets, orbit_texts
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.branch.curves import followed, swept
@@ -61,4 +62,10 @@ def goes_on_text(kind: str, reason: str) -> str:
     return f"yes; new orbits: {reason}" if is_passed else f"no: {reason}"
 
 
-REPORT = ReportPart(sections, findings=findings, rank=0)
+REPORT = ReportPart(
+    "Branches of orbits",
+    "Which orbits are there, stable or not, and where do they change?",
+    answers_of(findings),
+    tables_of(sections),
+    rank=0,
+)

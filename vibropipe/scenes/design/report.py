@@ -7,6 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.text import format_number, in_brackets, orbit_texts, plain_symbol, with_units
 from vibropipe.report.findings import Finding
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.design.captions import (
@@ -153,4 +154,9 @@ def findings(datasets: Datasets) -> list[Finding]:
     return found
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Designs",
+    "Which parameters give the wanted motion, and how tight must they be?",
+    answers_of(findings),
+    tables_of(sections),
+)

@@ -7,6 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.text import digits, format_number
 from vibropipe.report.findings import Finding
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.effects.pictures import describe_effects
@@ -111,4 +112,9 @@ def effects_text(names: str) -> str:
     return "all" if set(names.split(", ")) == set(COMMON_EFFECTS) else breakable(names)
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Cost of effects and outputs",
+    "What does each effect and each output cost?",
+    answers_of(findings),
+    tables_of(sections),
+)

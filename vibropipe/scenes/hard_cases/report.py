@@ -8,6 +8,7 @@ import xarray as xr
 
 from vibropipe.figures.text import format_number
 from vibropipe.report.findings import Finding
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
 from vibropipe.scenes.hard_cases.pictures import describe_hard_cases
@@ -123,4 +124,9 @@ def verdict_summary(datasets: Datasets) -> str:
     return text
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Hard cases",
+    "Do hard cases stay numerically stable?",
+    answers_of(findings),
+    tables_of(sections),
+)

@@ -7,6 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.text import format_number, plain_symbol, with_units
 from vibropipe.report.findings import Finding
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.identify.pictures import columns, found_text
@@ -82,4 +83,9 @@ def findings(datasets: Datasets) -> list[Finding]:
     ]
 
 
-REPORT = ReportPart(sections, findings=findings)
+REPORT = ReportPart(
+    "Identification",
+    "Which parameters explain what was measured?",
+    answers_of(findings),
+    tables_of(sections),
+)

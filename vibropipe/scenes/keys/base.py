@@ -22,6 +22,7 @@ from vibropipe.words.parameters import DEFAULTS, without_absent
 from vibropipe.words.vocabulary import dimensions_hash
 
 Title = Annotated[str, TextRule(200)]
+Question = Annotated[str, TextRule(110)]  # a line of the report
 Prose = Annotated[str, TextRule(4000, one_line=False)]
 Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 

@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.findings import value_text
+from vibropipe.report.parts import answers_of, lines_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -35,7 +36,7 @@ STEADY_CAPTION = (
 CONTACT_CAPTION = " Beside them the largest force of each soft support, and its longest contact."
 STEADY_TITLE, ASYMMETRY_TITLE = "Steady states of the motions", "Effect of each asymmetry"
 ASYMMETRIES = {"delta", "R1", "R2", "load", "f2", "phi2", "F2"}
-HARMONICS = 3  # rows of the table
+HARMONICS = 2  # rows of the table
 DIGITS = 4  # significant digits
 
 
@@ -303,4 +304,17 @@ def accuracy_notes(datasets: Datasets) -> list[str]:
     ]
 
 
-REPORT = ReportPart(sections, accuracy_notes, findings)
+def question(datasets: Datasets) -> str:
+    """Return the question of motions."""
+    if len(datasets) == 1:
+        return "How does the mass move, and how hard does it strike?"
+    return "How do these motions differ?"
+
+
+REPORT = ReportPart(
+    "Motions",
+    question,
+    answers_of(findings),
+    tables_of(sections),
+    lines_of("Compared with", accuracy_notes),
+)

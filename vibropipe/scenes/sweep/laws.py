@@ -122,7 +122,8 @@ def with_looks(laws: list[Law]) -> list[Law]:
         rank = seen.get(law.regime, 0)
         seen[law.regime] = rank + (law.m != OTHER)
         base = REGIME_STYLES[regime_name(law.regime)].colour
-        shade, hatch = (0.0, "")
+        # all that is no orbit keeps the hatch of its regime
+        shade, hatch = 0.0, REGIME_STYLES[regime_name(law.regime)].hatch if law.m == 0 else ""
         if law.m == OTHER:
             shade, hatch = OTHER_LOOK
         elif rank:

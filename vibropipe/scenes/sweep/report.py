@@ -7,7 +7,9 @@ import xarray as xr
 
 from vibropipe.figures.stability import is_neutral, is_unstable
 from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
+from vibropipe.report.exciter import WORDS
 from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
@@ -21,6 +23,7 @@ from vibropipe.scenes.sweep.findings import (
 )
 from vibropipe.scenes.sweep.quantities import is_shown
 from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import series
 
 CAPTION = (
     "Rows of each sweep by regime of the steady state; of these, stable orbits of more than one forcing period, "
@@ -32,6 +35,7 @@ ENERGY_CAPTION = (
     "aperiodic rows, each with its mean over a window."
 )
 MAX_RUNS = 24  # regimes of one line in the table; a line through chaos has hundreds
+MAX_QUESTION = 110  # letters, a line of the report
 ENERGIES = {
     "energy_input": "work of the force",
     "energy_damping": "loss by damping",
@@ -139,4 +143,14 @@ def energy_text(dataset: xr.Dataset, name: str, rows: xr.DataArray) -> str:
     return f"{format_number(float(values.min()))} … {value_text(energy, values.max())}"
 
 
-REPORT = ReportPart(sections, findings=findings, rank=0)
+def question(datasets: Datasets) -> str:
+    """Return the question of sweeps: how the motion changes with what they run over."""
+    names = dict.fromkeys(
+        WORDS[str(name)] for data in datasets.values() for name in data.dims if name in WORDS
+    )
+    over = series(f"the {words}" for words in names) or "its start"
+    text = f"How does the motion change with {over}?"
+    return text if len(text) <= MAX_QUESTION else "How does the motion change with its parameters?"
+
+
+REPORT = ReportPart("Steady states", question, answers_of(findings), tables_of(sections), rank=0)

@@ -1,0 +1,85 @@
+"""The numbers beside the drawing of the exciter: the values of each parameter, or the range that it has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibropipe.figures.text import format_number, with_units
+from vibropipe.report.parts import Row, Side
+from vibropipe.report.table import SYMBOLS, Datasets
+from vibropipe.words.parameters import FURTHER
+from vibropipe.words.vocabulary import physical_name
+
+FEW = 3  # values that are listed
+# Words of each parameter, with and without units, in the order of the rows.
+WORDS = {
+    "m": "mass", "C": "stiffness", "H": "damping",
+    "nu": "frequency of the force", "omega": "frequency of the force",
+    "f": "amplitude of the force", "F": "amplitude of the force",
+    "h": "damping", "l": "half distance", "delta": "offset",
+    "R1": "restitution of support 1", "R2": "restitution of support 2",
+    "k1": "stiffness of support 1", "k2": "stiffness of support 2",
+    "C1": "stiffness of support 1", "C2": "stiffness of support 2",
+    "h1": "damping of support 1", "h2": "damping of support 2",
+    "H1": "damping of support 1", "H2": "damping of support 2",
+    "load": "constant force", "friction": "dry friction",
+    "f2": "second harmonic", "F2": "second harmonic", "phi2": "its phase",
+}  # fmt: skip
+LETTERS = SYMBOLS | {"load": "q", "friction": "d"}
+SOFT = (("k1", "C1"), ("k2", "C2"))
+
+
+def side_of(datasets: Datasets) -> Side:
+    """Return the parameters of the exciter in some datasets; equal ones of both supports share a row."""
+    texts = {name: text for name in WORDS if (text := values_text(name, datasets))}
+    rows = []
+    for name, text in texts.items():
+        twin = f"{name[:-1]}2"
+        if name.endswith("2") and texts.get(f"{name[:-1]}1") == text:
+            continue
+        is_pair = name.endswith("1") and texts.get(twin) == text
+        symbol, words = LETTERS.get(name, name), WORDS[name]
+        if is_pair:
+            symbol, words = (
+                f"{symbol}, {LETTERS.get(twin, twin)}",
+                words.partition(" of support")[0],
+            )
+            words = words if name == "R1" else f"{words} of the supports"
+        rows.append(Row(symbol, text, words))
+    return Side(rows)
+
+
+def values_text(name: str, datasets: Datasets) -> str:
+    """Write the values of a parameter over all datasets with their unit; empty without it or its effect."""
+    arrays = [data[name] for data in datasets.values() if name in data.variables]
+    found = np.concatenate([np.empty(0), *(np.ravel(array.values) for array in arrays)])
+    values = np.unique(found[np.isfinite(found)])
+    is_further = name in FURTHER or name in map(physical_name, FURTHER)
+    if not values.size or (is_further and not values.any()):
+        return ""
+    parts = [format_number(float(value)) for value in values]
+    text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"
+    return with_units(arrays[0], text)
+
+
+def drawing_of(datasets: Datasets) -> dict[str, Any]:
+    """Return what the drawing shows: soft supports, friction, a load, and the symbols of spring, damper and force."""
+    has_units = any("C" in data.variables for data in datasets.values())
+    soft = [any(values_text(name, datasets) for name in names) for names in SOFT]
+    stiffness = ("C₁", "C₂") if has_units else ("k₁", "k₂")
+    return {
+        "soft": soft,
+        "friction": bool(values_text("friction", datasets)),
+        "load": bool(values_text("load", datasets)),
+        "symbols": {
+            "stiffness": "C" if has_units else "1",
+            "damping": "H" if has_units else "h",
+            "force": "F sin ωt" if has_units else "f sin ντ",
+            "supports": [
+                s if is_soft else r
+                for s, r, is_soft in zip(stiffness, ("R₁", "R₂"), soft, strict=True)
+            ],
+        },
+    }

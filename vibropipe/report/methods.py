@@ -1,0 +1,120 @@
+"""Methods and provenance of a study in a few lines: how it was solved, the model, the command and the data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
+from vibropipe.report.exciter import drawing_of
+from vibropipe.report.parts import Line
+from vibropipe.report.table import Datasets
+from vibropipe.words.wording import count, series
+
+Sidecars = Mapping[str, Mapping[str, Any]]
+
+SHORT = 12  # digits of a commit
+NAMED = 4  # files that are named
+
+
+def solved_line(datasets: Datasets) -> Line:
+    """Return the line on the methods of the scenes, requested and reached accuracy, and residuals of orbits."""
+    methods = dict.fromkeys(
+        str(data.attrs["method"]) for data in datasets.values() if "method" in data.attrs
+    )
+    texts = ["; ".join(methods)] if methods else []
+    asked = [value for data in datasets.values() if (value := number_of(data, "accuracy_asked"))]
+    errors = [error for data in datasets.values() if (error := largest_error(data))]
+    if asked:
+        texts.append(f"accuracy asked: {format_number(min(asked), 2)}")
+    if errors:
+        texts.append(f"largest estimated error: {format_number(rounded_up(max(errors)), 2)}")
+    residuals = [r for data in datasets.values() if np.isfinite(r := largest_residual(data))]
+    if residuals:
+        texts.append(f"orbits close to {format_number(rounded_up(max(residuals)), 2)}")
+    return Line("Solved by", "; ".join(texts))
+
+
+def rounded_up(value: float) -> float:
+    """Return an error rounded up to two digits."""
+    if value <= 0.0:
+        return value
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / unit * (1 - 1e-12)) * unit)
+
+
+def number_of(dataset: xr.Dataset, name: str) -> float:
+    """Return a numeric attribute, 0 without one."""
+    value = dataset.attrs.get(name, "none")
+    return 0.0 if isinstance(value, str) else float(value)
+
+
+def largest_error(dataset: xr.Dataset) -> float:
+    """Return the largest estimated error of a row with an orbit, or the reached accuracy; 0 without either."""
+    if "error" not in dataset or "period_multiple" not in dataset:
+        return number_of(dataset, "accuracy_reached")
+    error = dataset["error"].values[dataset["period_multiple"].values > 0]
+    return float(np.nanmax(error, initial=0.0))
+
+
+def largest_residual(dataset: xr.Dataset) -> float:
+    """Return the largest residual of an orbit, nan if there is none."""
+    if "residual" not in dataset:
+        return float("nan")
+    residual = dataset["residual"].values
+    closed = residual[np.isfinite(residual)]
+    return float(closed.max()) if closed.size else float("nan")
+
+
+def model_line(datasets: Datasets) -> Line:
+    """Return the line on the model, with the effects that a scene of the study has."""
+    has = drawing_of(datasets)
+    text = "ẍ + hẋ + x = f sin ντ between the supports"
+    if has["symbols"]["stiffness"] == "C":
+        text = "mẍ + Hẋ + Cx = F sin ωt between the supports"
+    ends = ["an impact turns the velocity and multiplies it by R"] if not all(has["soft"]) else []
+    ends += ["soft supports push with a spring and a damper"] if any(has["soft"]) else []
+    ends += ["dry friction acts against the velocity"] if has["friction"] else []
+    ends += ["a constant load acts"] if has["load"] else []
+    return Line("Model", f"{text}; {series(ends)}; `docs/theory.md`")
+
+
+def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) -> Line:
+    """Return the line with the command, the files of data, the version and commit of the program, and the run time.
+
+    Values in which datasets differ are all named.
+    """
+    names = list(datasets)
+    files = (
+        series(f"`{name}.nc`" for name in names)
+        if len(names) <= NAMED
+        else count(len(names), "file")
+    )
+    texts = [f"`vibropipe run {source or study + '.yaml'}`", f"data: {files} in `results/{study}`"]
+    commits = dict.fromkeys(
+        " ".join(filter(None, [str(data.attrs.get("source", "")), commit_text(data)]))
+        for data in datasets.values()
+    )
+    texts += [series(text for text in commits if text)]
+    seconds = [float(car["seconds"]) for car in sidecars.values() if car.get("seconds")]
+    texts += [f"computed in {format_number(sum(seconds), 2)} s"] if seconds else []
+    return Line("Again", "; ".join(filter(None, texts)))
+
+
+def commit_text(dataset: xr.Dataset) -> str:
+    """Write the commit that a dataset was computed with; empty if it is not known."""
+    commit = str(dataset.attrs.get("git_commit", ""))[:SHORT]
+    return f"(commit {commit})" if commit else ""
+
+
+def footer(study: str, datasets: Datasets, sidecars: Sidecars) -> str:
+    """Write the program, the study and the day on which its last scene was computed."""
+    sources = sorted({str(d.attrs["source"]) for d in datasets.values() if "source" in d.attrs})
+    days = [str(car["finished"]) for car in sidecars.values() if car.get("finished")]
+    day = datetime.fromisoformat(max(days)) if days else None
+    date = f"{day.day} {day:%B %Y}" if day else ""
+    return " · ".join(filter(None, [*sources, f"study {study.replace('_', ' ')}", date]))

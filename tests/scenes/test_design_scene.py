@@ -13,6 +13,7 @@ from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.design.captions import wanted_text
 from vibropipe.scenes.design.report import findings, sections
+from vibropipe.scenes.design.workshop import percent
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 
@@ -125,7 +126,7 @@ def test_goals_without_a_spread_show_the_usual_quantities(dataset):
         picture = picture_of("design", of_law, name)
         assert picture.draw(of_law, None, {}).axes
         assert picture.describe(of_law, None, {})
-    assert sections({"law": of_law})[0].tables[1].as_data()["head"][-1].startswith("share of")
+    assert sections({"law": of_law})[0].tables[2].as_data()["head"][-1].startswith("share of")
 
 
 def test_the_front_is_drawn(tmp_path):
@@ -141,12 +142,49 @@ def test_the_front_is_drawn(tmp_path):
 
 def test_the_table_tells_the_workshop_how_tight(dataset):
     (section,) = sections({"shifted": dataset})
-    designs, tight = (table.as_data() for table in section.tables)
+    designs, yields, tight = (table.as_data() for table in section.tables)
     assert len(designs["rows"]) == dataset.sizes["design"]
     assert [row[0] for row in tight["rows"]] == ["ν", "f", "h", "l", "δ", "R₁", "R₂"]
     assert all(row[2].startswith("± ") for row in tight["rows"])
     (finding,) = findings({"shifted": dataset})
-    assert any("its law changes in 0 %" in text for text in finding.texts)
+    assert any("the law of design 1 changes in 0 %" in text for text in finding.texts)
+    # All designs have a yield and tolerances; the first line has the deviations.
+    assert len(yields["rows"]) == 1 + dataset.sizes["design"]
+    assert all(float(cell.rstrip("*")) > 0 for row in yields["rows"][1:] for cell in row[4:])
+    assert "At least 95 % of the parts of all designs" in " ".join(finding.texts)
+
+
+def test_a_tolerance_below_the_given_deviation_is_marked(dataset):
+    tight = dataset.copy()
+    tight["R1_std"] = ((), 10 * float(dataset.R1_tolerance.max()))
+    tight["delta_std"] = ((), 0.1 * float(dataset.delta_tolerance.min()))
+    section = sections({"shifted": tight})[0]
+    _, yields, best = (table.as_data() for table in section.tables)
+    marked = [[cell.endswith("*") for cell in row] for row in yields["rows"][1:]]
+    column = yields["head"].index("± R₁")
+    assert all(row[column] and sum(row) == 1 for row in marked)
+    assert [row[0] for row in best["rows"] if row[2].endswith("*")] == ["R₁"]
+    assert any(
+        "which cannot be held: R₁ of design 1; R₁ of design 2" in text
+        for text in section.paragraphs
+    )
+
+
+def test_a_design_on_its_bound_has_no_tolerance(dataset):
+    bound = dataset.copy()
+    names = [name for name in dataset if str(name).endswith("_tolerance")]
+    for name in names:
+        bound[name] = dataset[name].where(dataset.design != 1)
+    bound["tolerance_result"] = ("design", [0, 1])
+    section = sections({"shifted": bound})[0]
+    sentence = "Design 2, no tolerance: on the bound impact_velocity_max_1 < 0.8."
+    assert sentence in section.paragraphs
+    assert section.tables[1].as_data()["rows"][2][4:] == ["–"] * len(names)
+
+
+def test_yields_are_never_rounded_to_all():
+    assert [percent(4095 / 4096), percent(1.0), percent(0.6149)] == ["99.9 %", "100 %", "61.4 %"]
+    assert percent(1 / 4096, up=True) == "0.1 %"
 
 
 def test_goals_are_written_in_the_units_shown():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -130,7 +130,8 @@ def tolerance(
         all_effect_names(vars(exciter), pieces=True), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}"
     )
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
-    spread = spread_variables(base, point, sigma, samples, reach, harmonics, from_start)
+    points = from_start(moved_rows(base, sigma, samples, reach))
+    spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
 
 
@@ -160,6 +161,16 @@ def spread_names(harmonics: int, variables: Variables) -> list[Named]:
     ]
 
 
+def moved_rows(base: np.ndarray, sigma: Mapping[str, float], n: int, reach: float) -> np.ndarray:
+    """Return rows of parameters around one (p,): n scattered ones, then the ends and corners of the worst case."""
+    columns = [Parameters._fields.index(name) for name in sigma]
+    deviations = np.array(list(sigma.values()))
+    moves = np.vstack([scattered(len(sigma), n), box(len(sigma), reach)]) * deviations
+    rows = np.tile(base, (len(moves), 1))
+    rows[:, columns] += moves
+    return rows
+
+
 def spread_variables(
     base: np.ndarray,
     point: Points,
@@ -167,9 +178,12 @@ def spread_variables(
     n: int,
     reach: float,
     harmonics: int,
-    from_start: Callable[[np.ndarray], Points],
+    points: Points,
 ) -> Variables:
-    """Return the variables of `tolerance` at one solved point, without a dimension of the point."""
+    """Return the variables of `tolerance` at one solved point, without a dimension of the point.
+
+    `points` are the motions from the start at `moved_rows`.
+    """
     names = spread_names(harmonics, point.variables)
     columns = [Parameters._fields.index(name) for name in sigma]
     deviations = np.array(list(sigma.values()))
@@ -190,10 +204,6 @@ def spread_variables(
     )
     slopes = np.where(np.isfinite(own)[:, None], slopes, np.nan)
     effects = slopes * deviations
-    moves = np.vstack([scattered(len(sigma), n), box(len(sigma), reach)]) * deviations
-    rows = np.tile(base, (len(moves), 1))
-    rows[:, columns] += moves
-    points = from_start(rows)
     moved = difference(read(points), own)
     is_same = (points.laws == point.laws[0]).all(axis=1) & points.is_stable
     low_high = slice(n, n + 2 * len(sigma))

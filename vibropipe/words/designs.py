@@ -1,4 +1,4 @@
-"""How the search for a design ended."""
+"""How the search for a design or for parameters ended."""
 
 from __future__ import annotations
 
@@ -30,3 +30,43 @@ _REASONS = {
     DesignResult.CONFLICTING: "what is wanted conflicts: no small change brings all of it nearer",
     DesignResult.NOT_REACHED: "the motion from the start settles elsewhere: give another start",
 }
+
+
+class ToleranceResult(IntEnum):
+    """Whether the parameters of a design have tolerances, or why they have none; `reason` says it in words."""
+
+    FOUND = 0
+    ON_BOUND = 1
+    LAW_CHANGES = 2
+    NOT_MET = 3
+
+    @property
+    def reason(self) -> str:
+        """Why there is no tolerance, as a clause."""
+        return _NO_TOLERANCE[self]
+
+
+_NO_TOLERANCE = {
+    ToleranceResult.FOUND: "",
+    ToleranceResult.ON_BOUND: "on the bound",
+    ToleranceResult.LAW_CHANGES: "at a change of law",
+    ToleranceResult.NOT_MET: "not all that is wanted holds",
+}
+
+
+class FitResult(IntEnum):
+    """Whether the misfit of a fit to measurements is no larger than their noise."""
+
+    EXPLAINED = 0
+    BEYOND_NOISE = 1
+    CONSTANT = 2
+    ABSENT = 3
+    NOT_JUDGED = 4
+
+
+class FoundResult(IntEnum):
+    """Whether measurements determine a parameter, or what its value stands for."""
+
+    DETERMINED = 0
+    AT_RANGE = 1
+    UNDETERMINED = 2

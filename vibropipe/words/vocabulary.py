@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.boundaries import Meeting
-from vibropipe.words.designs import DesignResult
+from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
@@ -42,6 +42,8 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_lower": ("lower bound of {}", True),
     "_upper": ("upper bound of {}", True),
     "_tolerance": ("tolerance of {}", True),
+    "_yield": ("share of scattered parts that keep the goal of {}", False),
+    "_quantile": ("quantile of {} over scattered parts", True),
     "_measured": ("measured {}", True),
     "_fitted": ("fitted {}", True),
     "_noise": ("noise of {}", True),
@@ -79,6 +81,9 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},
     "design_result": _members(DesignResult),
+    "tolerance_result": _members(ToleranceResult),
+    "fit_result": _members(FitResult),
+    "parameter_result": _members(FoundResult),
 }
 """Names of integer values."""
 

@@ -49,8 +49,9 @@ def test_every_design_is_met_by_a_new_march(found):
         assert np.array_equal(orbit.impacts_per_orbit, law)
 
 
-def test_designs_are_distinct_and_ranked_by_their_margin(found):
-    assert (np.diff(found.law_margin) <= 0).all()
+def test_designs_are_distinct_and_ranked_by_their_yield(found):
+    ranks = list(zip(found["yield"].values, found.reliability_index.values, strict=True))
+    assert ranks == sorted(ranks, reverse=True)
     places = np.stack([found.delta / 0.6, found.R1 / 0.5], axis=1)
     laws = np.column_stack([found.period_multiple, found.impacts_per_orbit])
     for a in range(len(places)):
@@ -73,7 +74,7 @@ def test_the_law_changes_no_nearer_than_the_margin(found):
 
 
 def test_the_spread_is_that_of_the_design_alone(found):
-    alone = vp.tolerance(next(exciters(found)), {"R1": 0.002}, samples=1024)
+    alone = vp.tolerance(next(exciters(found)), {"R1": 0.002}, samples=4096)
     best = found.isel(design=0)
     for name in ("displacement_mean_std", "impact_velocity_max_worst", "law_change_share"):
         assert np.allclose(best[name], alone[name], rtol=1e-9)

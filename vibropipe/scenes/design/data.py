@@ -121,3 +121,13 @@ def numbers(dataset: xr.Dataset) -> np.ndarray:
 def has_spread(dataset: xr.Dataset) -> bool:
     """Return whether tolerances of parameters were given."""
     return "law_change_share" in dataset
+
+
+def has_yield(dataset: xr.Dataset) -> bool:
+    """Return whether it is known how many scattered parts keep all that is wanted."""
+    return "yield" in dataset
+
+
+def has_tolerances(dataset: xr.Dataset) -> bool:
+    """Return whether the tolerances that parameters need were asked for."""
+    return "tolerance_result" in dataset

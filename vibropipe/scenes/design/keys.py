@@ -115,14 +115,16 @@ class DesignScene(VariedScene):
         WithJsonSchema(NAMES_SCHEMA),
     ] = Field(
         default=[],
-        description="A quantity to be least, or a list of two for a Pareto front; `-name` for largest.",
+        description="A quantity to be least, or a list of two for a Pareto front; `-name` for largest. `-yield`: "
+        "designs of which most scattered parts keep all goals.",
     )
     tolerance: dict[ParameterName, Sigma] = Field(
-        default={}, description="Standard deviations of parameters, for the spread of each design."
+        default={},
+        description="Standard deviations of parameters, for the yield and spread of each design.",
     )
     allow: dict[Text, Sigma] = Field(
         default={},
-        description="How far each target may be off; asks for the tolerances that the parameters need.",
+        description="How far each target may be off; asks for the yield and the tolerances that the parameters need.",
     )
     start: Start = Field(default_factory=Start, description="Start of every motion.")
     samples: Annotated[int, NumberRange(*DESIGN_SAMPLES, whole=True)] = Field(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, in_brackets, orbit_texts, plain_symbol, with_units
+from vibropipe.figures.text import format_number, in_brackets, orbit_texts
 from vibropipe.report.findings import Finding
 from vibropipe.report.parts import answers_of, tables_of
 from vibropipe.report.section import Section
-from vibropipe.report.table import DASH, Datasets, Table, breakable
+from vibropipe.report.table import Datasets, Table, breakable
 from vibropipe.scenes.design.captions import (
     leading,
     place_text,
@@ -20,34 +19,38 @@ from vibropipe.scenes.design.captions import (
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
+    has_yield,
     numbers,
-    spread_parts,
     varied,
     wanted_parts,
 )
+from vibropipe.scenes.design.workshop import (
+    NOMINAL_DIGITS,
+    makeable_text,
+    nominal,
+    parameters_table,
+    workshop_texts,
+    yields_table,
+)
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
-
-WORKSHOP = (
-    "For the workshop: make each parameter to its nominal value within its tolerance. All parameters may be off at "
-    "once, in any combination: at every corner, the law of motion, the bounds and the targets within what is allowed "
-    "hold."
-)
 
 
 def sections(datasets: Datasets) -> list[Section]:
     """Return a section on the designs of a study."""
     tables: list[Table] = []
-    workshop = False
-    for name, dataset in datasets.items():
-        tables.append(designs_table(name, dataset))
-        if tight := tolerance_table(name, dataset):
-            tables.append(tight)
-            workshop |= any(str(each).endswith("_tolerance") for each in dataset.data_vars)
     texts = [
         f"{name}: {wanted_text(data)}. {reached_text(data)}." for name, data in datasets.items()
     ]
-    return [Section("Designs", [*texts, WORKSHOP if workshop else ""], tables)] if tables else []
+    for name, dataset in datasets.items():
+        tables.append(designs_table(name, dataset))
+        tables += [
+            table
+            for table in (yields_table(name, dataset), parameters_table(name, dataset))
+            if table is not None
+        ]
+        texts += workshop_texts(name, dataset)
+    return [Section("Designs", texts, tables)] if tables else []
 
 
 def designs_table(scene: str, dataset: xr.Dataset) -> Table:
@@ -60,7 +63,7 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table:
         [
             str(number),
             laws[row],
-            *(format_number(float(dataset[name].values[row]), 5) for name in names),
+            *(format_number(nominal(dataset, name, row), NOMINAL_DIGITS) for name in names),
             *(format_number(float(part.of(dataset).values[row]), 5) for part in parts),
             format_number(float(dataset["law_margin"].values[row]), 2),
         ]
@@ -71,58 +74,6 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table:
         "nearest change of law in shares of the ranges."
     )
     return Table(head, rows, caption, left=2)
-
-
-def tolerance_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return how tight each parameter of the first design must be, and what it does to the wanted quantities."""
-    best = dataset.isel(design=0)
-    stem = {
-        str(name).removesuffix("_tolerance")
-        for name in dataset.data_vars
-        if str(name).endswith("_tolerance")
-    }
-    of_spread = [str(name) for name in dataset["parameter"].values] if has_spread(dataset) else []
-    names = [str(name) for name in dataset.coords if name in stem or name in of_spread]
-    if not names:
-        return None
-    parts = spread_parts(dataset) if of_spread else []
-    head = ["parameter", "nominal", *(["tolerance"] if stem else [])]
-    head += (
-        ["deviation", *(f"share of {breakable(part.name)}" for part in parts)] if of_spread else []
-    )
-    rows = []
-    for name in names:
-        cells = [plain_symbol(name), with_units(dataset[name], format_number(float(best[name]), 6))]
-        if stem:
-            cells.append(plus_minus(best, name, "_tolerance"))
-        if of_spread:
-            cells.append(plus_minus(best, name, "_std"))
-            cells += [share_text(best, part, name) for part in parts]
-        rows.append(cells)
-    caption = f"Design 1 of {scene}: nominal values" + (
-        ", tolerances that keep all that is wanted" if stem else ""
-    )
-    caption += (
-        ", given standard deviations and the share of each in the variance of the wanted quantities"
-        if of_spread
-        else ""
-    )
-    return Table(head, rows, f"{caption}.")
-
-
-def plus_minus(best: xr.Dataset, name: str, suffix: str) -> str:
-    """Write a tolerance or a deviation of a parameter with its unit."""
-    if name + suffix not in best or not np.isfinite(float(best[name + suffix])):
-        return DASH
-    return f"± {with_units(best[name], format_number(float(best[name + suffix]), 2))}"
-
-
-def share_text(best: xr.Dataset, part: Part, name: str) -> str:
-    """Write the share that a parameter has in the variance of a quantity."""
-    if name not in best["parameter"].values:
-        return DASH
-    share = float(part.of(best, "_contribution").sel(parameter=name))
-    return DASH if np.isnan(share) else f"{100 * share:.0f} %"
 
 
 def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
@@ -140,6 +91,7 @@ def findings(datasets: Datasets) -> list[Finding]:
                 f"{part.name} = {value_of(dataset, part, 0)}" for part in wanted_parts(dataset)
             )
             sentences.append(f"Design 1, {place_text(dataset, 0)}, has {values}")
+            sentences += makeable_text(dataset) if has_yield(dataset) else []
         if has_spread(dataset):
             best = dataset.isel(design=0)
             share, low, high = (
@@ -147,7 +99,7 @@ def findings(datasets: Datasets) -> list[Finding]:
                 for end in ("share", "low", "high")
             )
             sentences.append(
-                f"With the given deviations its law changes in {share} % of the samples ({low} to {high} %)"
+                f"With the given deviations the law of design 1 changes in {share} % of the samples ({low} to {high} %)"
             )
             sentences.append(f"Most of the spread of {'; '.join(leading(dataset))}")
         found.append(Finding(tuple(sentences), name))

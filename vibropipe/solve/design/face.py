@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.solve import tolerance as spread
 from vibropipe.solve.checks import check_soft, check_whole
-from vibropipe.solve.design.goals import CURVE, Goals, check_allow, check_supports, goals_of
+from vibropipe.solve.design.dataset import design_dataset
+from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
 from vibropipe.solve.design.margin import law_margin
-from vibropipe.solve.design.needed import needed_tolerances
-from vibropipe.solve.design.pareto import STEPS, front
+from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.scatter import (
+    assumed_scatter,
+    judged,
+    moved_inside,
+    off_limits,
+    ranked,
+)
 from vibropipe.solve.design.search import (
     REFINED,
     ROUNDS,
@@ -24,23 +29,17 @@ from vibropipe.solve.design.search import (
     distinct,
     find_candidates,
 )
-from vibropipe.solve.named import harmonics_of
-from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import Points, clipped, points_dataset, solve_points
-from vibropipe.solve.row_results import columns_of
+from vibropipe.solve.tolerance import check_tolerances
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.progress import Progress, WorkCount
 from vibropipe.words.status import UnsolvedWarning
-from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES, DESIGNS = 512, 8
-# Harmonics of the stored designs, at least; samples of the spread of each.
-HARMONICS, SPREAD_SAMPLES = 3, 1024
 
 
 def design(
@@ -79,13 +78,14 @@ def design(
         Bounds: "< 0.8", "> 0.1", "> 0.1, < 0.8", or a pair.
     minimise : str or sequence of str, optional
         A quantity to be least, or two for a Pareto front; with a minus sign before it, one to be largest. A parameter
-        (f), a spread (displacement_mean_std) and a sensitivity (displacement_mean_sensitivity_R1) count as quantities.
+        (f), a spread (displacement_mean_std) and a sensitivity (displacement_mean_sensitivity_R1) count as quantities;
+        "-yield", alone, asks for designs of which most scattered parts keep all goals.
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     tolerance : mapping of str to float, optional
-        Standard deviations of parameters, for the spread of each design (`tolerance`).
+        Standard deviations of parameters, for the yield and the spread of each design (`tolerance`).
     allow : mapping of str to float, optional
-        How far each target may be off: asks for the tolerances that the parameters need.
+        How far each target may be off: asks for the yield and for the tolerances that the parameters need.
     samples : int
         Samples of a round, from 8 to 1e6; there are up to three rounds, until a design is met.
     designs : int
@@ -99,6 +99,11 @@ def design(
         Over `design`, distinct ones, the best first: those that are met, by the quantity to be least if there is one,
         and by `law_margin`; a front in the order of the first quantity. If none is met, those that miss least.
 
+        With `tolerance` or `allow` they are ranked by `yield`, then by `reliability_index`; with a quantity to be
+        least, or a curve, by that among yields of the same whole per cent. Designs are then moved inside their bounds
+        by four standard deviations of the quantity, or by two or one if there is no more room; one that stays within a
+        tenth of one is left out if there are others.
+
         <parameter>
             Varied parameters; the others are scalars.
         design_result, design_miss
@@ -107,9 +112,23 @@ def design(
         law_margin
             Distance, in shares of the ranges, to the nearest point found where the motion from the start has another
             law (regime, m, p1, p2).
+        yield, yield_low, yield_high
+            With `tolerance` or `allow`: share of 4,096 scattered parts that keep the law, the bounds and the targets
+            within `allow` (any value of a target without it), and its 95 % confidence interval [5]_ for as many random
+            ones. Parameters are independent and normal, with the deviations of `tolerance`; without it, with 0.1 % of
+            each parameter (of the larger end of its range; of an offset, of l). <parameter>_std are these deviations,
+            the attribute `scatter` says whether they are given or assumed. law_yield and <name>_yield are the shares
+            that keep the law and each goal, <name>_quantile what they have (of those with the law).
+        reliability_index
+            Least distance to a limit of a goal, to first order, in the standard deviations of its quantity.
         <parameter>_tolerance
-            With `allow`: how far each parameter may be off, up or down, all at once, so that the law, the bounds and
-            the targets within `allow` hold, at all corners of this box; NaN where none does.
+            How far each parameter may be off, up or down, all at once, so that the law, the bounds and the targets
+            within `allow` hold, at all corners of this box. What the tightest goal leaves is shared in proportion to
+            what each parameter contributes with its deviation; where that is less than the deviations need together,
+            the smallest contributions are kept and the largest cut. Without a deviation in `tolerance` the 0.1 % above
+            take its place.
+        tolerance_result
+            Whether there are tolerances or, where they are NaN, why not: on a bound, at a change of law, a goal missed.
         displacement_misfit
             Root mean square distance from the wanted curve; designs are ranked by it.
         <name>_target, <name>_lower, <name>_upper
@@ -137,13 +156,17 @@ def design(
     .. [3] D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
     .. [4] Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, On a bicriterion formulation of the problems of integrated system
        identification and system optimization, IEEE Transactions on Systems, Man, and Cybernetics 1 (1971) 296.
+    .. [5] E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
+       Statistical Association 22 (1927) 209.
     """
-    sigma = spread.check_tolerances(exciter, tolerance) if tolerance else {}
+    sigma = check_tolerances(exciter, tolerance) if tolerance else {}
     goals = goals_of(target, subject_to, minimise, sigma)
     check_whole("samples", samples, DESIGN_SAMPLES)
     check_whole("designs", designs, DESIGNS_LIMITS)
     allowed = check_allow(goals, allow)
-    problem = Problem(exciter, check_vary(exciter, vary), goals, x0, v0, sigma, allowed)
+    ranges = check_vary(exciter, vary)
+    scatter = sigma or (assumed_scatter(exciter, ranges) if allowed else {})
+    problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, scatter)
     check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
@@ -151,13 +174,24 @@ def design(
     candidates, sampled = find_candidates(problem, samples, steps)
     if is_front:
         candidates = front(problem, sampled, candidates, steps)
+    candidates = [moved_inside(problem, candidate) for candidate in candidates]
+    is_front &= candidates[0].is_met
+    if is_front:
+        candidates = undominated(problem, candidates)
     margins = [law_margin(problem, candidate.share) for candidate in candidates]
-    if is_front and candidates[0].is_met:
-        order = list(range(len(candidates)))
-    else:
-        order = distinct(problem, candidates, margins)[:designs]
+    order = list(range(len(candidates))) if is_front else distinct(problem, candidates, margins)
+    parts = {n: judged(problem, candidates[n]) for n in order if problem.scatter}
+    if problem.scatter:
+        order = (
+            off_limits(order, parts)
+            if is_front
+            else ranked(problem, candidates, order, margins, parts)
+        )
+    order = order if is_front else order[:designs]
     kept = [candidates[n] for n in order]
-    dataset = design_dataset(problem, kept, [margins[n] for n in order], steps)
+    dataset = design_dataset(
+        problem, kept, [margins[n] for n in order], [parts[n] for n in order if parts], steps
+    )
     steps.add(steps.total)
     if not kept[0].is_met:
         warnings.warn(miss_text(problem, kept[0]), UnsolvedWarning, stacklevel=2)
@@ -187,89 +221,6 @@ def check_vary(
     return {
         name: (float(vary[name][0]), float(vary[name][1])) for name in PARAMETERS if name in vary
     }
-
-
-def design_dataset(
-    problem: Problem, designs: Sequence[Candidate], margins: Sequence[float], steps: WorkCount
-) -> xr.Dataset:
-    """Return designs as a labelled dataset."""
-    harmonics = harmonics_of(problem.names, HARMONICS)
-    parameters = problem.parameters(np.array([candidate.share for candidate in designs]))
-    start = problem.x0, problem.v0
-    points = solve_points(parameters, start, spread.OUTPUTS, harmonics)
-    start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
-    attrs = {
-        **origin_attrs(all_effect_names(columns_of(parameters), pieces=True), start_words),
-        **problem.goals.texts,
-    }
-    attrs["vary"] = " ".join(problem.vary)
-    dataset = points_dataset(points, "design", harmonics, attrs, list(problem.vary))
-    misses = problem.misses(np.array([candidate.values for candidate in designs]))
-    variables: dict[str, Any] = {
-        "design_result": ("design", np.array([each.result for each in designs], np.int8)),
-        "design_miss": ("design", np.abs(misses).max(axis=1, initial=0.0)),
-        "law_margin": ("design", np.array(margins)),
-        **curve_misfit(problem, designs),
-        **bound_variables(problem.goals, harmonics),
-    }
-    if problem.allow:
-        widths = np.array(
-            [
-                needed_tolerances(problem, row, state)
-                for row, state in zip(parameters, points.states, strict=True)
-            ]
-        )
-        variables |= {
-            f"{name}_tolerance": ("design", column)
-            for name, column in zip(Parameters._fields, widths.T, strict=True)
-            if np.isfinite(column).any()
-        }
-    dataset = dataset.assign(variables)
-    if not problem.tolerance:
-        return describe(dataset)
-
-    def from_start(rows: np.ndarray) -> Points:
-        return solve_points(clipped(rows), start, spread.OUTPUTS, harmonics)
-
-    spreads = []
-    for row in range(len(designs)):
-        spreads.append(
-            spread.spread_variables(
-                parameters[row], points.take(slice(row, row + 1)), problem.tolerance,
-                SPREAD_SAMPLES, spread.WORST, harmonics, from_start,
-            )
-        )  # fmt: skip
-        steps.add()
-    return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
-
-
-def curve_misfit(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:
-    """Return the root mean square distance of designs from the wanted curve, if there is one."""
-    if problem.goals.curve is None:
-        return {}
-    misfits = np.array([candidate.values[len(problem.names) :] for candidate in designs])
-    return {f"{CURVE}_misfit": ("design", np.sqrt((misfits**2).mean(axis=1)))}
-
-
-def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
-    """Return targets and bounds over the dimension of their quantity, NaN where there is none."""
-    sizes = {"support": 2, "harmonic": harmonics, "multiplier": 2}
-    variables: dict[str, Any] = {}
-    for bound in goals.bounds:
-        name = bound.quantity
-        if name.is_parameter or name.derived or name.part:
-            continue  # the attributes have them
-        dims = quantity(name.variable).dims
-        ends = (
-            {"target": bound.low} if bound.is_target else {"lower": bound.low, "upper": bound.high}
-        )
-        for suffix, end in ends.items():
-            if not np.isfinite(end) or any(dim not in sizes for dim in dims):
-                continue
-            empty = np.full([sizes[dim] for dim in dims], np.nan)
-            _, values = variables.setdefault(f"{name.variable}_{suffix}", (dims, empty))
-            values[... if name.number is None else name.number - 1] = end
-    return variables
 
 
 def miss_text(problem: Problem, nearest: Candidate) -> str:

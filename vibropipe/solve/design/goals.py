@@ -20,8 +20,8 @@ MET = 1e-9
 A_BOUND = 'a bound such as "< 0.8" or "> 0.1, < 0.8", or a pair of numbers'
 _BOUND = re.compile(r"\s*([<>])=?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*")
 A_CURVE = "a table with a column of phases, in forcing periods, and one of displacements"
-# Key of a target that is a curve.
-CURVE = "displacement"
+# Key of a target that is a curve; the objective of designs whose scattered parts keep all goals.
+CURVE, YIELD = "displacement", "yield"
 
 
 class Curve(NamedTuple):
@@ -98,6 +98,11 @@ class Goals:
         return list(dict.fromkeys([*wanted, *(each.quantity for each in self.objectives)]))
 
     @property
+    def of_yield(self) -> bool:
+        """Whether the yield is to be largest."""
+        return any(each.quantity.derived == YIELD for each in self.objectives)
+
+    @property
     def texts(self) -> dict[str, str]:
         """What is wanted, as the attributes of a dataset have it."""
         kept = [bound.text for bound in self.bounds if not bound.is_target]
@@ -131,8 +136,10 @@ def goals_of(
         must = f"must be left out with the target {CURVE}, whose misfit is least"
         raise ParameterError("minimise", minimise, must=must)
     goals = Goals(tuple(bounds), objectives, curve)
+    if goals.of_yield and len(objectives) > 1:
+        raise ParameterError("minimise", minimise, must=f"must have -{YIELD} alone")
     for quantity in goals.names:
-        if quantity.derived == STD and not tolerance:
+        if quantity.derived in (STD, YIELD) and not tolerance:
             must = f"is required, since {quantity.name} is wanted"
             raise ParameterError("tolerance", tolerance, must=must, got="")
     return goals
@@ -201,6 +208,10 @@ def _check_contradictions(bounds: Sequence[Bound]) -> None:
 def _objective(name: Any) -> Objective:
     if not isinstance(name, str):
         raise ParameterError("minimise", name, "names of quantities of a steady state")
+    if name.removeprefix("-").strip() == YIELD:
+        if not name.startswith("-"):
+            raise ParameterError("minimise", name, f"-{YIELD}, which makes it largest")
+        return Objective(Named(YIELD, YIELD, derived=YIELD), -1.0)
     quantity = named(name.removeprefix("-").strip(), "minimise")
     if quantity.is_of_law:
         must = "must depend continuously on the parameters; give it in target or subject_to"
@@ -211,6 +222,10 @@ def _objective(name: Any) -> Objective:
 def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, float]:
     """Return how far targets may be off, or raise a ParameterError."""
     if allow is None:
+        limits = [b for b in goals.bounds if not b.is_target and not b.quantity.derived]
+        if goals.of_yield and not limits:
+            must = f"is required, since -{YIELD} is wanted without a bound"
+            raise ParameterError("allow", allow, must=must, got="")
         return {}
     targets = [
         bound.quantity.name

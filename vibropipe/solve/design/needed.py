@@ -2,79 +2,92 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.scatter import kept_goals
+from vibropipe.solve.design.search import Candidate
 from vibropipe.solve.points import clipped
 from vibropipe.solve.tolerance import box
-from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.designs import ToleranceResult
 
 # Largest tolerance, as a share of a parameter (of l, of a length near 0); a box that fails shrinks by a factor.
-LARGEST, SHRINK, MAX_TRIES = 0.2, 0.8, 60
+LARGEST, SHRINK, MAX_TRIES = 0.2, 0.8, 40
+# A design is on a bound nearer to it than this share of its quantity's deviation, or of the bound.
+ON_BOUND, ON_BOUND_SHARE = 0.01, 1e-6
 
 
-def needed_tolerances(problem: Problem, parameters: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """Return how far each parameter (p,) may be off, up or down, all at once; NaN of absent effects.
+def needed_tolerances(
+    problem: Problem, candidate: Candidate, deviations: Mapping[str, float]
+) -> tuple[np.ndarray, ToleranceResult]:
+    """Return how far each parameter (p,) may be off, up or down, all at once; NaN of absent effects, or of all.
 
-    To first order each parameter takes an equal part of what the tightest goal leaves. At all corners and at the ends
-    of the axes of this box the motion from the start is then marched: where a goal is missed or the law changes, the
-    box shrinks. A target may be off by what `allow` gives.
+    What the tightest goal leaves is shared by what each parameter contributes with its deviation, to first order. If
+    that is less than they take together, small contributions are left as they are and the large ones cut. At all
+    corners and at the ends of the axes of this box the motion from the start is then marched: where a goal is missed or
+    the law changes, the box shrinks. A target may be off by what `allow` gives.
 
     Parameters
     ----------
     problem : Problem
-    parameters : (p,) array
+    candidate : Candidate
         The design.
-    state : (2,) array
-        Its settled state.
+    deviations : mapping of str to float
+        Standard deviations of the parameters, given or assumed.
     """
-    columns = [
-        column
-        for column, name in enumerate(Parameters._fields)
-        if name in ("nu", *problem.vary) or parameters[column] != DEFAULTS.get(name)
-    ]
-    _, values, slopes = problem.linearised(parameters, state, columns)
-    widths = LARGEST * np.abs(parameters[columns])
-    half = parameters[Parameters._fields.index("l")]
-    widths = np.where(widths > 0, widths, LARGEST * half)
-    for column, room in rooms(problem, values):
-        with np.errstate(divide="ignore"):
-            widths = np.minimum(widths, room / (len(columns) * np.abs(slopes[column])))
-    tolerances = np.full(len(parameters), np.nan)
+    nothing = np.full(len(Parameters._fields), np.nan)
+    base = problem.parameters(candidate.share[None])[0]
+    columns = [Parameters._fields.index(name) for name in deviations]
+    sigma = np.array(list(deviations.values()))
+    _, values, slopes = problem.linearised(base, candidate.state, columns)
+    half = base[Parameters._fields.index("l")]
+    widths = LARGEST * np.where(base[columns] != 0, np.abs(base[columns]), half)
+    for bound in (problem.goals.bounds[n] for n in problem.smooth):
+        room = problem.distance(bound, values)
+        effects = np.abs(slopes[problem.names.index(bound.quantity)]) * sigma
+        if room < 0:
+            return nothing, ToleranceResult.NOT_MET
+        least = max(
+            ON_BOUND * float(np.linalg.norm(effects)),
+            ON_BOUND_SHARE * bound.scale(problem.exciter.l),
+        )
+        if room < least:
+            return nothing, ToleranceResult.ON_BOUND
+        widths = np.minimum(widths, sigma * shared(effects, room))
     corners = box(len(columns), 1.0)
     for _ in range(MAX_TRIES):
-        rows = np.tile(parameters, (len(corners) + 1, 1))
+        rows = np.tile(base, (len(corners) + 1, 1))
         rows[1:, columns] += corners * widths
-        if holds(problem, clipped(rows)):
+        points = problem.from_start(clipped(rows))
+        kept = kept_goals(problem, points, candidate.law)
+        if not kept[:, 0].all():
+            return nothing, ToleranceResult.NOT_MET
+        if kept.all():
+            tolerances = nothing.copy()
             tolerances[columns] = widths
-            break
+            return tolerances, ToleranceResult.FOUND
         widths = widths * SHRINK
-    return tolerances
+    return nothing, ToleranceResult.LAW_CHANGES
 
 
-def rooms(problem: Problem, values: np.ndarray) -> list[tuple[int, float]]:
-    """Return, for each goal on a smooth quantity, its column and how far the quantity may be off."""
-    distances = []
-    for n in problem.smooth:
-        bound = problem.goals.bounds[n]
-        column = problem.names.index(bound.quantity)
-        if bound.is_target:
-            distances.append((column, problem.allow[bound.quantity.name]))
-        else:
-            distances.append((column, min(values[column] - bound.low, bound.high - values[column])))
-    return distances
+def shared(effects: np.ndarray, room: float) -> np.ndarray:
+    """Return the factors of deviations, above 1 or below, with which the sum of their effects fits a room.
 
-
-def holds(problem: Problem, rows: np.ndarray) -> bool:
-    """Return whether the motions from the start have the law of the first of the rows, and keep to all goals."""
-    points = problem.from_start(rows)
-    values = problem.read(points)
-    kept = problem.is_valid(points, values) & (points.laws == points.laws[0]).all(axis=1)
-    for n in problem.smooth:
-        bound = problem.goals.bounds[n]
-        column = values[:, problem.names.index(bound.quantity)]
-        room = problem.allow[bound.quantity.name] if bound.is_target else 0.0
-        kept &= bound.quantity.difference(column, bound.high) <= room
-        kept &= bound.quantity.difference(column, bound.low) >= -room
-    return bool(kept.all())
+    All grow alike where there is room. Where there is not, effects above a common level are cut to it, so that as few
+    parameters as possible need more than their deviation.
+    """
+    total = float(effects.sum())
+    if total == 0:
+        return np.full(effects.shape, np.inf)
+    if total <= room:
+        return np.full(effects.shape, room / total)
+    ordered = np.sort(effects)
+    below = np.concatenate([[0.0], np.cumsum(ordered)])[:-1]
+    # The level that fits if the n smallest effects are kept whole.
+    levels = (room - below) / np.arange(len(ordered), 0, -1)
+    level = levels[np.flatnonzero(levels <= ordered)[0]]
+    with np.errstate(divide="ignore"):
+        return np.minimum(1.0, level / effects)

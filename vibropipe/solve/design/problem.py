@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.solve import curve_fit
-from vibropipe.solve.design.goals import MET, Goals
+from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.gradient import STEP, exact_slopes, values_and_jacobian
 from vibropipe.solve.named import SENSITIVITY, Named, harmonics_of, outputs_of
 from vibropipe.solve.points import Points, solve_points, within_ranges
@@ -18,6 +18,8 @@ from vibropipe.words.outputs import OUTPUTS
 
 # The output of derivatives.
 OUTPUT = "sensitivity"
+# No part of any sample misses a goal below this logarithm of the share that does: limits are ten deviations away.
+LEAST_LOG_LOSS = -50.0
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,10 @@ class Problem:
         Standard deviations of parameters.
     allow : mapping of str to float
         How far targets may be off if parameters are.
+    scatter : mapping of str to float
+        Standard deviations of parameters that parts scatter by: given, or assumed; none if yields are not asked for.
+    margins : (bounds,) array, optional
+        How far inside each bound a quantity is to be.
     """
 
     exciter: Exciter
@@ -46,6 +52,8 @@ class Problem:
     v0: float
     tolerance: Mapping[str, float] = field(default_factory=dict)
     allow: Mapping[str, float] = field(default_factory=dict)
+    scatter: Mapping[str, float] = field(default_factory=dict)
+    margins: np.ndarray | None = None
 
     @cached_property
     def columns(self) -> list[int]:
@@ -112,9 +120,13 @@ class Problem:
 
     def read(self, points: Points) -> np.ndarray:
         """Return the wanted quantities (n, names) and then the misses of the curve, if one is wanted."""
-        values = points.values([name.plain() for name in self.names])
+        plain = [name.plain() for name in self.names if not name.derived]
+        values = np.empty((len(points.parameters), len(self.names)))
+        values[:, [not name.derived for name in self.names]] = points.values(plain)
         for column, name in enumerate(self.names):
-            if name.derived:
+            if name.derived == YIELD:
+                values[:, column] = -self._log_loss(points)
+            elif name.derived:
                 values[:, column] = self._derived(points, name)
         if self.goals.curve is None:
             return values
@@ -133,6 +145,38 @@ class Problem:
         std: np.ndarray = np.linalg.norm(scaled, axis=1)
         return std
 
+    def _log_loss(self, points: Points) -> np.ndarray:
+        """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does."""
+        from scipy.special import log_ndtr
+
+        columns = [Parameters._fields.index(name) for name in self.scatter]
+        sigma = np.array(list(self.scatter.values()))
+        losses = [np.full(len(points.parameters), LEAST_LOG_LOSS)]
+        for bound in (self.goals.bounds[n] for n in self.smooth):
+            name, room = bound.quantity, self.room(bound)
+            if name.derived or np.isinf(room):
+                continue
+            std = np.linalg.norm(exact_slopes(points, [name], columns)[:, 0] * sigma, axis=1)
+            values = name.values(points.variables, points.parameters)
+            for left in (name.difference(bound.high, values), name.difference(values, bound.low)):
+                losses.append(log_ndtr(-(left + room) / np.maximum(std, 1e-300)))
+        total: np.ndarray = np.logaddexp.reduce(losses)
+        return total
+
+    def room(self, bound: Bound) -> float:
+        """Return how far a part may be beyond a goal: what is allowed of a target, without end if nothing is said."""
+        if not bound.is_target or bound.quantity.is_of_law:
+            return 0.0
+        return self.allow.get(bound.quantity.name, np.inf)
+
+    def distance(self, bound: Bound, values: np.ndarray) -> float:
+        """Return how far the quantities (q,) of a design are from the nearest limit of a goal, negative beyond it."""
+        column = values[self.names.index(bound.quantity)]
+        below, above = bound.quantity.difference(
+            np.array([bound.high, column]), np.array([column, bound.low])
+        ).tolist()
+        return min(below, above) + self.room(bound)
+
     def difference(self, one: np.ndarray, two: np.ndarray) -> np.ndarray:
         """Return one - two of quantities as `read` returns them, phases between -pi and pi."""
         differences = one - two
@@ -146,15 +190,22 @@ class Problem:
         Positive above, negative below, 0 within.
         """
         missed = []
-        for bound in self.goals.bounds:
+        for n, bound in enumerate(self.goals.bounds):
             column = values[..., self.names.index(bound.quantity)]
             scale = bound.scale(self.exciter.l)
-            # A bound is aimed at from within, so that what is met is met in the last digit.
-            inside = 0.0 if bound.is_target or bound.quantity.is_of_law else 2 * MET * scale
+            inside = self.inside(n)
             over = np.maximum(bound.quantity.difference(column, bound.high - inside), 0.0)
             under = np.minimum(bound.quantity.difference(column, bound.low + inside), 0.0)
             missed.append((over + under) / scale)
         return np.stack(missed, axis=-1) if missed else np.zeros((*values.shape[:-1], 0))
+
+    def inside(self, n: int) -> float:
+        """Return how far within a bound its quantity is aimed at: what is met is met in the last digit."""
+        bound = self.goals.bounds[n]
+        if bound.is_target or bound.quantity.is_of_law:
+            return 0.0
+        margin = 0.0 if self.margins is None else float(self.margins[n])
+        return margin + 2 * MET * bound.scale(self.exciter.l)
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Return misses of bounds and targets and, over l, of the curve."""

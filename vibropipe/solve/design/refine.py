@@ -17,6 +17,8 @@ REFUSED = 1e3
 # Refused trials after which a search for targets ends; trials of one, and steps that lower a cost.
 MAX_REFUSED = 12
 MAX_TRIALS, MAX_ITERATIONS = 60, 60
+# Residual of a trial that ends a search for targets: rounding.
+THERE = 1e-13
 # Reach of the first step in shares of the ranges, the reach and the predicted gain at which steps end.
 FIRST_REACH, LAST_REACH, LAST_GAIN = 0.05, 1e-6, 1e-9
 # Cost of a miss of 1 relative to that of a whole objective.
@@ -27,8 +29,8 @@ CORRECTIONS = 4
 Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-class _StuckError(Exception):
-    """A search stands at the end of its law of motion."""
+class _EndedError(Exception):
+    """A search stands at the end of its law of motion, or where it was to lead."""
 
 
 @dataclass
@@ -101,8 +103,10 @@ class Search:
 
         def residuals(share: np.ndarray) -> np.ndarray:
             trial = self.at(share)
-            if self.refused - refused > MAX_REFUSED:
-                raise _StuckError
+            if self.refused - refused > MAX_REFUSED or (
+                trial.valid and self._distance(trial) < THERE
+            ):
+                raise _EndedError
             misses = problem.residuals(trial.values)[self._kept(trial)]
             return misses if trial.valid else np.full_like(misses, REFUSED)
 
@@ -113,7 +117,7 @@ class Search:
         begin, refused = self.last, self.refused
         self._tried = {begin.share.tobytes(): begin}
         if self._distance(begin) > 0:
-            with suppress(_StuckError):
+            with suppress(_EndedError):
                 least_squares(
                     residuals, self._inside(begin.share), slopes, bounds=(0.0, 1.0),
                     xtol=1e-14, ftol=1e-15, gtol=1e-15, max_nfev=MAX_TRIALS,
@@ -198,7 +202,7 @@ class Search:
                 continue
             for sign, end in ((-1.0, bound.low), (1.0, bound.high)):
                 if np.isfinite(end):
-                    add(False, bound.quantity, sign, end - sign * 2 * MET * size, size)
+                    add(False, bound.quantity, sign, end - sign * problem.inside(n), size)
         for other, most in limits.items():
             objective = problem.goals.objectives[other]
             add(

@@ -1,0 +1,176 @@
+"""Yields of designs, margins to bounds and shared tolerances, against closed forms and parts marched one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import vibropipe as vp
+from vibropipe.solve.design.needed import shared
+from vibropipe.words.designs import ToleranceResult
+
+# A linear motion: its amplitude is f over |1 - nu^2 + i h nu|.
+LINEAR = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+GAIN = 1 / np.hypot(1 - 0.49, 0.07)
+AMPLITUDE = "displacement_amplitude_1"
+# An exciter at 22 Hz whose best design lay on its bound.
+BASE = vp.Exciter.from_physical(
+    m="0.35 kg", C="6 N/mm", H="4.583 N s/m", F="12 N", omega="22 Hz", l="4 mm", R2=0.75
+)
+P = np.sqrt(6000 / 0.35)
+
+
+@pytest.fixture(scope="module")
+def base():
+    return vp.design(
+        BASE,
+        {"delta": (-3e-3, 3e-3), "R1": (0.4, 0.9)},
+        {"displacement_mean": -0.4e-3},
+        {"impact_velocity_max_1": f"< {float(0.4 / P)!r}"},
+        allow={"displacement_mean": 0.1e-3},
+        samples=256,
+    )
+
+
+def test_no_design_lies_on_its_bound(base):
+    assert base.sizes["design"] > 2
+    assert base.attrs["scatter"] == "assumed"
+    assert float(base.delta_std) == pytest.approx(4e-6)
+    speed = base.impact_velocity_max.sel(support=1)
+    # 1 % of the bound is some ten deviations of the velocity.
+    assert (speed * P < 0.4 * 0.99).all()
+    assert (base["yield"] > 0.99).all()
+    assert (base.tolerance_result == ToleranceResult.FOUND).all()
+    # Micrometres, and not parts of an atom.
+    assert (base.delta_tolerance > 1e-6).all()
+
+
+def test_the_yield_is_that_of_parts_marched_one_by_one():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+    sigma, n = {"delta": 0.003, "R1": 0.02}, 400
+    found = vp.design(
+        exciter, {"delta": (-0.3, 0.3), "R1": (0.4, 0.9)}, {"displacement_mean": -0.1},
+        {"impact_velocity_max_1": "< 0.8"}, tolerance=sigma, allow={"displacement_mean": 0.02}, samples=64,
+    )  # fmt: skip
+    assert (np.diff(found["yield"]) <= 0).all()
+    generator, design = np.random.default_rng(5), found.isel(design=-1)
+    kept = 0
+    for _ in range(n):
+        off = {
+            name: float(design[name]) + s * generator.standard_normal() for name, s in sigma.items()
+        }
+        part = vp.steady_state(vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R2=0.7, **off))
+        kept += bool(
+            part.stable == 1
+            and part.regime == design.regime
+            and part.period_multiple == design.period_multiple
+            and (part.impacts_per_orbit == design.impacts_per_orbit).all()
+            and part.impact_velocity_max.sel(support=1) <= 0.8
+            and abs(part.displacement_mean + 0.1) <= 0.02
+        )
+    share = float(design["yield"])
+    assert 0.1 < share < 0.999
+    # Four standard deviations of as many random parts.
+    assert kept / n == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / n))
+
+
+def test_the_yield_of_a_target_in_closed_form():
+    sigma, allow = 0.01, 0.02
+    found = vp.design(
+        LINEAR, {"f": (0.05, 1.0)}, {AMPLITUDE: 0.5}, tolerance={"f": sigma}, allow={AMPLITUDE: allow},
+        samples=16, designs=1,
+    )  # fmt: skip
+    limit = allow / (GAIN * sigma)
+    exact = 1 - 2 * norm.sf(limit)
+    # A sequence of low discrepancy in one dimension: its share is off by a part or two.
+    assert float(found["yield"][0]) == pytest.approx(exact, abs=1e-3)
+    assert float(found.yield_low[0]) < exact < float(found.yield_high[0])
+    assert float(found.reliability_index[0]) == pytest.approx(limit, rel=1e-6)
+    assert float(found.displacement_amplitude_yield[0, 0]) == float(found["yield"][0])
+    low, middle, high = found.displacement_amplitude_quantile[0, 0].values
+    assert middle == pytest.approx(0.5, abs=1e-4)
+    assert high - low == pytest.approx(2 * norm.isf(0.025) * GAIN * sigma, rel=1e-2)
+
+
+def test_a_bound_is_kept_by_four_deviations():
+    # The least force with an amplitude above 0.5: on the bound without scatter, four deviations inside with it.
+    bounds = {AMPLITUDE: "> 0.5"}
+    arguments = {"vary": {"f": (0.05, 1.0)}, "subject_to": bounds, "minimise": "f", "samples": 16}
+    bare = vp.design(LINEAR, designs=1, **arguments)
+    assert float(bare.f[0]) * GAIN == pytest.approx(0.5, rel=1e-7)
+    assert "yield" not in bare
+    found = vp.design(LINEAR, designs=1, tolerance={"f": 0.01}, **arguments)
+    assert (float(found.f[0]) - 0.5 / GAIN) / 0.01 == pytest.approx(4.04, rel=1e-3)
+    assert float(found["yield"][0]) == 1.0
+    assert float(found.f_tolerance[0]) > 0
+
+
+def test_the_largest_yield_is_in_the_middle_of_two_bounds():
+    found = vp.design(
+        LINEAR, {"f": (0.05, 1.0)}, subject_to={AMPLITUDE: "> 0.4, < 0.6"}, minimise="-yield",
+        tolerance={"f": 0.05}, samples=16, designs=1,
+    )  # fmt: skip
+    assert float(found.f[0]) * GAIN == pytest.approx(0.5, abs=1e-3)
+    exact = 1 - 2 * norm.sf(0.1 / (GAIN * 0.05))
+    assert float(found["yield"][0]) == pytest.approx(exact, abs=1e-3)
+
+
+def test_a_design_that_cannot_leave_its_bound_has_no_tolerance():
+    # The target fixes the force, and with it the velocity.
+    found = vp.design(
+        LINEAR, {"f": (0.05, 1.0)}, {AMPLITUDE: 0.3}, {"velocity_amplitude_1": "< 0.21000001"},
+        tolerance={"f": 0.01}, allow={AMPLITUDE: 0.1}, samples=16, designs=1,
+    )  # fmt: skip
+    assert int(found.tolerance_result[0]) == ToleranceResult.ON_BOUND
+    assert np.isnan(found.f_tolerance[0])
+    assert float(found["yield"][0]) == pytest.approx(0.5, abs=2e-3)
+
+
+def test_tolerances_are_shared_by_contributions():
+    effects = np.array([1.0, 3.0, 0.0, 6.0])
+    # Room for all: each takes the part of it that it has in the sum.
+    assert shared(effects, 20.0) == pytest.approx([2.0] * 4)
+    # Room for half of them: 1 is kept, 3 and 6 are cut to 2.
+    factors = shared(effects, 5.0)
+    assert factors * effects == pytest.approx([1.0, 2.0, 0.0, 2.0])
+    assert factors[2] == 1.0
+    assert np.isinf(shared(np.zeros(2), 1.0)).all()
+
+
+def test_all_designs_have_tolerances_by_their_deviations(base):
+    names = ["nu", "f", "h", "l", "delta", "R1", "R2"]
+    factors = np.array([base[f"{name}_tolerance"] / base[f"{name}_std"] for name in names])
+    assert np.isfinite(factors).all()
+    # The bound of the mean is the nearest limit: all deviations may grow alike, up to others.
+    assert (factors.max(axis=0) / factors.min(axis=0) < 1.5).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"minimise": "yield"}, "minimise: must be -yield, which makes it largest"),
+        ({"minimise": "-yield"}, "tolerance: is required, since yield is wanted"),
+        ({"minimise": ("-yield", "f"), "tolerance": {"f": 0.1}}, "minimise: must have -yield alone"),
+        ({"minimise": "-yield", "tolerance": {"f": 0.1}, "target": {AMPLITUDE: 1}},
+         "allow: is required, since -yield is wanted without a bound"),
+    ],
+)  # fmt: skip
+def test_wrong_yields_are_refused(arguments, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.design(LINEAR, {"f": (0.05, 1.0)}, **arguments)
+
+
+def test_yields_have_the_same_bits_on_one_thread():
+    import numba
+
+    threads, runs = numba.get_num_threads(), []
+    for n in (1, threads):
+        numba.set_num_threads(n)
+        runs.append(
+            vp.design(
+                LINEAR, {"f": (0.05, 1.0)}, {AMPLITUDE: 0.5}, allow={AMPLITUDE: 0.01}, samples=16
+            )
+        )
+    numba.set_num_threads(threads)
+    assert runs[0].identical(runs[1])

@@ -1,0 +1,242 @@
+"""What a workshop reads of designs: yields, tolerances, and which of them cannot be held."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.claims import at_least
+from vibropipe.figures.text import format_number, in_brackets, plain_symbol, with_units
+from vibropipe.report.table import DASH, Table, breakable
+from vibropipe.scenes.design.data import (
+    Part,
+    has_spread,
+    has_tolerances,
+    has_yield,
+    numbers,
+    spread_parts,
+    wanted_parts,
+)
+from vibropipe.words.designs import ToleranceResult
+from vibropipe.words.wording import count, series
+
+# A design of which so many parts keep all that is wanted, with 95 % confidence, can be made.
+MADE = 0.95
+MARK = "*"
+# Significant digits of nominal values, and of tolerances and deviations.
+NOMINAL_DIGITS, DIGITS = 5, 2
+BOX = (
+    "Make each parameter to its nominal value within its tolerance, rounded down. All may be off at once, in any "
+    "combination: at every corner the law of motion, the bounds and the targets within what is allowed hold."
+)
+
+
+def workshop_texts(scene: str, dataset: xr.Dataset) -> list[str]:
+    """Return what tables of tolerances mean, which designs have none and why, and which cannot be held."""
+    if not has_tolerances(dataset):
+        return []
+    texts = [f"{scene}, for the workshop: {BOX}"]
+    results = dataset["tolerance_result"].values
+    for row, number in enumerate(numbers(dataset)):
+        result = ToleranceResult(int(results[row]))
+        if result == ToleranceResult.FOUND:
+            continue
+        reason = result.reason
+        if result == ToleranceResult.ON_BOUND and (bound := nearest_bound(dataset, row)):
+            reason += f" {bound}"
+        texts.append(f"Design {number}, no tolerance: {reason}.")
+    marked = [
+        f"{series(plain_symbol(name) for name in names)} of design {number}"
+        for row, number in enumerate(numbers(dataset))
+        if (names := held_too_wide(dataset, row))
+    ]
+    if marked:
+        texts.append(
+            f"{MARK} A tolerance below the given standard deviation, which cannot be held: {'; '.join(marked)}."
+        )
+    return texts
+
+
+def held_too_wide(dataset: xr.Dataset, row: int) -> list[str]:
+    """Return the parameters of a design whose tolerance is below the deviation that is given for them."""
+    if dataset.attrs.get("scatter") != "given":
+        return []
+    return [
+        name
+        for name in toleranced(dataset)
+        if f"{name}_std" in dataset
+        and float(dataset[f"{name}_tolerance"].values[row]) < float(dataset[f"{name}_std"])
+    ]
+
+
+def toleranced(dataset: xr.Dataset) -> list[str]:
+    """Return the parameters that have tolerances."""
+    return [str(name) for name in dataset.coords if f"{name}_tolerance" in dataset]
+
+
+def nearest_bound(dataset: xr.Dataset, row: int) -> str:
+    """Write the bound that a design is nearest to, relative to its size; empty if none is known."""
+    found: list[tuple[float, str]] = []
+    for part in wanted_parts(dataset):
+        values = part.of(dataset)
+        value = float(values.values[row])
+        for end, sign in (("lower", ">"), ("upper", "<")):
+            limit = part.end(dataset, end)
+            if np.isfinite(limit):
+                text = f"{part.name} {sign} {with_units(values, format_number(limit, 6))}"
+                found.append((abs(value - limit) / max(abs(limit), 1e-300), text))
+    return min(found)[1] if found else ""
+
+
+def yields_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the yield and the tolerances of all designs of a scene."""
+    if not has_yield(dataset):
+        return None
+    names = toleranced(dataset)
+    head = ["design", "yield", "95 % interval", "deviations to the nearest limit"]
+    head += [in_brackets(f"± {plain_symbol(name)}", dataset[name]) for name in names]
+    rows = []
+    if names:
+        given = [
+            format_number(float(dataset[f"{name}_std"]), 3) if f"{name}_std" in dataset else DASH
+            for name in names
+        ]
+        rows.append([f"{dataset.attrs['scatter']} deviation", DASH, DASH, DASH, *given])
+    for row, number in enumerate(numbers(dataset)):
+        low, high = (float(dataset[f"yield_{end}"].values[row]) for end in ("low", "high"))
+        marked = held_too_wide(dataset, row)
+        rows.append(
+            [
+                str(number),
+                percent(float(dataset["yield"].values[row])),
+                f"{percent(low)} … {percent(high, up=True)}",
+                at_least(float(dataset["reliability_index"].values[row]), DIGITS),
+                *(shown_tolerance(dataset, name, row) + MARK * (name in marked) for name in names),
+            ]
+        )
+    caption = f"Designs of {scene}: {yield_words(dataset)}, standard deviations from the nearest limit of a goal"
+    caption += ", and tolerances of all parameters at once" if names else ""
+    return Table(head, rows, f"{caption}; rounded down.")
+
+
+def yield_words(dataset: xr.Dataset) -> str:
+    """Write what the yield counts, and by which deviations parts scatter."""
+    return f"share of 4,096 parts, scattered by the {scatter_words(dataset)}, that keep {kept_words(dataset)}"
+
+
+def scatter_words(dataset: xr.Dataset) -> str:
+    """Write which deviations parts scatter by."""
+    if dataset.attrs["scatter"] == "given":
+        return "given deviations"
+    return "assumed deviations of 0.1 %"
+
+
+def kept_words(dataset: xr.Dataset) -> str:
+    """Write what a part that counts keeps."""
+    kept = ["the law of motion"]
+    kept += ["the bounds"] if "subject_to" in dataset.attrs else []
+    kept += ["the targets within what is allowed"] if "allow" in dataset.attrs else []
+    return series(kept)
+
+
+def percent(share: float, up: bool = False) -> str:
+    """Write a share in per cent to one decimal, rounded down or up: what is not all is never 100 %."""
+    tenths = math.ceil(1000 * share - 1e-9) if up else math.floor(1000 * share + 1e-9)
+    return f"{tenths / 10:g} %"
+
+
+def makeable_text(dataset: xr.Dataset) -> list[str]:
+    """Write how many designs can be made, what the best one keeps, and which ones lose how many parts."""
+    low, high = dataset["yield_low"].values, dataset["yield_high"].values
+    n, made = low.size, int((low >= MADE).sum())
+    who = "all designs" if made == n > 1 else f"{made} of {count(n, 'design')}"
+    texts = [
+        f"At least {percent(MADE)} of the parts of {who} keep {kept_words(dataset)}, with the {scatter_words(dataset)}"
+    ]
+    share = float(dataset["yield"].values[0])
+    parts = "All of 4,096 parts" if share == 1 else f"{percent(share)} of 4,096 parts"
+    away = float(dataset["reliability_index"].values[0])
+    near = (
+        f"; its nearest limit is {at_least(away, DIGITS)} standard deviations away"
+        if 0 < away < 1e3
+        else ""
+    )
+    texts.append(f"{parts} of design 1 keep all of it{near}")
+    lost = np.flatnonzero(high < MADE)
+    if lost.size:
+        shares = series(percent(1 - float(dataset["yield"].values[row]), up=True) for row in lost)
+        which = series(str(numbers(dataset)[row]) for row in lost)
+        words = ("Design", "loses", "its") if lost.size == 1 else ("Designs", "lose", "their")
+        texts.append(f"{words[0]} {which} {words[1]} {shares} of {words[2]} parts")
+    if "target" in dataset.attrs and "allow" not in dataset.attrs:
+        texts.append("Targets do not count in this, since it is not said how far they may be off")
+    return texts
+
+
+def parameters_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return how tight each parameter of the first design must be, and what it does to the wanted quantities."""
+    best = dataset.isel(design=0)
+    limited = toleranced(dataset)
+    of_spread = [str(name) for name in dataset["parameter"].values] if has_spread(dataset) else []
+    names = [str(name) for name in dataset.coords if name in limited or name in of_spread]
+    if not names:
+        return None
+    parts = spread_parts(dataset) if of_spread else []
+    head = ["parameter", "nominal", *(["tolerance"] if limited else [])]
+    head += (
+        ["deviation", *(f"share of {breakable(part.name)}" for part in parts)] if of_spread else []
+    )
+    marked = held_too_wide(dataset, 0)
+    rows = []
+    for name in names:
+        cells = [plain_symbol(name), nominal_text(dataset, name, 0)]
+        if limited:
+            text = shown_tolerance(dataset, name, 0) if name in limited else DASH
+            cells.append(plus_minus(dataset, name, text) + MARK * (name in marked))
+        if of_spread:
+            given = float(dataset[f"{name}_std"]) if name in of_spread else np.nan
+            cells.append(plus_minus(dataset, name, format_number(given, 3)))
+            cells += [share_text(best, part, name) for part in parts]
+        rows.append(cells)
+    caption = f"Design 1 of {scene}: nominal values" + (
+        ", tolerances that keep all that is wanted" if limited else ""
+    )
+    caption += (
+        ", given standard deviations and the share of each in the variance of the wanted quantities"
+        if of_spread
+        else ""
+    )
+    return Table(head, rows, f"{caption}.")
+
+
+def nominal_text(dataset: xr.Dataset, name: str, row: int) -> str:
+    """Write a nominal value with its unit."""
+    return with_units(dataset[name], format_number(nominal(dataset, name, row), NOMINAL_DIGITS))
+
+
+def nominal(dataset: xr.Dataset, name: str, row: int) -> float:
+    """Return the value of a parameter of a design."""
+    values = dataset[name].values
+    return float(values[row] if values.ndim else values)
+
+
+def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
+    """Write a tolerance, less what the nominal value is rounded by where it is shown, and rounded down."""
+    value = nominal(dataset, name, row)
+    rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
+    return at_least(float(dataset[f"{name}_tolerance"].values[row]) - rounding, DIGITS)
+
+
+def plus_minus(dataset: xr.Dataset, name: str, text: str) -> str:
+    """Write a tolerance or a deviation of a parameter with its unit; a dash if there is none."""
+    return DASH if text == DASH else f"± {with_units(dataset[name], text)}"
+
+
+def share_text(best: xr.Dataset, part: Part, name: str) -> str:
+    """Write the share that a parameter has in the variance of a quantity."""
+    if name not in best["parameter"].values:
+        return DASH
+    share = float(part.of(best, "_contribution").sel(parameter=name))
+    return DASH if np.isnan(share) else f"{100 * share:.0f} %"

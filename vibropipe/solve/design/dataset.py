@@ -1,0 +1,132 @@
+"""Designs as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve import tolerance as spread
+from vibropipe.solve.design.goals import CURVE, Goals
+from vibropipe.solve.design.needed import needed_tolerances
+from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.scatter import (
+    HARMONICS,
+    PARTS,
+    QUANTILES,
+    Judged,
+    assumed_scatter,
+    variables_of_yield,
+)
+from vibropipe.solve.design.search import Candidate
+from vibropipe.solve.named import harmonics_of
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.points import points_dataset, solve_points
+from vibropipe.solve.row_results import columns_of
+from vibropipe.words.progress import WorkCount
+from vibropipe.words.vocabulary import describe, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def design_dataset(
+    problem: Problem,
+    designs: Sequence[Candidate],
+    margins: Sequence[float],
+    all_judged: Sequence[Judged],
+    steps: WorkCount,
+) -> xr.Dataset:
+    """Return designs as a labelled dataset."""
+    harmonics = harmonics_of(problem.names, HARMONICS)
+    parameters = problem.parameters(np.array([candidate.share for candidate in designs]))
+    start = problem.x0, problem.v0
+    points = solve_points(parameters, start, spread.OUTPUTS, harmonics)
+    start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
+    attrs = {
+        **origin_attrs(all_effect_names(columns_of(parameters), pieces=True), start_words),
+        **problem.goals.texts,
+    }
+    attrs["vary"] = " ".join(problem.vary)
+    dataset = points_dataset(points, "design", harmonics, attrs, list(problem.vary))
+    misses = problem.misses(np.array([candidate.values for candidate in designs]))
+    variables: dict[str, Any] = {
+        "design_result": ("design", np.array([each.result for each in designs], np.int8)),
+        "design_miss": ("design", np.abs(misses).max(axis=1, initial=0.0)),
+        "law_margin": ("design", np.array(margins)),
+        **curve_misfit(problem, designs),
+        **bound_variables(problem.goals, harmonics),
+    }
+    if all_judged:
+        attrs["scatter"] = "given" if problem.tolerance else "assumed"
+        if problem.allow:
+            attrs["allow"] = "; ".join(
+                f"{name} = {off:.12g}" for name, off in problem.allow.items()
+            )
+        variables |= variables_of_yield(problem, all_judged) | tolerances(problem, designs)
+        variables |= {f"{name}_std": ((), value) for name, value in problem.scatter.items()}
+    dataset = dataset.assign(variables).assign_attrs(attrs)
+    if all_judged:
+        dataset = dataset.assign_coords(quantile=list(QUANTILES))
+    if not problem.tolerance:
+        return describe(dataset)
+    spreads = []
+    for row, each in enumerate(all_judged):
+        spreads.append(
+            spread.spread_variables(
+                parameters[row], points.take(slice(row, row + 1)), problem.tolerance,
+                PARTS, spread.WORST, harmonics, each.points,
+            )
+        )  # fmt: skip
+        steps.add()
+    return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
+
+
+def tolerances(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:
+    """Return the tolerances that the parameters of designs need, if it is said how far all targets may be off."""
+    if problem.goals.curve or any(np.isinf(problem.room(bound)) for bound in problem.goals.bounds):
+        return {}
+    # What has no given deviation takes its part with an assumed one.
+    deviations = assumed_scatter(problem.exciter, problem.vary) | dict(problem.scatter)
+    found = [needed_tolerances(problem, each, deviations) for each in designs]
+    variables: dict[str, Any] = {
+        f"{name}_tolerance": ("design", column)
+        for name, column in zip(
+            Parameters._fields, np.array([widths for widths, _ in found]).T, strict=True
+        )
+        if name in deviations
+    }
+    results = np.array([result for _, result in found], np.int8)
+    return variables | {"tolerance_result": ("design", results)}
+
+
+def curve_misfit(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:
+    """Return the root mean square distance of designs from the wanted curve, if there is one."""
+    if problem.goals.curve is None:
+        return {}
+    misfits = np.array([candidate.values[len(problem.names) :] for candidate in designs])
+    return {f"{CURVE}_misfit": ("design", np.sqrt((misfits**2).mean(axis=1)))}
+
+
+def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
+    """Return targets and bounds over the dimension of their quantity, NaN where there is none."""
+    sizes = {"support": 2, "harmonic": harmonics, "multiplier": 2}
+    variables: dict[str, Any] = {}
+    for bound in goals.bounds:
+        name = bound.quantity
+        if name.is_parameter or name.derived or name.part:
+            continue  # the attributes have them
+        dims = quantity(name.variable).dims
+        ends = (
+            {"target": bound.low} if bound.is_target else {"lower": bound.low, "upper": bound.high}
+        )
+        for suffix, end in ends.items():
+            if not np.isfinite(end) or any(dim not in sizes for dim in dims):
+                continue
+            empty = np.full([sizes[dim] for dim in dims], np.nan)
+            _, values = variables.setdefault(f"{name.variable}_{suffix}", (dims, empty))
+            values[... if name.number is None else name.number - 1] = end
+    return variables

@@ -1,0 +1,256 @@
+"""What scattered parameters leave of a design: its yield, and how far its goals are from their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.solve import tolerance as spread
+from vibropipe.solve.attractors import shares
+from vibropipe.solve.design.goals import MET
+from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.refine import Search
+from vibropipe.solve.design.search import Candidate, checked
+from vibropipe.solve.named import Named, harmonics_of, outputs_of
+from vibropipe.solve.points import Points, clipped, solve_points
+from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.vocabulary import quantity
+
+# Scattered parts of each design, harmonics of their spread, and quantiles of the wanted quantities over them.
+PARTS, HARMONICS, QUANTILES = 4096, 3, (0.025, 0.5, 0.975)
+# Distances from a bound that a design is moved to, in standard deviations of its quantity: the first that can be had.
+INSIDE = (4.0, 2.0, 1.0)
+# Moves to one of them, since the deviation changes on the way.
+MAX_MOVES = 4
+# Nearer than this to a limit, in standard deviations, nearly half of the parts break it.
+ON_LIMIT = 0.1
+# Standard deviations of parameters, as shares of their values, where a study gives none.
+ASSUMED = 1e-3
+
+
+def assumed_scatter(exciter: Exciter, vary: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+    """Return standard deviations where none are given, the same for all designs.
+
+    They are ASSUMED of each parameter that the exciter has, of the larger end of a range and, of an offset, of l.
+    """
+    sizes = {
+        name: abs(value) for name, value in vars(exciter).items() if name in Parameters._fields
+    }
+    present = {name: sizes[name] for name in sizes if sizes[name] != DEFAULTS.get(name)}
+    present |= {"nu": sizes["nu"]} | {name: max(map(abs, ends)) for name, ends in vary.items()}
+    if "delta" in present:
+        present["delta"] = present.get("l", sizes["l"])
+    return {name: ASSUMED * present[name] for name in Parameters._fields if present.get(name)}
+
+
+class Judged(NamedTuple):
+    """A design among scattered parts.
+
+    Attributes
+    ----------
+    points : Points
+        The parts, and then the ends of the axes and the corners of the worst case if deviations are given.
+    kept : (1 + goals, parts) bool array
+        Whether a part keeps the law, and each target and bound.
+    reliability : float
+        Least distance to a limit of a goal, to first order, in standard deviations of its quantity.
+    """
+
+    points: Points
+    kept: np.ndarray
+    reliability: float
+
+    @property
+    def share(self) -> float:
+        """The yield."""
+        return float(self.kept.all(axis=0).mean())
+
+    @property
+    def interval(self) -> tuple[float, float, float]:
+        """The yield with the ends of its 95 % confidence interval."""
+        share, low, high = shares(np.array([self.kept.all(axis=0).sum()]), self.kept.shape[1])
+        return float(share[0]), float(low[0]), float(high[0])
+
+
+def judged(problem: Problem, candidate: Candidate) -> Judged:
+    """Return a design among parts whose parameters scatter, each marched from the start."""
+    base = problem.parameters(candidate.share[None])[0]
+    rows = spread.moved_rows(base, problem.scatter, PARTS, spread.WORST)
+    plain = [bound.quantity for bound in problem.goals.bounds if not bound.quantity.derived]
+    wanted = {*outputs_of(plain), *(spread.OUTPUTS if problem.tolerance else ())}
+    points = solve_points(
+        clipped(rows if problem.tolerance else rows[:PARTS]), (problem.x0, problem.v0),
+        tuple(name for name in OUTPUTS if name in wanted), harmonics_of(problem.names, HARMONICS),
+    )  # fmt: skip
+    kept = kept_goals(problem, points, candidate.law)[:, :PARTS]
+    distances = distances_to_limits(problem, candidate)
+    return Judged(points, kept, float(distances.min(initial=np.inf)))
+
+
+def kept_goals(problem: Problem, points: Points, law: np.ndarray) -> np.ndarray:
+    """Return which points (n,) have a law of motion, and keep each target and bound: (1 + goals, n).
+
+    A target may be off by what is allowed, and by anything if nothing is said. Spreads and sensitivities are those of a
+    design and not of a part.
+    """
+    has_law = points.is_stable & (points.laws == law).all(axis=1)
+    kept = [has_law]
+    for bound in problem.goals.bounds:
+        name = bound.quantity
+        room = problem.room(bound)
+        if name.derived or np.isinf(room):
+            kept.append(np.ones(len(has_law), bool))
+            continue
+        values = name.values(points.variables, points.parameters)
+        room += MET * bound.scale(problem.exciter.l)
+        kept.append(
+            (name.difference(values, bound.high) <= room)
+            & (name.difference(values, bound.low) >= -room)
+        )
+    return np.array(kept)
+
+
+def deviations(problem: Problem, candidate: Candidate) -> np.ndarray:
+    """Return the standard deviations (bounds,) of quantities to first order; 0 of those that no part has."""
+    columns = [Parameters._fields.index(name) for name in problem.scatter]
+    row = problem.parameters(candidate.share[None])[0]
+    _, _, slopes = problem.linearised(row, candidate.state, columns)
+    std = np.linalg.norm(slopes * np.array(list(problem.scatter.values())), axis=1)
+    return np.array(
+        [
+            0.0 if bound.quantity.derived or bound.quantity.is_of_law
+            else float(np.nan_to_num(std[problem.names.index(bound.quantity)]))
+            for bound in problem.goals.bounds
+        ]
+    )  # fmt: skip
+
+
+def distances_to_limits(problem: Problem, candidate: Candidate) -> np.ndarray:
+    """Return how far each goal (goals,) is from its nearest limit, in standard deviations to first order."""
+    std = deviations(problem, candidate)
+    rooms = np.array([problem.distance(bound, candidate.values) for bound in problem.goals.bounds])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(std > 0, rooms / std, np.inf)
+
+
+def moved_inside(problem: Problem, candidate: Candidate) -> Candidate:
+    """Return a design moved off its bounds, by as many of INSIDE standard deviations as can be had.
+
+    A bound that is met exactly is broken by half of the parts. The law, the targets and other limits are kept.
+    """
+    if not problem.scatter or not candidate.is_met or problem.goals.of_yield:
+        return candidate
+    is_bound = np.array([not bound.is_target for bound in problem.goals.bounds], bool)
+    limits = {}
+    if len(problem.goals.objectives) == 2:
+        limits = {1: float(problem.costs(candidate.values)[1])}
+    for reach in INSIDE:
+        found: Candidate | None = candidate
+        for _ in range(MAX_MOVES):
+            assert found is not None
+            needed = reach * np.where(is_bound, deviations(problem, found), 0.0)
+            left = [problem.distance(bound, found.values) for bound in problem.goals.bounds]
+            if ((left >= needed) | (needed == 0)).all():
+                return found
+            # A little more, so that a deviation that grows on the way does not undo the move.
+            found = _led_to(replace(problem, margins=1.01 * needed), found, limits)
+            if found is None:
+                break
+    return candidate
+
+
+def _led_to(problem: Problem, candidate: Candidate, limits: dict[int, float]) -> Candidate | None:
+    """Return the design within the margins of a problem that another one leads to along its law, if there is one."""
+    search = Search(problem, candidate.share, candidate.state, candidate.law)
+    if not search.last.valid:
+        return None
+    trial = search.meet()
+    if problem.goals.objectives and problem.is_met(trial.values):
+        search.improve(0, limits)
+        trial = search.meet()
+    moved = checked(problem, search, trial)
+    return moved if moved is not None and moved.is_met else None
+
+
+def ranked(
+    problem: Problem,
+    candidates: Sequence[Candidate],
+    order: Sequence[int],
+    margins: Sequence[float],
+    parts: Mapping[int, Judged],
+) -> list[int]:
+    """Return the numbers of designs by yield, the best first, without those on a limit if there are others.
+
+    Equal yields: by the distance to the nearest limit and to the nearest change of law. With a quantity to be least, or
+    a curve, yields of the same whole per cent count as equal, and that comes next.
+    """
+    yields = np.array([parts[n].share for n in order])
+    values = np.array([candidates[n].values for n in order])
+    keys = [
+        -np.array([margins[n] for n in order]),
+        -np.array([parts[n].reliability for n in order]),
+    ]
+    if problem.goals.curve is not None:
+        misfit = np.linalg.norm(problem.residuals(values), axis=1)
+        keys += [np.round(misfit, 9), -np.floor(100 * yields)]
+    elif problem.goals.objectives and not problem.goals.of_yield:
+        costs = problem.costs(values)[:, 0]
+        keys += [np.round(costs / max(np.abs(costs).max(), 1e-300), 7), -np.floor(100 * yields)]
+    else:
+        keys.append(-yields)
+    return off_limits([order[n] for n in np.lexsort(keys)], parts)
+
+
+def off_limits(order: Sequence[int], parts: Mapping[int, Judged]) -> list[int]:
+    """Return the numbers of designs without those on a limit of a goal, if there are others."""
+    return [n for n in order if parts[n].reliability >= ON_LIMIT] or list(order)
+
+
+def variables_of_yield(problem: Problem, all_judged: Sequence[Judged]) -> dict[str, Any]:
+    """Return the yields of designs, of all goals and of each, and the quantiles of the wanted quantities."""
+    yields = np.array([each.interval for each in all_judged]).T
+    names = ("yield", "yield_low", "yield_high")
+    variables: dict[str, Any] = {
+        name: ("design", values) for name, values in zip(names, yields, strict=True)
+    }
+    variables["law_yield"] = ("design", np.array([each.kept[0].mean() for each in all_judged]))
+    variables["reliability_index"] = ("design", np.array([each.reliability for each in all_judged]))
+    rows: dict[Named, list[np.ndarray]] = {}
+    for name in dict.fromkeys(bound.quantity for bound in problem.goals.bounds):
+        if name.is_parameter or name.derived or name.part:
+            continue
+        same = [k + 1 for k, other in enumerate(problem.goals.bounds) if other.quantity == name]
+        rows[name] = []
+        for each in all_judged:
+            parts = name.values(each.points.variables, each.points.parameters)[:PARTS]
+            found = parts[each.kept[0] & np.isfinite(parts)]
+            ends = np.quantile(found, QUANTILES) if found.size else np.full(len(QUANTILES), np.nan)
+            rows[name].append(np.append(ends, each.kept[same].all(axis=0).mean()))
+    return variables | _by_variable(rows, harmonics_of(problem.names, HARMONICS))
+
+
+def _by_variable(rows: Mapping[Named, list[np.ndarray]], harmonics: int) -> dict[str, Any]:
+    """Return quantiles and, last, yields (designs, quantiles + 1) of quantities, with parts over a dimension."""
+    sizes = {"support": 2, "harmonic": harmonics, "multiplier": 2}
+    variables: dict[str, Any] = {}
+    for name, values in rows.items():
+        dims = quantity(name.variable).dims
+        if any(dim not in sizes for dim in dims):
+            continue
+        table = np.array(values)
+        for suffix, part, inner in (
+            ("quantile", table[:, :-1], ("quantile",)),
+            ("yield", table[:, -1], ()),
+        ):
+            shape = (len(table), *(sizes[dim] for dim in dims), *part.shape[1:])
+            empty = np.full(shape, np.nan)
+            _, filled = variables.setdefault(
+                f"{name.variable}_{suffix}", (("design", *dims, *inner), empty)
+            )
+            filled[(slice(None), *([] if name.number is None else [name.number - 1]))] = part
+    return variables

@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.design.captions import wanted_text
-from vibropipe.scenes.design.report import findings, sections
+from vibropipe.scenes.design.report import answers, tables
 from vibropipe.scenes.design.workshop import percent
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -126,7 +126,7 @@ def test_goals_without_a_spread_show_the_usual_quantities(dataset):
         picture = picture_of("design", of_law, name)
         assert picture.draw(of_law, None, {}).axes
         assert picture.describe(of_law, None, {})
-    assert sections({"law": of_law})[0].tables[2].as_data()["head"][-1].startswith("share of")
+    assert tables({"law": of_law})[2].as_data()["head"][-1].startswith("share of")
 
 
 def test_the_front_is_drawn(tmp_path):
@@ -141,33 +141,31 @@ def test_the_front_is_drawn(tmp_path):
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):
-    (section,) = sections({"shifted": dataset})
-    designs, yields, tight = (table.as_data() for table in section.tables)
+    designs, yields, tight = (table.as_data() for table in tables({"shifted": dataset}))
     assert len(designs["rows"]) == dataset.sizes["design"]
     assert [row[0] for row in tight["rows"]] == ["ν", "f", "h", "l", "δ", "R₁", "R₂"]
     assert all(row[2].startswith("± ") for row in tight["rows"])
-    (finding,) = findings({"shifted": dataset})
-    assert any("the law of design 1 changes in 0 %" in text for text in finding.texts)
+    assert "The law of motion changes in 0 % to 0.1 % of the parts." in tight["note"]
     # All designs have a yield and tolerances; the first line has the deviations.
     assert len(yields["rows"]) == 1 + dataset.sizes["design"]
     assert all(float(cell.rstrip("*")) > 0 for row in yields["rows"][1:] for cell in row[4:])
-    assert "At least 95 % of the parts of all designs" in " ".join(finding.texts)
+    first, best, spread = answers({"shifted": dataset})["shifted"]
+    assert first.lead == "All 2 designs can be made."
+    assert best.lead.startswith("The largest velocity before impact (support 1) of design 1 is ")
+    assert "standard deviations away" in best.rest
+    assert spread.lead.startswith("Most of the spread of displacement_mean comes from")
 
 
 def test_a_tolerance_below_the_given_deviation_is_marked(dataset):
     tight = dataset.copy()
     tight["R1_std"] = ((), 10 * float(dataset.R1_tolerance.max()))
     tight["delta_std"] = ((), 0.1 * float(dataset.delta_tolerance.min()))
-    section = sections({"shifted": tight})[0]
-    _, yields, best = (table.as_data() for table in section.tables)
+    _, yields, best = (table.as_data() for table in tables({"shifted": tight}))
     marked = [[cell.endswith("*") for cell in row] for row in yields["rows"][1:]]
     column = yields["head"].index("± R₁")
     assert all(row[column] and sum(row) == 1 for row in marked)
     assert [row[0] for row in best["rows"] if row[2].endswith("*")] == ["R₁"]
-    assert any(
-        "which cannot be held: R₁ of design 1; R₁ of design 2" in text
-        for text in section.paragraphs
-    )
+    assert "which cannot be held: R₁ of design 1; R₁ of design 2." in yields["note"]
 
 
 def test_a_design_on_its_bound_has_no_tolerance(dataset):
@@ -176,10 +174,16 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
     for name in names:
         bound[name] = dataset[name].where(dataset.design != 1)
     bound["tolerance_result"] = ("design", [0, 1])
-    section = sections({"shifted": bound})[0]
-    sentence = "Design 2, no tolerance: on the bound impact_velocity_max_1 < 0.8."
-    assert sentence in section.paragraphs
-    assert section.tables[1].as_data()["rows"][2][4:] == ["–"] * len(names)
+    yields = tables({"shifted": bound})[1].as_data()
+    assert "Design 2, no tolerance: on the bound impact_velocity_max_1 < 0.8." in yields["note"]
+    assert yields["rows"][2][4:] == ["–"] * len(names)
+    bound["yield"], bound["yield_low"], bound["yield_high"] = (
+        ("design", [1.0, share]) for share in (0.614, 0.6, 0.63)
+    )
+    bound["yield_low"] = ("design", [0.999, 0.6])
+    first, _, lost = answers({"shifted": bound})["shifted"]
+    assert first.lead == "1 of 2 designs can be made."
+    assert lost.lead == "Design 2 loses 38.6 % of its parts."
 
 
 def test_yields_are_never_rounded_to_all():

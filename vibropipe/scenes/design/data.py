@@ -43,6 +43,11 @@ class Part(NamedTuple):
             f"{dataset[self.variable].attrs.get('long_name', self.variable)} {self.short(dataset)}"
         )
 
+    def plain_words(self, dataset: xr.Dataset) -> str:
+        """Return its long name as plain text, with the support or harmonic that it is of."""
+        name = dataset[self.variable].attrs.get("long_name", self.variable.replace("_", " "))
+        return f"{name} ({self.dim} {self.label})" if self.dim else str(name)
+
     def short(self, dataset: xr.Dataset) -> str:
         """Return its symbol, with the support that it is of."""
         return self.symbol(dataset) + (f", support {self.label}" if self.dim == "support" else "")

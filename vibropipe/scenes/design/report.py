@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, orbit_texts
-from vibropipe.report.findings import Finding
-from vibropipe.report.parts import answers_of, tables_of
-from vibropipe.report.section import Section
+from vibropipe.report.parts import Answer, Answers
 from vibropipe.report.table import Datasets, Table, breakable
-from vibropipe.scenes.design.captions import (
-    leading,
-    place_text,
-    reached_text,
-    value_of,
-    wanted_text,
-)
+from vibropipe.scenes.design.captions import leading, reached_text, value_of, wanted_text
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
@@ -26,31 +20,22 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.workshop import (
     NOMINAL_DIGITS,
-    makeable_text,
+    lost_text,
+    makeable,
+    nearest_limit_text,
     nominal,
     parameters_table,
-    workshop_texts,
     yields_table,
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
 
 
-def sections(datasets: Datasets) -> list[Section]:
-    """Return a section on the designs of a study."""
-    tables: list[Table] = []
-    texts = [
-        f"{name}: {wanted_text(data)}. {reached_text(data)}." for name, data in datasets.items()
-    ]
-    for name, dataset in datasets.items():
-        tables.append(designs_table(name, dataset))
-        tables += [
-            table
-            for table in (yields_table(name, dataset), parameters_table(name, dataset))
-            if table is not None
-        ]
-        texts += workshop_texts(name, dataset)
-    return [Section("Designs", texts, tables)] if tables else []
+def tables(datasets: Datasets) -> list[Table]:
+    """Return the tables of designs: what they are, their yields and tolerances, and how tight the first one is."""
+    made = (designs_table, yields_table, parameters_table)
+    found = [table(name, dataset) for name, dataset in datasets.items() for table in made]
+    return [table for table in found if table is not None]
 
 
 def designs_table(scene: str, dataset: xr.Dataset) -> Table:
@@ -65,15 +50,15 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table:
             laws[row],
             *(format_number(nominal(dataset, name, row), NOMINAL_DIGITS) for name in names),
             *(format_number(float(part.of(dataset).values[row]), 5) for part in parts),
-            format_number(float(dataset["law_margin"].values[row]), 2),
+            at_least(float(dataset["law_margin"].values[row]), 2),
         ]
         for row, number in enumerate(numbers(dataset))
     ]
-    caption = (
-        f"Designs of {scene}: law of motion (m; p1, p2), varied parameters, wanted quantities, and the distance to the "
-        "nearest change of law in shares of the ranges."
+    note = (
+        f"Wanted: {wanted_text(dataset)}. Law: (m; p1, p2). Margin: distance to the nearest change of law in shares of "
+        "the ranges, rounded down."
     )
-    return Table(head, rows, caption, left=2)
+    return Table(head, rows, note, left=2, title="Laws and quantities of the designs", scene=scene)
 
 
 def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
@@ -81,34 +66,35 @@ def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
     return in_brackets(breakable(part.name) if part else str(values.name), values)
 
 
-def findings(datasets: Datasets) -> list[Finding]:
-    """Return what the first page says: the best design of each scene, its spread, and what matters most."""
-    found = []
-    for name, dataset in datasets.items():
-        sentences = [reached_text(dataset)]
-        if int(dataset["design_result"].values[0]) == DesignResult.MET:
-            values = ", ".join(
-                f"{part.name} = {value_of(dataset, part, 0)}" for part in wanted_parts(dataset)
-            )
-            sentences.append(f"Design 1, {place_text(dataset, 0)}, has {values}")
-            sentences += makeable_text(dataset) if has_yield(dataset) else []
-        if has_spread(dataset):
-            best = dataset.isel(design=0)
-            share, low, high = (
-                format_number(100 * float(best[f"law_change_{end}"]), 2)
-                for end in ("share", "low", "high")
-            )
-            sentences.append(
-                f"With the given deviations the law of design 1 changes in {share} % of the samples ({low} to {high} %)"
-            )
-            sentences.append(f"Most of the spread of {'; '.join(leading(dataset))}")
-        found.append(Finding(tuple(sentences), name))
+def answers(datasets: Datasets) -> Answers:
+    """Return what page 1 says: how many designs can be made, what the best one has, and what is lost or matters."""
+    return {name: answers_of_scene(dataset) for name, dataset in datasets.items()}
+
+
+def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
+    """Return the answers of one scene."""
+    if int(dataset["design_result"].values[0]) != DesignResult.MET:
+        lead, _, rest = reached_text(dataset).partition("; ")
+        return [Answer(f"{lead}.", f"{rest[:1].upper()}{rest[1:]}.")]
+    found = [makeable(dataset) if has_yield(dataset) else Answer(f"{reached_text(dataset)}.")]
+    # Targets are met: what is bounded or least tells more.
+    parts = sorted(wanted_parts(dataset), key=lambda part: np.isfinite(part.end(dataset, "target")))
+    parts = [part for part in parts if part.variable != "yield"]
+    if parts:
+        lead = (
+            f"Design 1 has a {parts[0].plain_words(dataset)} of {value_of(dataset, parts[0], 0)}."
+        )
+        found.append(Answer(lead, nearest_limit_text(dataset)))
+    if (lost := lost_text(dataset)) and has_yield(dataset):
+        found.append(Answer(lost))
+    elif has_spread(dataset) and (texts := leading(dataset)):
+        found.append(Answer(f"Most of the spread of {texts[0]}."))
     return found
 
 
 REPORT = ReportPart(
     "Designs",
     "Which parameters give the wanted motion, and how tight must they be?",
-    answers_of(findings),
-    tables_of(sections),
+    answers,
+    tables,
 )

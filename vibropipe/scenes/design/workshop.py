@@ -9,6 +9,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol, with_units
+from vibropipe.report.parts import Answer
 from vibropipe.report.table import DASH, Table, breakable
 from vibropipe.scenes.design.data import (
     Part,
@@ -28,16 +29,16 @@ MARK = "*"
 # Significant digits of nominal values, and of tolerances and deviations.
 NOMINAL_DIGITS, DIGITS = 5, 2
 BOX = (
-    "Make each parameter to its nominal value within its tolerance, rounded down. All may be off at once, in any "
-    "combination: at every corner the law of motion, the bounds and the targets within what is allowed hold."
+    "All parameters may be off by their tolerances at once, in any combination: at every corner the law of motion, the "
+    "bounds and the targets within what is allowed hold."
 )
 
 
-def workshop_texts(scene: str, dataset: xr.Dataset) -> list[str]:
+def workshop_texts(dataset: xr.Dataset) -> list[str]:
     """Return what tables of tolerances mean, which designs have none and why, and which cannot be held."""
     if not has_tolerances(dataset):
         return []
-    texts = [f"{scene}, for the workshop: {BOX}"]
+    texts = [BOX]
     results = dataset["tolerance_result"].values
     for row, number in enumerate(numbers(dataset)):
         result = ToleranceResult(int(results[row]))
@@ -116,9 +117,9 @@ def yields_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 *(shown_tolerance(dataset, name, row) + MARK * (name in marked) for name in names),
             ]
         )
-    caption = f"Designs of {scene}: {yield_words(dataset)}, standard deviations from the nearest limit of a goal"
-    caption += ", and tolerances of all parameters at once" if names else ""
-    return Table(head, rows, f"{caption}; rounded down.")
+    note = " ".join([f"Yield: {yield_words(dataset)}. All rounded down.", *workshop_texts(dataset)])
+    title = "Yields and tolerances of all designs" if names else "Yields of all designs"
+    return Table(head, rows, note, title=title, scene=scene)
 
 
 def yield_words(dataset: xr.Dataset) -> str:
@@ -137,7 +138,10 @@ def kept_words(dataset: xr.Dataset) -> str:
     """Write what a part that counts keeps."""
     kept = ["the law of motion"]
     kept += ["the bounds"] if "subject_to" in dataset.attrs else []
-    kept += ["the targets within what is allowed"] if "allow" in dataset.attrs else []
+    if "allow" in dataset.attrs:
+        kept.append("the targets within what is allowed")
+    elif "target" in dataset.attrs:
+        kept[-1] += " (targets do not count, since it is not said how far they may be off)"
     return series(kept)
 
 
@@ -147,32 +151,44 @@ def percent(share: float, up: bool = False) -> str:
     return f"{tenths / 10:g} %"
 
 
-def makeable_text(dataset: xr.Dataset) -> list[str]:
-    """Write how many designs can be made, what the best one keeps, and which ones lose how many parts."""
-    low, high = dataset["yield_low"].values, dataset["yield_high"].values
+def makeable(dataset: xr.Dataset) -> Answer:
+    """Return how many designs can be made."""
+    low = dataset["yield_low"].values
     n, made = low.size, int((low >= MADE).sum())
-    who = "all designs" if made == n > 1 else f"{made} of {count(n, 'design')}"
-    texts = [
-        f"At least {percent(MADE)} of the parts of {who} keep {kept_words(dataset)}, with the {scatter_words(dataset)}"
-    ]
-    share = float(dataset["yield"].values[0])
-    parts = "All of 4,096 parts" if share == 1 else f"{percent(share)} of 4,096 parts"
-    away = float(dataset["reliability_index"].values[0])
-    near = (
-        f"; its nearest limit is {at_least(away, DIGITS)} standard deviations away"
-        if 0 < away < 1e3
-        else ""
+    if made == n:
+        lead = f"All {n} designs can be made." if n > 1 else "The design can be made."
+    else:
+        lead = f"{made or 'None'} of {count(n, 'design')} can be made."
+    each = "each of them" if made else "none"
+    return Answer(
+        lead, f"At least {percent(MADE)} of the parts of {each}, scattered by the {scatter_words(dataset)}, keep "
+        f"{kept_words(dataset)}.",
+    )  # fmt: skip
+
+
+def nearest_limit_text(dataset: xr.Dataset) -> str:
+    """Write how far the first design is from the nearest limit of a goal; empty if that is not known."""
+    away = float(dataset["reliability_index"].values[0]) if has_yield(dataset) else np.inf
+    if not np.isfinite(away):
+        return ""
+    return (
+        f"Its nearest limit is {at_least(away, DIGITS)} standard deviations away, to first order."
     )
-    texts.append(f"{parts} of design 1 keep all of it{near}")
-    lost = np.flatnonzero(high < MADE)
-    if lost.size:
-        shares = series(percent(1 - float(dataset["yield"].values[row]), up=True) for row in lost)
-        which = series(str(numbers(dataset)[row]) for row in lost)
-        words = ("Design", "loses", "its") if lost.size == 1 else ("Designs", "lose", "their")
-        texts.append(f"{words[0]} {which} {words[1]} {shares} of {words[2]} parts")
-    if "target" in dataset.attrs and "allow" not in dataset.attrs:
-        texts.append("Targets do not count in this, since it is not said how far they may be off")
-    return texts
+
+
+def lost_text(dataset: xr.Dataset) -> str:
+    """Write which designs lose how many of their parts; empty if none loses many."""
+    if not has_yield(dataset):
+        return ""
+    lost = np.flatnonzero(dataset["yield_high"].values < MADE)
+    if not lost.size:
+        return ""
+    shares = dataset["yield"].values[lost]
+    if lost.size == 1:
+        return f"Design {numbers(dataset)[lost[0]]} loses {percent(1 - shares[0], up=True)} of its parts."
+    which = series(str(number) for number in numbers(dataset)[lost])
+    least, most = percent(1 - shares.max()), percent(1 - shares.min(), up=True)
+    return f"Designs {which} lose {least.removesuffix(' %')} to {most} of their parts."
 
 
 def parameters_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -200,15 +216,14 @@ def parameters_table(scene: str, dataset: xr.Dataset) -> Table | None:
             cells.append(plus_minus(dataset, name, format_number(given, 3)))
             cells += [share_text(best, part, name) for part in parts]
         rows.append(cells)
-    caption = f"Design 1 of {scene}: nominal values" + (
-        ", tolerances that keep all that is wanted" if limited else ""
-    )
-    caption += (
-        ", given standard deviations and the share of each in the variance of the wanted quantities"
-        if of_spread
-        else ""
-    )
-    return Table(head, rows, f"{caption}.")
+    note = []
+    if of_spread:
+        low, high = (float(best[f"law_change_{end}"]) for end in ("low", "high"))
+        note = [
+            "Deviation: given, one standard deviation. Share: of the variance of a quantity.",
+            f"The law of motion changes in {percent(low)} to {percent(high, up=True)} of the parts.",
+        ]
+    return Table(head, rows, " ".join(note), title="The parameters of design 1", scene=scene)
 
 
 def nominal_text(dataset: xr.Dataset, name: str, row: int) -> str:

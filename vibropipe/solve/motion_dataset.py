@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +22,11 @@ if TYPE_CHECKING:
 
 
 def to_dataset(
-    exciter: Exciter, request: MotionRequest, run: MotionResult, steps_per_period: int | None = None
+    exciter: Exciter,
+    request: MotionRequest,
+    run: MotionResult,
+    steps_per_period: int | None = None,
+    errors: Mapping[str, np.ndarray] | None = None,
 ) -> xr.Dataset:
     """Return the result of a motion as the dataset described in `simulate`.
 
@@ -32,10 +37,14 @@ def to_dataset(
     run : MotionResult
     steps_per_period : int, optional
         Steps of Newmark's method; None for the exact method.
+    errors : mapping of str to array, optional
+        Error of each quantity, which stands beside it.
     """
     import xarray as xr
 
     variables = to_variables(exciter, request, run)
+    dims = {name: variables[name][0] for name in errors or ()}
+    variables |= {f"{name}_error": (dims[name], error) for name, error in (errors or {}).items()}
     coords: dict[str, Any] = {name: ((), value) for name, value in exciter.stated().items()}
     if run.energy_terms is not None:
         coords["support"] = ("support", [1, 2])

@@ -32,6 +32,9 @@ from vibropipe.words.status import Status
 MIN_STEPS = 4
 # Ratio of the steps of successive trials: the first accurate one has at most this many times the least steps.
 GROWTH = 2**0.5
+# Error of Newmark's method over the square of its step, in radians of the force, that no motion has stayed below; slow
+# forces excepted, whose error is smaller by the square of nu.
+LEAST_ERROR = 1e-4
 
 
 class Prices(NamedTuple):
@@ -146,9 +149,15 @@ def choose_method(
     # By pieces a step of Newmark's method costs as much as an exact one, and more of them are needed.
     if not best.reached or exact.status != Status.OK or request.effects.has_pieces:
         return best, exact, errors
+    periods = (request.tau_end - request.tau_start) / exciter.period
+    if (
+        accuracy
+        < LEAST_ERROR
+        * (min(1.0, exciter.nu) * 2 * math.pi / most_steps(nanoseconds, periods, exact)) ** 2
+    ):
+        return best, exact, errors
     steps = MIN_STEPS
     unsampled = request._replace(samples_per_period=0)
-    periods = (request.tau_end - request.tau_start) / exciter.period
     while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
         grid = newmark_grid(request.effects, exciter.parameters(), steps)
         run = run_motion(exciter, unsampled, grid)
@@ -178,3 +187,9 @@ def least_cost(steps: int, periods: float, exact: MotionResult) -> float:
     prices, n_impacts = NEWMARK_PRICES, exact.contacts["impact_tau"].size
     impact_cost = n_impacts * (prices.polynomial + prices.impact)
     return periods * steps * prices.step + steps * prices.table + impact_cost
+
+
+def most_steps(nanoseconds: float, periods: float, exact: MotionResult) -> float:
+    """Return the steps per period of which Newmark's method may take no more for that price, at least one."""
+    spent = least_cost(0, periods, exact)
+    return max(1.0, (nanoseconds - spent) / (least_cost(1, periods, exact) - spent))

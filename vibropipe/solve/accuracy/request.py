@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
@@ -14,7 +12,6 @@ from vibropipe.solve.accuracy.motion_errors import deviation
 from vibropipe.solve.motion_dataset import to_dataset, to_variables
 from vibropipe.solve.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,13 +47,11 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
         run = run_motion(exciter, request, grid)
         variables = to_variables(exciter, request, run)
         errors = deviation(variables, to_variables(exciter, request, exact), errors)
-    dataset = to_dataset(exciter, request, run, choice.steps_per_period)
-    if dataset["status"] == Status.OK and not choice.reached:
-        dataset["status"] = np.int8(Status.INACCURATE)
-    for name, error in errors.items():
-        dataset[f"{name}_error"] = (dataset[name].dims, error)
+    if run.status == Status.OK and not choice.reached:
+        run = run._replace(status=Status.INACCURATE)
+    dataset = to_dataset(exciter, request, run, choice.steps_per_period, errors)
     dataset.attrs |= {"accuracy_asked": requested_error, "accuracy_reached": float(choice.error)}
-    return describe(dataset)
+    return dataset
 
 
 def settle_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:

@@ -1,0 +1,136 @@
+"""Errors of marched motions from their impacts alone: never below the truth of 40 digits, and not far above it."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Any
+
+import numpy as np
+import pytest
+from comparisons import reference
+
+import vibropipe as vp
+from vibropipe.lab.reference_solver import ReferenceSolver
+from vibropipe.physics.effects import ALL_EFFECTS
+from vibropipe.solve.accuracy import request as requests
+from vibropipe.solve.accuracy.method_choice import choose_method
+from vibropipe.solve.accuracy.rounding import rounding_errors
+from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.words.status import Status
+
+FIGURE_6 = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+
+
+def random_motion(seed: int) -> tuple[vp.Exciter, float, float, float]:
+    """Draw a motion between rigid supports: (exciter, tau_end, x0, v0)."""
+    draw = np.random.default_rng([15, seed])
+    exciter = vp.Exciter(
+        l=0.5,
+        nu=float(draw.uniform(0.4, 3)),
+        f=float(draw.uniform(-1.5, 1.5)),
+        h=float(draw.choice([0.0, draw.uniform(0, 0.5)])),
+        delta=float(draw.choice([0.0, draw.uniform(-0.3, 0.3)])),
+        R1=float(draw.uniform(0.3, 1)),
+        R2=float(draw.choice([1.0, draw.uniform(0.3, 1)])),
+    )
+    tau_end, x0, v0 = (float(draw.uniform(*ends)) for ends in ((5, 60), (-0.15, 0.15), (-1, 1)))
+    return exciter, tau_end, x0, v0
+
+
+def off(numbers: Any, truth: list[Decimal]) -> np.ndarray:
+    return np.array(
+        [float(abs(Decimal(float(n)) - t)) for n, t in zip(numbers, truth, strict=True)]
+    )
+
+
+def compare(
+    exciter: vp.Exciter, tau_end: float, x0: float, v0: float
+) -> tuple[float, float] | None:
+    """Return the largest true error over its estimate, and the largest estimate over the largest true error."""
+    request = MotionRequest(0.0, tau_end, x0, v0, 0)
+    run = run_motion(exciter, request)
+    errors = rounding_errors(exciter, request, run)
+    if errors is None:
+        return None
+    truth = ReferenceSolver(exciter).run(x0, v0, [Decimal(tau_end)])
+    x, v = truth.states[-1]
+    true = {
+        "displacement_end": off([run.end[0]], [x]),
+        "velocity_end": off([run.end[1]], [v]),
+        "impact_tau": off(run.contacts["impact_tau"], [impact[0] for impact in truth.impacts]),
+        "impact_velocity": off(
+            run.contacts["impact_velocity"], [impact[2] for impact in truth.impacts]
+        ),
+        "impact_velocity_after": off(
+            run.contacts["impact_velocity_after"], [impact[3] for impact in truth.impacts]
+        ),
+    }
+    over = max(float((true[name] / errors[name]).max(initial=0.0)) for name in true)
+    largest = (
+        max(float(np.max(each, initial=0.0)) for each in of.values()) for of in (errors, true)
+    )
+    estimate, error = largest
+    return over, estimate / error
+
+
+def check(seeds: range) -> None:
+    found = [pair for pair in (compare(*random_motion(seed)) for seed in seeds) if pair is not None]
+    assert len(found) > 0.6 * len(seeds)  # the others rest, touch, or lose digits
+    assert max(over for over, _ in found) <= 1.0
+    assert np.median([above for _, above in found]) < 12.0
+    assert np.mean([above <= 30.0 for _, above in found]) > 0.9
+
+
+def test_no_error_exceeds_its_estimate() -> None:
+    check(range(40))
+
+
+@pytest.mark.slow
+def test_no_error_of_500_motions_exceeds_its_estimate() -> None:
+    check(range(40, 540))
+
+
+@pytest.mark.parametrize("tau_end", [20.0, 60.0, 200.0])
+def test_figure_6_is_known_within_a_factor_of_30(tau_end: float) -> None:
+    over, above = compare(FIGURE_6, tau_end, 0.0, 0.0)
+    assert over <= 1.0
+    assert above <= 30.0
+
+
+@pytest.mark.parametrize("name", ["fig6_symmetric", "fig9_offset", "fig10_unequal_restitution"])
+def test_the_uncertainty_of_decimal_parameters_is_covered(name: str) -> None:
+    entry = reference("motions")[name]
+    exciter = vp.Exciter(**{n: float(entry[n]) for n in ("nu", "f", "h", "l", "delta", "R1", "R2")})
+    ds = vp.simulate(exciter, float(entry["tau_end"]), accuracy=1e-12, samples_per_period=0)
+    assert ds.method == "exact"
+    truth = {
+        "displacement_end": [Decimal(entry["x_end"])],
+        "velocity_end": [Decimal(entry["v_end"])],
+        "impact_tau": [Decimal(i["tau"]) for i in entry["impacts"]],
+        "impact_velocity": [Decimal(i["velocity_before"]) for i in entry["impacts"]],
+    }
+    for quantity, numbers in truth.items():
+        error = off(np.atleast_1d(ds[quantity].values), numbers)
+        assert (error <= np.atleast_1d(ds[f"{quantity}_error"].values)).all(), quantity
+
+
+def test_an_accuracy_of_1e13_is_reached_after_a_transient_of_40_periods() -> None:
+    request = MotionRequest(40 * FIGURE_6.period, 43 * FIGURE_6.period, 0.0, 0.0, 200)
+    ds = requests.settle_to_accuracy(FIGURE_6, request, 1e-13)
+    assert int(ds.status) == Status.OK
+    assert ds.accuracy_reached < 1e-13
+
+
+def test_where_the_exact_method_is_there_no_other_motion_is_solved(monkeypatch: Any) -> None:
+    request = MotionRequest(0.0, 60.0, 0.0, 0.0, 0, effects=ALL_EFFECTS)
+
+    def refuse(*_arguments: Any) -> None:
+        raise AssertionError("another motion is solved")
+
+    name = "vibropipe.solve.accuracy.motion_errors.run_motion"
+    monkeypatch.setattr(name, refuse)
+    monkeypatch.setattr("vibropipe.solve.accuracy.method_choice.newmark_grid", refuse)
+    choice, _run, errors = choose_method(FIGURE_6, request, 1e-13)
+    assert choice.reached
+    assert choice.error < 1e-13
+    assert errors["impact_tau"].size == 19

@@ -1,0 +1,148 @@
+"""Errors along a motion from impact to impact: rounding of each flight, and the uncertainty of every parameter.
+
+The error of an impact, of its phase and speed, follows the transfer of the next flight (`orbits.sensitivity.flights`),
+which adds its own. Roundings are independent: their covariance is followed. A parameter is off by the same amount in
+every flight: its derivative is followed. Without rests, and while errors are so small that they stay linear.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.compiler import jit_allocating, jit_inline
+from vibropipe.orbits.sensitivity.errors import ULP
+from vibropipe.orbits.sensitivity.flights import fill_transfer, new_flights, restitution_at
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.derivatives import DELTA, F2, LOAD, PHI2, R1, R2, F, H, L, n_parameters
+from vibropipe.physics.load import (
+    constant_load,
+    force_at,
+    force_value,
+    forcing_period,
+    largest_force,
+)
+from vibropipe.physics.turns import sincos_turns
+from vibropipe.physics.variation import new_workspace
+
+# Columns of what is known of an impact: standard deviation of its phase (turns) and speed, the same by the parameters,
+# and the error of the state that leaves it, sqrt(dx^2 + dx'^2), which no flight increases.
+PHASE, SPEED, PHASE_BY_PARAMETERS, SPEED_BY_PARAMETERS, LEAVING = range(5)
+COLUMNS = 5
+# Share of the rounding of a phase in turns that is within a step; growth of the rounding of a flight per unit of tau.
+IN_STEP, PER_TAU = 0.25, 0.1
+
+
+@jit_inline
+def parameter_of(p, k):
+    """Return the value of a parameter by its number in derivatives."""
+    if k == 0:
+        return p.nu
+    if k == F:
+        return p.f
+    if k == H:
+        return p.h
+    if k == L:
+        return p.l
+    if k == DELTA:
+        return p.delta
+    if k == R1:
+        return p.R1
+    if k == R2:
+        return p.R2
+    if k == LOAD:
+        return p.load
+    if k == F2:
+        return p.f2
+    return p.phi2 if k == PHI2 else 0.0
+
+
+@jit_inline
+def acceleration_at(p, support, position, velocity, second):
+    """Return x'' at a support for a velocity, at a position in turns."""
+    sigma = -1.0 if support == 1 else 1.0
+    load = constant_load(sigma, support_position(p, support))
+    push = force_value(force_at(p, sigma, position, second), second) + load
+    return sigma * push - p.h * velocity
+
+
+@jit_inline
+def rounding_of(p, flights, j):
+    """Return the standard deviations of phase and speed of the impact that ends flight j, by its own rounding.
+
+    As `errors.fill_record` for orbits; but a march rounds a phase in its step alone, and a long flight in many steps.
+    """
+    home, start, end = flights.home[j], flights.start[j], flights.end[j]
+    period, w0, u1 = forcing_period(p), flights.departure[j], flights.speed[j]
+    t = (end - start) * period
+    far = 0.0 if flights.support[j] == home else 2.0 * p.l
+    push = abs(support_position(p, home)) + largest_force(p) + far
+    short, longer = min(1.0, t), ULP * (1.0 + PER_TAU * t)
+    height = far + t * (w0 + u1) + short * short * push
+    of_phase = IN_STEP * (1.0 + start + end) + height / (u1 * period)
+    of_speed = w0 + u1 + short * push + height * abs(flights.at_end[j, 0]) / u1
+    return longer * of_phase, longer * of_speed
+
+
+@jit_allocating
+def follow_errors(p, first, position, velocity, support, out, second) -> None:
+    """Follow errors from the first impact of a motion to its last.
+
+    Parameters
+    ----------
+    p : Parameters
+    first : float
+        Error of displacement and of velocity, independent, of the state that meets the first impact.
+    position, velocity, support : (n,)
+        Impacts: time in turns, velocity before, and support.
+    out : (n, COLUMNS) float
+        Errors of each impact.
+    second : int or None
+        The effect `second_harmonic`.
+    """
+    period, by = forcing_period(p), n_parameters(second)
+    flights, work = new_flights(2, second), new_workspace(second)
+    sine, cosine = 0.0, 1.0
+    d_turn, d_speed = np.zeros(by), np.zeros(by)
+    tt, tu, uu = 0.0, 0.0, 0.0
+    for i in range(position.size):
+        u = abs(velocity[i])
+        if i == 0:
+            a = acceleration_at(p, support[0], position[0], velocity[0], second)
+            slip = a / velocity[0]
+            tt = (first / (u * period)) ** 2
+            uu = first * first * (1.0 + slip * slip)
+            tu = slip * period * u * tt
+        else:
+            whole = math.floor(position[i - 1])
+            start, end = position[i - 1] - whole, position[i] - whole
+            flights.home[1], flights.support[1] = support[i - 1], support[i]
+            flights.start[1], flights.end[1] = start, end
+            flights.speed[0], flights.speed[1] = abs(velocity[i - 1]), u
+            flights.departure[1] = restitution_at(p, support[i - 1]) * flights.speed[0]
+            flights.released[1] = 0
+            if i == 1:
+                sine, cosine = sincos_turns(start)
+            sine, cosine = fill_transfer(p, flights, 1, sine, cosine, work, second)
+            t, (of_phase, of_speed) = flights.transfer[1], rounding_of(p, flights, 1)
+            new_tt = t[0] * t[0] * tt + 2.0 * t[0] * t[1] * tu + t[1] * t[1] * uu
+            new_tu = t[0] * t[2] * tt + (t[0] * t[3] + t[1] * t[2]) * tu + t[1] * t[3] * uu
+            new_uu = t[2] * t[2] * tt + 2.0 * t[2] * t[3] * tu + t[3] * t[3] * uu
+            tt, tu, uu = new_tt + of_phase * of_phase, new_tu, new_uu + of_speed * of_speed
+            for k in range(by):
+                turn, speed = d_turn[k], d_speed[k]
+                d_turn[k] = t[0] * turn + t[1] * speed + flights.source[1, 0, k]
+                d_speed[k] = t[2] * turn + t[3] * speed + flights.source[1, 1, k]
+        by_turn, by_speed = 0.0, 0.0
+        for k in range(by):
+            off = 0.5 * ULP * abs(parameter_of(p, k))
+            by_turn, by_speed = by_turn + off * abs(d_turn[k]), by_speed + off * abs(d_speed[k])
+        out[i, PHASE], out[i, SPEED] = math.sqrt(max(tt, 0.0)), math.sqrt(max(uu, 0.0))
+        out[i, PHASE_BY_PARAMETERS], out[i, SPEED_BY_PARAMETERS] = by_turn, by_speed
+        r = restitution_at(p, support[i])
+        after = -r * velocity[i]
+        a = acceleration_at(p, support[i], position[i], after, second)
+        delay = (out[i, PHASE] + by_turn) * period
+        speed = r * (out[i, SPEED] + by_speed) + abs(a) * delay
+        out[i, LEAVING] = math.sqrt((after * delay) ** 2 + speed * speed)

@@ -14,6 +14,8 @@ from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
+from vibropipe.scenes.branch.findings import common_intervals, stretches_of, together_text
+from vibropipe.scenes.branch.places import places_of
 from vibropipe.scenes.branch.report import findings, sections
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -281,3 +283,37 @@ def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
         drawn = ax.lines[0]
         assert np.array_equal(drawn.get_xdata(), free.eigenfrequency)
         assert np.array_equal(drawn.get_ydata(), values)
+
+
+def test_the_caption_and_the_finding_count_the_same_places(tmp_path):
+    """Mirror images have the same bifurcation, and all branches that meet at a grazing end there."""
+    text = STUDY.replace("[0.25, 0.5]", "[0.25]") + "    switch: [pitchfork, grazing]\n"
+    scene = loaded(tmp_path, text.replace("[0.8, 3]", "[0.6, 3]")).scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    places = places_of(dataset)
+    kinds = dataset["bifurcation_kind"].values
+    assert places["grazing"].size < np.count_nonzero(kinds == Bifurcation.GRAZING)
+    for name, at in places.items():
+        rows = dataset["bifurcation_nu"].values[kinds == Bifurcation[name.upper()]]
+        assert abs(rows[:, None] - at).min(axis=1).max() < 1e-9
+        assert at.size == 1 or np.diff(at).min() > 1e-9
+    (finding,) = findings({"response": dataset})
+    (picture,) = kind_of(scene).pictures
+    caption = picture.describe(dataset, scene.figure, {})
+    for name, at in places.items():
+        number = f"{at.size} {name}{'s' if at.size > 1 else ''} "
+        assert number in caption
+        assert number in " ".join(finding.texts)
+
+
+def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
+    """A pair of mirrored motions is stable from the flip to the grazing where each begins; no gap at the flip."""
+    text = STUDY.replace("[0.25, 0.5]", "[0.25]") + "    switch: [pitchfork, flip, grazing]\n"
+    text = text.replace("[0.8, 3]", "[0.78, 1.1]").replace("[1, 2]", "[1]")
+    scene = loaded(tmp_path, text).scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    intervals = common_intervals(list(stretches_of(dataset)))
+    flips = places_of(dataset)["flip"]
+    assert any(low < flip < high for low, high in intervals for flip in flips)
+    together = together_text(dataset, list(stretches_of(dataset)))
+    assert together.startswith("Among the motions followed here, at least two are stable at ν = ")

@@ -7,8 +7,9 @@ import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.sweep.captions import maxima_text, peak_text
-from vibropipe.scenes.sweep.findings import findings, jumps_of, mean_text, sweep_texts
+from vibropipe.scenes.sweep.captions import follow_text, maxima_text, peak_text
+from vibropipe.scenes.sweep.findings import findings, mean_text, sweep_texts
+from vibropipe.scenes.sweep.jumps import jumps_of
 from vibropipe.scenes.sweep.report import sections
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -44,7 +45,7 @@ def one_line() -> xr.Dataset:
         "impact_velocity_max": (("nu", "support"), np.stack([velocity, 0.5 * velocity], -1)),
     }
     coords = {"nu": nu, "harmonic": [1], "support": [1, 2]}
-    return describe(xr.Dataset(data, coords, {"follow": "nu up"}))
+    return describe(xr.Dataset(data, coords))
 
 
 def test_findings_of_a_line():
@@ -91,17 +92,47 @@ def test_the_largest_force_of_a_soft_support_is_found():
     assert sweep_texts(line)[2] == "The largest force of soft support 1 is 16, in the row ν = 1.6"
 
 
-def test_findings_follow_the_direction():
-    down = one_line().assign_attrs(follow="nu down")
-    both = xr.concat(
-        [one_line(), down], xr.DataArray(["up", "down"], dims="direction", name="direction")
-    )
-    both.attrs["follow"] = "nu both"
-    assert "The first harmonic jumps between ν = 1.6 and 1.7" in sweep_texts(down)
+def followed_both_ways() -> xr.Dataset:
+    """Return the line followed up, and down without impacts until nu = 1.2."""
+    up, down = one_line(), one_line()
+    late = (down["nu"] > 1.25) & (down["nu"] < 1.65)
+    down["regime"] = down["regime"].where(~late, Regime.NO_IMPACT)
+    down["displacement_amplitude"] = down["displacement_amplitude"].where(~late, 0.1)
+    down["displacement_mean"] = down["displacement_mean"].where(~late, 0.0)
+    down["impact_velocity_max"] = down["impact_velocity_max"].where(~late)
+    ways = xr.DataArray(["up", "down"], dims="direction", name="direction")
+    return describe(xr.concat([up, down], ways).assign_attrs(follow="nu both"))
+
+
+def test_no_jump_is_taken_from_a_followed_sweep():
+    """A step leaves a motion early, and the first row of a line continues none."""
+    line = one_line()
+    assert any("The first harmonic jumps" in text for text in sweep_texts(line))
+    for follow in ("nu up", "nu down"):
+        texts = sweep_texts(line.assign_attrs(follow=follow))
+        assert not any("jumps" in text or "impacts begin" in text for text in texts)
+        assert "no border of a motion" in follow_text(line.assign_attrs(follow=follow))
+    assert follow_text(line) == ""
+
+
+def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
+    both = followed_both_ways()
     text = " ".join(sweep_texts(both))
-    assert "jumps in several places, most between ν = 1.6 and 1.7 (upwards)" in text
+    assert (
+        "among the motions followed here, at least two are stable in the rows from ν = 1.3 to 1.6"
+        in text.lower()
+    )
+    assert "jumps" not in text
     assert "in the row ν = 1.6, upwards" in text
     assert "Impacts occur only between ν = 0.8 and 1.7 along ν, on each line" in text
+    same = both.copy(deep=True)
+    for name in ("regime", "displacement_amplitude", "displacement_mean", "impact_velocity_max"):
+        same[name][1] = same[name][0]
+    assert "at least two" not in " ".join(sweep_texts(same))
+    # chaos is on no orbit: which motion it is cannot be compared
+    chaotic = both.copy(deep=True)
+    chaotic["regime"][0, 8:] = Regime.APERIODIC
+    assert "at least two" not in " ".join(sweep_texts(chaotic))
 
 
 def test_a_step_without_steps_on_both_sides_is_no_jump():

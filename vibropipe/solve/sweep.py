@@ -67,8 +67,9 @@ def sweep(
         Number of harmonics of displacement and velocity, from 1 to 1,000.
     follow : (str, str), optional
         A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
-        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches. With "both", to
-        show hysteresis, the sweeps up and down lie along a first dimension `direction`. Excludes swept starts.
+        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches, and may leave
+        one a step before it ends: each step starts a transient. With "both", to show hysteresis, the sweeps up and down
+        lie along a first dimension `direction`. Excludes swept starts.
     outputs : sequence of str
         Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
         neither computed nor stored.

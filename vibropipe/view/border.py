@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.claims import between_text
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
+from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import number, symbol, value_of
 
@@ -39,10 +40,22 @@ def regime_codes(plane: Plane) -> tuple[NDArray[np.int64], Callable[[int], str]]
     return codes, lambda code: REGIME_TEXT[regime_name(code)]
 
 
+def first_step(plane: Plane, axis: int) -> int:
+    """Return the index of the step from the first row of followed lines, which starts anew; -1 along other axes."""
+    along, _, way = str(plane.dataset.attrs.get("follow", "")).partition(" ")
+    if along != plane.axes[axis]:
+        return -1
+    if DIRECTION in plane.further:
+        way = str(plane.dataset[DIRECTION].values[plane.further[DIRECTION]])
+    values = plane.values[axis]
+    return 0 if (way == "up") == (values[0] < values[-1]) else values.size - 2
+
+
 class Borders:
     """The places half-way between neighbouring rows of different regimes.
 
-    Distances count each axis in shares of its length, on its own scale.
+    A followed line starts anew in its first row: what lies between it and the next one is no border. Distances count
+    each axis in shares of its length, on its own scale.
     """
 
     def __init__(self, plane: Plane) -> None:
@@ -63,6 +76,9 @@ class Borders:
             index = np.nonzero(first != second)
             sides.append(np.stack([first[index], second[index]], axis=1))
             columns = [each[index[codes.ndim - 1 - n]] for n, each in enumerate(grids)]
+            kept = index[along] != first_step(plane, axis)
+            index, columns = tuple(each[kept] for each in index), [each[kept] for each in columns]
+            sides[-1] = sides[-1][kept]
             step = index[along]
             columns[axis] = 0.5 * (grid[step] + grid[step + 1])
             places.append(np.stack(columns, axis=1))

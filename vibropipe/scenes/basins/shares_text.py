@@ -21,6 +21,8 @@ from vibropipe.words.wording import count, series
 
 # Changes that a sentence lists.
 MAX_LISTED = 4
+# The value at which a range ends, or the two between which it does; None at an end of the values.
+Border = tuple[float, ...] | None
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
@@ -59,30 +61,43 @@ def missing_text(dataset: xr.Dataset) -> str:
 
 def together_text(dataset: xr.Dataset) -> str:
     """Write where several attractors coexist: the widest range, between the values where an attractor changes."""
-    name = str(swept_name(dataset))
-    axis = dataset[name]
-    order = np.argsort(axis.values)
-    several = (dataset["basin_share"].count("attractor_id").values > 1)[order]
-    if not several.any():
-        return f"No two motions coexist at the values of {symbol_text(axis)}"
-    decides = "At least two motions coexist, and the start decides between them"
-    if several.all():
-        return f"{decides}, at all values of {symbol_text(axis)}"
-    values = axis.values[order]
-    starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
-    ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
-    widest = int(np.argmax(values[ends] - values[starts]))
-    first, last = int(starts[widest]), int(ends[widest])
-    places = np.array([change.value for change in changes_of(dataset)])
-    low = _border(places, values, first - 1) if first > 0 else None
-    high = _border(places, values, last) if last < values.size - 1 else None
+    axis = dataset[str(swept_name(dataset))]
+    ranges = together_ranges(dataset)
+    if not ranges:
+        return f"At no value of {symbol_text(axis)} do the starts settle on two motions"
     texts = [
         f"{way} {place}"
-        for way, place in (("from", _place(axis, low)), ("to", _place(axis, high)))
+        for way, place in zip(("from", "to"), (_place(axis, end) for end in ranges[0]), strict=True)
         if place
     ]
-    more = ", and elsewhere" if starts.size > 1 else ""
-    return f"{decides}, {' '.join(texts)}{more}"
+    where = " ".join(texts) or f"at all values of {symbol_text(axis)}"
+    more = ", and elsewhere" if len(ranges) > 1 else ""
+    return (
+        f"Among the motions followed here, at least two coexist {where}{more}: there the start decides which of them "
+        "settles"
+    )
+
+
+def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
+    """Return the ranges of the parameter in which several attractors coexist, the widest first."""
+    values = dataset[str(swept_name(dataset))].values
+    order = np.argsort(values)
+    values, several = (
+        values[order],
+        (dataset["basin_share"].count("attractor_id").values > 1)[order],
+    )
+    starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
+    ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
+    places = np.array([change.value for change in changes_of(dataset)])
+    found = [
+        (
+            _border(places, values, first - 1) if first > 0 else None,
+            _border(places, values, last) if last < values.size - 1 else None,
+        )
+        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+    ]
+    widths = values[ends] - values[starts]
+    return [found[n] for n in np.argsort(-widths, kind="stable")]
 
 
 def _border(places: np.ndarray, values: np.ndarray, n: int) -> tuple[float, ...]:
@@ -91,7 +106,7 @@ def _border(places: np.ndarray, values: np.ndarray, n: int) -> tuple[float, ...]
     return (float(inside[0]),) if inside.size == 1 else (float(values[n]), float(values[n + 1]))
 
 
-def _place(axis: xr.DataArray, border: tuple[float, ...] | None) -> str:
+def _place(axis: xr.DataArray, border: Border) -> str:
     """Write a border that is located, or between which values it lies; empty at an end of the range."""
     if border is None:
         return ""

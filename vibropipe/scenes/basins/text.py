@@ -128,7 +128,8 @@ def basin_texts(dataset: xr.Dataset) -> tuple[str, ...]:
         for index in range(n)
     ]
     return (
-        f"{n} motions coexist (95 % intervals in brackets): of the starts {'; '.join(each)}",
+        f"Among the motions followed here, at least {n} coexist (95 % intervals in brackets): of the starts "
+        f"{'; '.join(each)}",
         f"{percent(border)} of the starts have a neighbour in the grid that settles elsewhere{open_text}",
         saddles_text(dataset).removeprefix("Crosses: ") if dataset["start_phase"] == 0 else "",
     )

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, sentences, with_units
+from vibropipe.figures.text import sentences, with_units
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import followed, kinds_present
+from vibropipe.scenes.branch.findings import distinct_texts
+from vibropipe.scenes.branch.places import PLURALS, places_of
 from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind that a caption lists.
@@ -34,9 +36,8 @@ def bifurcations_text(dataset: xr.Dataset) -> str:
     """Write where each kind of bifurcation is found."""
     axis = dataset[followed(dataset)]
     clauses = []
-    for name, mask in kinds_present(dataset).items():
-        at = np.sort(dataset[f"bifurcation_{axis.name}"].values[mask])
-        listed = with_units(axis, series(dict.fromkeys(format_number(float(v)) for v in at)))
+    for name, at in places_of(dataset).items():
+        listed = with_units(axis, series(distinct_texts(np.unique(at))))
         where = f" at {symbol_text(axis)} = {listed}" if at.size <= MAX_LISTED else ""
-        clauses.append(f"{count(at.size, name)}{where}")
+        clauses.append(f"{count(at.size, name, PLURALS.get(name))}{where}")
     return series(clauses)

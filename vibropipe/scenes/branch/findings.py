@@ -12,18 +12,12 @@ import xarray as xr
 from vibropipe.figures.text import flag_texts, format_number, with_units
 from vibropipe.report.findings import Finding, symbol_text, value_text
 from vibropipe.report.table import Datasets
-from vibropipe.scenes.branch.curves import followed, kinds_present, pieces_of, swept
+from vibropipe.scenes.branch.curves import followed, pieces_of, swept
+from vibropipe.scenes.branch.places import PLURALS, places_of
 from vibropipe.words.wording import count, series
 
 # Bifurcations of a kind, intervals and jumps that a sentence lists; of more, the widest and the largest.
 MAX_LISTED, MAX_INTERVALS, MAX_JUMPS = 6, 4, 4
-PLURALS = {
-    "fold": "folds",
-    "flip": "flips",
-    "pitchfork": "pitchforks",
-    "grazing": "grazings",
-    "change": "changes of contacts, turns or sticks",
-}
 # What happens to a motion where it jumps.
 CAUSES = {
     "fold": "meets an unstable motion (fold)",
@@ -120,6 +114,13 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             }
             # Next to a bifurcation that ends stability, pieces may change without consequence.
             kind = min(near.values(), key=lambda each: each == "change", default="")
+            # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
+            before = index - 1
+            if is_first and not near and before >= 0 and branches[before] == branches[index]:
+                kind = (
+                    beside(before) if before == 0 or branches[before - 1] < branches[before] else ""
+                )
+                first -= bool(kind)
             ends.append(kind or beside(index))
             # stability ends at the bifurcation itself, which is a point, maybe the one before or after the piece
             if near and is_first:
@@ -212,7 +213,10 @@ def together_text(dataset: xr.Dataset, stretches: list[Stretch]) -> str:
             texts.append(f"{series(spans)}{over_text(dataset, over, ' for ')}")
     if not texts:
         return ""
-    return f"Two or more motions are stable at {'; '.join(texts)}: there the start decides which of them settles"
+    return (
+        f"Among the motions followed here, at least two are stable at {'; '.join(texts)}: there the start decides "
+        "which of them settles"
+    )
 
 
 def interval_text(axis: xr.DataArray, low: float, high: float) -> str:
@@ -247,25 +251,20 @@ def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:
 
 
 def kinds_text(dataset: xr.Dataset) -> str:
-    """Write where the bifurcations of each kind are, with their number where they are many."""
+    """Write the number of places of the bifurcations of each kind, and where they are."""
     axis = dataset[followed(dataset)]
-    at = dataset[f"bifurcation_{axis.name}"].values
-    over = swept(dataset)
-    beside = dataset[over].values[dataset["bifurcation_point"].values] if over else 0.0 * at
     texts = []
-    for kind, mask in kinds_present(dataset).items():
+    for kind, places in places_of(dataset).items():
         if kind not in PLURALS:
             continue
-        # Branches of mirror images, and those that begin there, have the same one.
-        places = {*zip(np.round(at[mask], 9).tolist(), beside[mask].tolist(), strict=True)}
-        values = np.unique([place for place, _ in places])
+        values = np.unique(places)
         if values.size > MAX_LISTED:
             first, last = format_number(float(values[0])), value_text(axis, values[-1])
             where = f"from {symbol_text(axis)} = {first} to {last}"
         else:
             listed = with_units(axis, series(distinct_texts(values)))
             where = f"at {symbol_text(axis)} = {listed}"
-        texts.append(f"{count(len(places), kind, PLURALS[kind])} {where}")
+        texts.append(f"{count(places.size, kind, PLURALS[kind])} {where}")
     return f"The branches have {'; '.join(texts)}" if texts else ""
 
 
@@ -280,6 +279,6 @@ def velocity_text(dataset: xr.Dataset) -> str:
     where = f"{symbol_text(axis)} = {value_text(axis, axis.values[point])}"
     beside = f", {over_text(dataset, float(dataset[over][point]))}" if over else ""
     return (
-        f"The largest impact velocity of a stable motion is {value_text(top, float(top))}, on support "
+        f"The largest impact velocity of a stable motion followed here is {value_text(top, float(top))}, on support "
         f"{int(top['support'])} at {where}{beside}"
     )

@@ -20,6 +20,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
+from vibropipe.scenes.sweep.followed import LEFT_EARLY
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.quantities import (
@@ -108,7 +109,9 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     along = f" along {plain_symbol(follow.split()[0])}" if follow else ""
     words = " and ".join(f"{way}wards" for way in ways)
     kept = "; arrows mark where the two differ" if arrows and len(ways) > 1 else ""
-    return f"Each row starts from its neighbour, followed {words}{along}{kept}" if ways else ""
+    if not ways:
+        return ""
+    return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
 
 
 def peak_text(dataset: xr.Dataset) -> str:

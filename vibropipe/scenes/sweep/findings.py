@@ -6,7 +6,6 @@ A line of a sweep runs along the parameter with the finest grid, at fixed values
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -24,6 +23,8 @@ from vibropipe.report.findings import (
 )
 from vibropipe.report.table import Datasets
 from vibropipe.scenes.sweep.first_touch import first_touch
+from vibropipe.scenes.sweep.followed import is_followed, together_text
+from vibropipe.scenes.sweep.jumps import NO_ORBIT, jumps_of
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series
 
@@ -32,22 +33,7 @@ FEW_LINES, MAX_LINES = 4, 12
 MAX_RUNS = 6  # regimes along one line that a sentence names; the table names all
 MAX_SENTENCES = 3
 OF_LINES = ("regime", "period_multiple", "displacement_amplitude")
-# A jump is a step of the amplitude by this share of its maximum on the line, and by this factor larger than the
-# steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
-# either side, at an end of a line or beside a row without an orbit, cannot be told from steepness.
-JUMP_SHARE, JUMP_FACTOR = 0.1, 5.0
 IMPACTS = (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.WITH_REST)
-NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A jump between neighbouring rows of a line: the values of the parameter and the amplitudes on either side."""
-
-    before: float
-    after: float
-    amplitude_before: float
-    amplitude_after: float
 
 
 def findings(datasets: Datasets) -> list[Finding]:
@@ -60,6 +46,7 @@ def sweep_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     lines, unresolved = n_lines(dataset), unresolved_text(dataset)
     texts = [
         changes_text(dataset) if lines <= FEW_LINES else shares_text(dataset),
+        together_text(dataset, axis_of(dataset)),
         velocity_text(dataset),
         force_text(dataset),
         aperiodic_text(dataset),
@@ -199,14 +186,15 @@ def changes_text(dataset: xr.Dataset) -> str:
     if len(runs) == 1:
         return f"The regime is {runs[0][0]} in all rows along {symbol}"
     texts = f"Along {symbol} the regime is in turn {series(text for text, _, _ in runs)}"
-    border = border_text(lines[0][1], axis)
+    border = border_text(lines[0][1], axis, is_followed(dataset))
     return f"{texts}; {border}" if border else texts
 
 
-def border_text(line: xr.Dataset, axis: str) -> str:
+def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     """Write where the impacts of a line begin or end first, or else its first change of regime.
 
-    That the motion without impacts touches a support there is told where the closed form says so.
+    That the motion without impacts touches a support there is told where the closed form says so; of followed rows
+    nothing else is.
     """
     codes, values = line["regime"].values, line[axis].values
     changes = np.flatnonzero(codes[1:] != codes[:-1])
@@ -223,6 +211,8 @@ def border_text(line: xr.Dataset, axis: str) -> str:
         digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
         where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
         return f"the motion without impacts touches a support at {where}"
+    if followed:
+        return ""
     if not touches:
         return f"the first change lies {between_text(line[axis], low, high)}"
     verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
@@ -263,28 +253,10 @@ def shares_text(dataset: xr.Dataset) -> str:
     return f"The regime is {names[0]} at {least} of the map, {shares[0]}, and {names[1]} at {shares[1]}"
 
 
-def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
-    """Return the jumps of the first harmonic of displacement between neighbouring rows that have an orbit."""
-    if "displacement_amplitude" not in line:
-        return []
-    amplitude = line["displacement_amplitude"].isel(harmonic=0).values
-    has_orbit = (line["regime"].values < NO_ORBIT) & np.isfinite(amplitude)
-    if has_orbit.sum() < 2:
-        return []
-    pairs = has_orbit[:-1] & has_orbit[1:]
-    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), np.inf)
-    padded = np.concatenate([[np.inf], steps, [np.inf]])
-    beside = np.maximum(padded[:-2], padded[2:])
-    is_jump = (steps > JUMP_SHARE * amplitude[has_orbit].max()) & (steps > JUMP_FACTOR * beside)
-    values = line[axis].values
-    return [
-        Jump(*(float(v) for v in (values[n], values[n + 1], amplitude[n], amplitude[n + 1])))
-        for n in np.flatnonzero(is_jump)
-    ]
-
-
 def jumps_text(dataset: xr.Dataset) -> str:
-    """Write between which rows the first harmonic jumps most, and whether it does so elsewhere."""
+    """Write between which rows the first harmonic jumps most; empty of followed rows, which may jump early."""
+    if is_followed(dataset):
+        return ""
     axis = axis_of(dataset)
     found = [
         (jump, point, line) for point, line in lines_of(dataset) for jump in jumps_of(line, axis)

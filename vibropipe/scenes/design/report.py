@@ -81,9 +81,8 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     parts = sorted(wanted_parts(dataset), key=lambda part: np.isfinite(part.end(dataset, "target")))
     parts = [part for part in parts if part.variable != "yield"]
     if parts:
-        lead = (
-            f"Design 1 has a {parts[0].plain_words(dataset)} of {value_of(dataset, parts[0], 0)}."
-        )
+        words = parts[0].plain_words(dataset)
+        lead = f"The {words} of design 1 is {value_of(dataset, parts[0], 0)}."
         found.append(Answer(lead, nearest_limit_text(dataset)))
     if (lost := lost_text(dataset)) and has_yield(dataset):
         found.append(Answer(lost))

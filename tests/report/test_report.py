@@ -13,7 +13,6 @@ from report_text import HOSTILE, flat, items, study_of
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
-from vibropipe.report.methods import rounded_up
 from vibropipe.report.parts import Answer, split
 from vibropipe.report.table import MAX_ROWS, Table, symbol
 from vibropipe.store import StoreError, write
@@ -122,12 +121,6 @@ def test_datasets_of_different_origin_are_told_apart(solved):
     mixed = datasets | {"free": datasets["free"].assign_attrs(git_commit="another")}
     again = report_data(study, mixed, {})["methods"][-1]["text"]
     assert "(commit 0123456789ab) and vibropipe 0.1.0 (commit another)" in again
-
-
-def test_errors_are_rounded_up():
-    assert [rounded_up(value) for value in (1.21e-9, 1.2e-9, 9.91e-3, 0.0)] == pytest.approx(
-        [1.3e-9, 1.2e-9, 0.01, 0.0], rel=1e-12
-    )
 
 
 def test_a_study_of_one_scene_without_steady_states(solved):

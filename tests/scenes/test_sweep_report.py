@@ -54,18 +54,18 @@ def test_findings_of_a_line():
     assert finding.texts == [
         "Along ν the regime is in turn no impact, two-sided, two-sided, m = 2, two-sided and no impact; impacts begin "
         "between ν = 0.8 and 0.9.",
-        "Orbits strike support 1 hardest, with 1.6 in the row ν = 1.6.",
+        "Orbits strike support 1 hardest: 1.6 in the row ν = 1.6.",
         "The first harmonic jumps between ν = 1.6 and 1.7.",
     ]
     assert mean_text(one_line()) == (
-        "The constant part of displacement is largest, −0.016, in the row ν = 1.6"
+        "The constant part of displacement is not zero: it reaches −0.016 in the row ν = 1.6"
     )
 
 
 def test_a_value_at_an_end_of_the_range_still_rises():
     line = one_line().isel(nu=slice(0, 11))
     assert sweep_texts(line)[1] == (
-        "Orbits strike support 1 hardest, with 1.5 in the row ν = 1.5, "
+        "Orbits strike support 1 hardest: 1.5 in the row ν = 1.5, "
         "where it still rises at the end of the range of ν"
     )
     assert peak_text(line).endswith("at ν = 1.5, where it still rises at the end of the range of ν")
@@ -77,8 +77,8 @@ def test_aperiodic_rows_are_told_apart_from_orbits():
     regime[10:12] = Regime.APERIODIC
     line = line.assign(regime=regime, window_periods=("nu", np.full(16, 128)))
     assert sweep_texts(line)[1:3] == (
-        "Orbits strike support 1 hardest, with 1.4 in the row ν = 1.4",
-        "Aperiodic motion strikes harder than any orbit, with 1.6, in a window of 128 periods",
+        "Orbits strike support 1 hardest: 1.4 in the row ν = 1.4",
+        "Aperiodic motion strikes harder than any orbit: 1.6, in a window of 128 periods",
     )
     assert "on support 1 of the orbits is 1.4, at ν = 1.4 and aperiodic rows is 1.6" in maxima_text(
         line
@@ -89,7 +89,7 @@ def test_the_largest_force_of_a_soft_support_is_found():
     line = one_line()
     force = line["impact_velocity_max"].values * [[10.0, np.nan]]
     line = describe(line.assign(support_force_max=(("nu", "support"), force)))
-    assert sweep_texts(line)[2] == "The largest force of soft support 1 is 16, in the row ν = 1.6"
+    assert sweep_texts(line)[2] == "Soft support 1 has the largest force: 16 in the row ν = 1.6"
 
 
 def followed_both_ways() -> xr.Dataset:
@@ -149,7 +149,7 @@ def test_a_step_without_steps_on_both_sides_is_no_jump():
 def test_findings_are_in_the_units_of_the_data():
     line = one_line()
     line["nu"].attrs["units"], line["impact_velocity_max"].attrs["units"] = "rad/s", "mm/s"
-    assert sweep_texts(line)[1].endswith("hardest, with 1.6 mm/s in the row ν = 1.6 rad/s")
+    assert sweep_texts(line)[1].endswith("hardest: 1.6 mm/s in the row ν = 1.6 rad/s")
     assert sweep_texts(line)[0].endswith("impacts begin between ν = 0.8 and 0.9 rad/s")
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import drawing_of
 from vibropipe.report.parts import Line
@@ -32,19 +33,11 @@ def solved_line(datasets: Datasets) -> Line:
     if asked:
         texts.append(f"accuracy asked: {format_number(min(asked), 2)}")
     if errors:
-        texts.append(f"largest estimated error: {format_number(rounded_up(max(errors)), 2)}")
+        texts.append(f"largest estimated error: {at_most(max(errors), 2)}")
     residuals = [r for data in datasets.values() if np.isfinite(r := largest_residual(data))]
     if residuals:
-        texts.append(f"orbits close to {format_number(rounded_up(max(residuals)), 2)}")
+        texts.append(f"orbits close to {at_most(max(residuals), 2)}")
     return Line("Solved by", "; ".join(texts))
-
-
-def rounded_up(value: float) -> float:
-    """Return an error rounded up to two digits."""
-    if value <= 0.0:
-        return value
-    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.ceil(value / unit * (1 - 1e-12)) * unit)
 
 
 def number_of(dataset: xr.Dataset, name: str) -> float:

@@ -94,7 +94,7 @@ def velocity_text(dataset: xr.Dataset) -> str:
         struck = largest(dataset["impact_velocity_max"])
         return "" if struck is not None and float(struck) else "No support is struck"
     text = (
-        f"Orbits strike support {int(top['support'])} hardest, with {value_text(top, top)} in the row "
+        f"Orbits strike support {int(top['support'])} hardest: {value_text(top, top)} in the row "
         f"{point_text(top, dataset['regime'].dims)}"
     )
     return with_rise(text, velocity, top, dataset["regime"].dims)
@@ -113,7 +113,7 @@ def aperiodic_text(dataset: xr.Dataset) -> str:
     if "window_periods" in dataset:
         at = {str(dim): top[dim].item() for dim in dataset["regime"].dims}
         window = f", in a window of {int(dataset['window_periods'].sel(at))} periods"
-    return f"Aperiodic motion strikes harder than any orbit, with {value_text(top, top)}{window}"
+    return f"Aperiodic motion strikes harder than any orbit: {value_text(top, top)}{window}"
 
 
 def force_text(dataset: xr.Dataset) -> str:
@@ -125,7 +125,7 @@ def force_text(dataset: xr.Dataset) -> str:
     if top is None:
         return ""
     text = (
-        f"The largest force of soft support {int(top['support'])} is {value_text(top, top)}, in the row "
+        f"Soft support {int(top['support'])} has the largest force: {value_text(top, top)} in the row "
         f"{point_text(top, dataset['regime'].dims)}"
     )
     return with_rise(text, force, top, dataset["regime"].dims)
@@ -143,7 +143,7 @@ def mean_text(dataset: xr.Dataset) -> str:
     if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
         return "The constant part of displacement is zero throughout"
     text = (
-        f"The constant part of displacement is largest, {value_text(top, top)}, in the row "
+        f"The constant part of displacement is not zero: it reaches {value_text(top, top)} in the row "
         f"{point_text(top, dataset['regime'].dims)}"
     )
     return with_rise(text, mean, top, dataset["regime"].dims)
@@ -249,8 +249,10 @@ def shares_text(dataset: xr.Dataset) -> str:
     shares = [f"{format_number(100.0 * float(amounts[n]) / regime.size, 3)} %" for n in permutation]
     if len(names) == 1:
         return f"The regime is {names[0]} at all points of the map"
-    least = "most points" if 2 * amounts.max() > regime.size else "more points than any other"
-    return f"The regime is {names[0]} at {least} of the map, {shares[0]}, and {names[1]} at {shares[1]}"
+    most = "at most points" if 2 * amounts.max() > regime.size else "at more points than any other"
+    return (
+        f"The regime {most} of the map is {names[0]}: {shares[0]}, then {names[1]} with {shares[1]}"
+    )
 
 
 def jumps_text(dataset: xr.Dataset) -> str:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from sampling import sampled
 from sharded_study import PROGRAM
 
@@ -15,7 +16,7 @@ from vibropipe.cli import main
 from vibropipe.cli.workers import Workers
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import identity
-from vibropipe.store import write_sidecar
+from vibropipe.store import write
 from vibropipe.study import load_study
 from vibropipe.study.schema import schema_text
 
@@ -185,9 +186,12 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
         Path(target).parent.mkdir(parents=True, exist_ok=True)
         Path(target).touch()
     study = run.studies["far"]
-    write_sidecar("made/far/forced.nc", 1.0, 1, **identity(study, study.scene("forced")))
-    Path("made/far/old.nc").touch()
-    write_sidecar("made/far/old.nc", 1.0, 1, fingerprint="f")
+    for name in ("forced", "old"):
+        attrs = identity(study, study.scene("forced")) | {"title": f"far: {name}"}
+        write(
+            xr.Dataset(attrs=attrs),
+            f"made/far/{name}.nc",
+        )
     monkeypatch.setattr(Workers, "start", lambda _: None)
     monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(0))
     monkeypatch.setattr(sys, "argv", [])

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import xarray as xr
 
 from vibropipe.compiler.sources import COMPILER, kernel_hash, source_hash
 from vibropipe.jobs.run import (
@@ -15,11 +16,11 @@ from vibropipe.jobs.run import (
     clear_leftovers,
     read_run,
 )
-from vibropipe.jobs.solving import code_hash
+from vibropipe.jobs.solving import identity
 from vibropipe.jobs.summary import HOW_TO_RESUME, causes, file_times, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import NotWrittenError, write_sidecar
+from vibropipe.store import NotWrittenError, write
 
 SCENES = """\
 title: T
@@ -75,11 +76,11 @@ def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
     run = read_run(None, {})
     assert run.threads(job("first", "race"), 8) == 8
     assert run.threads(job("first", "cases"), 8) == 1
-    assert run.code(job("first", "one")) == code_hash(kinds()["motion"])
-    codes = {run.code(job("first", name)) for name in ("one", "cases", "race")}
-    assert len(codes) == 3
-    assert all(code.startswith(kernel_hash()) for code in codes)
-    assert run.code(job("first", "race")) == code_hash(kinds()["accuracy"])
+    study = run.studies["first"]
+    said = {name: identity(study, study.scene(name)) for name in ("one", "cases", "race")}
+    assert {attrs["kernel_hash"] for attrs in said.values()} == {kernel_hash()}
+    assert said["one"]["kind_hash"] == kinds()["motion"].code_hash
+    assert said["cases"]["lab_hash"] != said["race"]["lab_hash"] == kinds()["accuracy"].code_hash
 
 
 def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
@@ -170,10 +171,9 @@ def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
 
 
 def test_a_summary_names_scenes_that_were_removed(folder):
-    for name in ("old", "foreign", "one"):
-        write_file(folder / f"results/first/{name}.nc")
+    write_file(folder / "results/first/foreign.nc")
     for name in ("old", "one"):
-        write_sidecar(folder / f"results/first/{name}.nc", 1.0, 1, fingerprint="f")
+        write(xr.Dataset(attrs={"fingerprint": "f"}), folder / f"results/first/{name}.nc")
     summary = summarise(read_run(None, {}), ["results/first/one.nc"], {})
     assert summary.lines[1] == (
         "  kept, though no longer in the study: results of old; delete them if not needed"

@@ -11,6 +11,7 @@ import sys
 import warnings
 
 from vibropipe.cli.handing_over import hand_over
+from vibropipe.cli.orphans import end_with_run
 from vibropipe.words.exit_codes import INTERRUPTED
 
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
@@ -28,6 +29,7 @@ def main(arguments: list[str] | None = None) -> None:
     """
     try:
         if arguments is None:
+            end_with_run()
             code = hand_over(sys.argv[1:])
             if code is not None:
                 sys.exit(code)

@@ -37,7 +37,7 @@ def run(
     if not dry_run:
         WORKERS.start()
 
-    from vibropipe.jobs.locks import check_unlocked
+    from vibropipe.jobs.locks import check_unlocked, drop_dead_locks
     from vibropipe.jobs.run import check_results_name, check_working_folder
     from vibropipe.study import config_of_files, load_study
 
@@ -50,6 +50,7 @@ def run(
         load_study(settings.study_file(name))
     check_working_folder()
     if not dry_run:
+        drop_dead_locks()
         check_unlocked(settings.results, settings.studies)
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE

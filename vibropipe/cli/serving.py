@@ -45,6 +45,8 @@ DRAWING = (
 )
 
 MAX_WORKERS = 1 << 16
+# Seconds in which a command that is interrupted cleans up.
+GRACE = 5.0
 
 
 def serve() -> None:
@@ -146,3 +148,5 @@ def _interrupt_at_end(link: socket.socket, done: threading.Event) -> None:
     """Interrupt the command, as Ctrl-C does, if its client ends before it."""
     if not link.recv(1) and not done.is_set():
         _thread.interrupt_main()
+        if not done.wait(GRACE):  # within a kernel
+            os._exit(INTERRUPTED)

@@ -30,7 +30,7 @@ from vibropipe.figures.palette import INK
 from vibropipe.figures.palette import REGIME_STYLES as REGIME_STYLES
 from vibropipe.figures.palette import SUPPORT_COLOURS as SUPPORT_COLOURS
 from vibropipe.figures.palette import SUPPORT_MARKERS as SUPPORT_MARKERS
-from vibropipe.store import atomic_file
+from vibropipe.store import atomic_file, with_fingerprint
 
 FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
@@ -211,15 +211,15 @@ def rasterise_many(artists: Iterable[Artist], amount: int) -> None:
             artist.set_rasterized(True)
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+def save(figure: Figure, folder: Path, name: str, fingerprint: str = "") -> list[Path]:
     """Write `folder/name.svg` and `.pdf` atomically and return their paths; call it inside `house_style`.
 
-    The bytes depend on the figure alone.
+    The bytes depend on the figure and on the fingerprint of what it was made from, which the files carry if given.
     """
     freeze_layout(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
     for path in paths:
-        save_as(figure, path)
+        save_as(figure, path, fingerprint)
     return paths
 
 
@@ -262,7 +262,7 @@ def move_power_to_label(ax: Axes) -> None:
     ax.xaxis.get_offset_text().set_visible(False)
 
 
-def save_as(figure: Figure, path: Path) -> None:
+def save_as(figure: Figure, path: Path, fingerprint: str = "") -> None:
     """Write one file atomically, in the format of its suffix."""
     kind = path.suffix.removeprefix(".").lower()
     with atomic_file(path) as temporary:
@@ -272,3 +272,5 @@ def save_as(figure: Figure, path: Path) -> None:
             dpi=SETTINGS["savefig.dpi"],
             metadata=dict(METADATA.get(kind, {})),
         )
+        if fingerprint:
+            temporary.write_bytes(with_fingerprint(temporary.read_bytes(), fingerprint))

@@ -6,14 +6,15 @@ import functools
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from vibropipe.compiler.sources import PACKAGE
 from vibropipe.figures.units import display_units
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import read_scenes
-from vibropipe.study import Study
+from vibropipe.store import read_scenes, seal_of
+from vibropipe.study import Study, canonical_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +45,7 @@ def draw_scene(
     folder: Path,
     others: Mapping[str, xr.Dataset],
     names: Collection[str] = (),
+    fingerprints: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Path]:
     """Draw the pictures of one scene, each as SVG and PDF.
 
@@ -59,6 +61,8 @@ def draw_scene(
         The datasets of the scenes of the study, at least of `scenes_drawn`.
     names : collection of str
         Names of the figures that are drawn (default: all of the scene).
+    fingerprints : mapping of str to str
+        Fingerprints that the figures carry, by name.
 
     Returns
     -------
@@ -80,7 +84,8 @@ def draw_scene(
         if names and name not in names:
             continue
         with house_style():
-            paths += save(picture.draw(dataset, scene.figure, others), folder, name)
+            figure = picture.draw(dataset, scene.figure, others)
+            paths += save(figure, folder, name, fingerprints.get(name, ""))
     return paths
 
 
@@ -130,12 +135,42 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
         if not names or not {*figure_names(scene)}.isdisjoint(names)
     ]
     needed = dict.fromkeys(name for scene in scenes for name in scenes_drawn(study, scene))
+    fingerprints = {
+        name: figure_fingerprint(study, scene, name, folder)
+        for scene in scenes
+        for name in figure_names(scene)
+    }
     datasets = display_units(read_scenes(folder, needed, study.fingerprints))
     return [
         path
         for scene in scenes
-        for path in draw_scene(scene, datasets[scene.name], folder / "figures", datasets, names)
+        for path in draw_scene(
+            scene, datasets[scene.name], folder / "figures", datasets, names, fingerprints
+        )
     ]
+
+
+def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) -> str:
+    """Return the hash of all that a figure is made from: program, name, options, and the bytes of its datasets.
+
+    folder : results of the study
+    """
+    data = [seal_of(folder / f"{other}.nc") for other in scenes_drawn(study, scene)]
+    return made_from(name, scene.figure.model_dump_json(), *data)
+
+
+def report_fingerprint(study: Study, folder: Path) -> str:
+    """Return the hash of all that a report is made from: program, study with its texts, and the bytes of its datasets.
+
+    folder : results of the study
+    """
+    data = [seal_of(folder / f"{name}.nc") for name in study.scenes]
+    return made_from(study.name, canonical_text(study), *data)
+
+
+def made_from(*parts: str) -> str:
+    """Return the hash (64 hex digits) of the program that draws and typesets, and of further texts."""
+    return hashlib.sha256("\0".join([drawing_hash(), *parts]).encode()).hexdigest()
 
 
 @functools.cache

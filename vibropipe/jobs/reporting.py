@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import figure_names, remove_unchosen
+from vibropipe.jobs.drawing import figure_names, remove_unchosen, report_fingerprint
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
@@ -20,7 +20,13 @@ from vibropipe.report.unsolved import UNSOLVED_HEADING, unsolved_table
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar
+from vibropipe.store import (
+    StoreError,
+    atomic_file,
+    read_scenes,
+    read_sidecar,
+    with_fingerprint,
+)
 from vibropipe.study import Study
 from vibropipe.words.wording import paragraphs
 
@@ -52,6 +58,7 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
     folder = results / study.name
     for scene in study.scenes.values():
         remove_unchosen(scene, folder / "figures")
+    fingerprint = report_fingerprint(study, folder)
     datasets = read_scenes(folder, study.scenes, study.fingerprints)
     sidecars = {name: read_sidecar(folder / f"{name}.nc") for name in study.scenes}
     names = [name for scene in study.scenes.values() for name in figure_names(scene)]
@@ -60,7 +67,7 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
         _check_figure(path)
     pdf = typeset(report_data(study, datasets, sidecars), pictures)
     with atomic_file(output) as temporary:
-        temporary.write_bytes(pdf)
+        temporary.write_bytes(with_fingerprint(pdf, fingerprint))
     return output
 
 

@@ -1,13 +1,13 @@
 """The studies of one run of the workflow: their plans, files, and the parameters of their jobs.
 
 The rules of the workflow call the methods of `Run` and hold no logic of their own. Studies are read once, before any
-job. A rule depends on its part of a study through `params`, not on the YAML file: an edit of one scene reruns the jobs
-of that scene only, and a touched file reruns none.
+job. What is made again is what is missing or says by its own fingerprint that it was made from something else, whatever
+records snakemake keeps: an edit of one scene reruns the jobs of that scene only, and a touched file reruns none.
 """
 
 from __future__ import annotations
 
-import hashlib
+import functools
 import math
 import re
 import tempfile
@@ -19,19 +19,17 @@ from typing import Any
 from vibropipe.compiler.cache import has_kernels
 from vibropipe.jobs.drawing import figure_names, scenes_drawn
 from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.jobs.solving import code_hash, identity
+from vibropipe.jobs.solving import cut_text
+from vibropipe.jobs.up_to_date import shard_file, stale_files, write_mark
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.values import NAME
-from vibropipe.scenes.registry import kind_of
 from vibropipe.store import NotWrittenError, check_intact, remove_leftovers
 from vibropipe.store.files import ENDING
 from vibropipe.study import (
     Config,
     Study,
-    canonical_text,
     config_of_files,
-    fingerprint,
     load_config,
     load_study,
 )
@@ -80,18 +78,6 @@ class Run:
         """Return the YAML file of the study of a job."""
         return str(self.files[job.study])
 
-    def fingerprint(self, job: Any) -> str:
-        """Return the hash of the keys that the data of a scene depend on."""
-        return fingerprint(self.studies[job.study], job.scene)
-
-    def code(self, job: Any) -> str:
-        """Return the hash of the code that the data of a scene depend on."""
-        return code_hash(kind_of(self.studies[job.study].scenes[job.scene]))
-
-    def wording(self, name: str) -> str:
-        """Return the hash of a whole study, titles and captions included."""
-        return hashlib.sha256(canonical_text(self.studies[name]).encode()).hexdigest()
-
     def threads(self, job: Any, cores: int) -> int:
         """Return the number of threads of a scene on a machine with `cores` cores."""
         plan = self.plan(job)
@@ -110,8 +96,9 @@ class Run:
 
     def shards(self, job: Any) -> list[str]:
         """Return the files of all shards of a sweep."""
-        folder = f"{self.results}/{job.study}/shards/{job.scene}"
-        return [f"{folder}/{shard:04d}.nc" for shard in range(1, self.plan(job).shards + 1)]
+        folder = f"{self.results}/{job.study}"
+        numbers = range(1, self.plan(job).shards + 1)
+        return [shard_file(folder, job.scene, number) for number in numbers]
 
     def shard_sidecars(self, job: Any) -> list[str]:
         """Return the sidecars of all shards of a sweep."""
@@ -119,7 +106,7 @@ class Run:
 
     def cut(self, job: Any) -> str:
         """Return the shard of a job as `I/N`, the option of `vibropipe solve`."""
-        return f"{int(job.shard)}/{self.plan(job).shards}"
+        return cut_text(int(job.shard), self.plan(job).shards)
 
     def datasets(self, name: str) -> list[str]:
         """Return the datasets of a study."""
@@ -151,11 +138,26 @@ class Run:
         names = scenes_drawn(self.studies[job.study], self.figure_scene(job))
         return [f"{self.results}/{job.study}/{scene}.nc" for scene in names]
 
-    def figure_options(self, job: Any) -> str:
-        """Return what a figure depends on besides the program: options, and the identities of its data."""
-        study, scene = self.studies[job.study], self.figure_scene(job)
-        data = [identity(study, study.scenes[name]) for name in scenes_drawn(study, scene)]
-        return f"{scene.figure.model_dump_json()} {data}"
+    @functools.cached_property
+    def stale(self) -> frozenset[str]:
+        """Files that have to be made, as found at first use."""
+        return frozenset(
+            path
+            for name, study in self.studies.items()
+            for path in stale_files(
+                study,
+                self.results,
+                {scene: plan.shards for scene, plan in self.plans[name].items()},
+            )
+        )
+
+    def mark(self, *paths: str) -> list[str]:
+        """Return an input that is newer than some files of results if one is stale; none if they are up to date."""
+        return self._mark if not self.stale.isdisjoint(paths) else []
+
+    @functools.cached_property
+    def _mark(self) -> list[str]:
+        return [write_mark(self.stale)]
 
     def report(self, name: str) -> str:
         """Return the report of a study."""

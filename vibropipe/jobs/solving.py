@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +16,15 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.rows import with_origin
 from vibropipe.store import (
+    StoreError,
     count_equal,
     provenance,
     read_sidecar,
+    selected_attributes,
     write,
     write_sidecar,
 )
+from vibropipe.store.shards import ROW_RANGE_ATTRS
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
@@ -29,8 +32,12 @@ from vibropipe.words.regimes import Regime
 if TYPE_CHECKING:
     import xarray as xr
 
+# Entry of the sidecar of a shard: which it is of how many.
+CUT = "cut"
+# An attribute that only shards have.
+FIRST_ROW = ROW_RANGE_ATTRS[0]
 # Attributes of the process that solves; a join keeps those of its shards.
-SOLVER_ATTRS = ("kernel_hash", "version", "versions", "git_commit", "machine")
+SOLVER_ATTRS = ("kernel_hash", "kind_hash", "version", "versions", "git_commit", "machine")
 
 
 def solve_to_file(
@@ -74,7 +81,8 @@ def solve_to_file(
     else:
         write(solve_scene(study, name, progress), path)
     elapsed = time.perf_counter() - begin
-    entries = identity(study, scene) | expected_seconds(study, name, shard, threads)
+    entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
+    entries |= expected_seconds(study, name, shard, threads)
     write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
 
 
@@ -127,18 +135,48 @@ def join_to_file(
     seconds += time.perf_counter() - begin
     expected = sum(float(record.get("expected_seconds", math.nan)) for record in sidecars)
     entries: dict[str, Any] = {} if math.isnan(expected) else {"expected_seconds": expected}
-    entries |= identity(study, scene) | {"unresolved": count_unresolved(path)}
+    entries |= {"unresolved": count_unresolved(path)}
     write_sidecar(path, seconds, threads, shards=len(shards), **entries)
 
 
-def code_hash(kind: Kind) -> str:
-    """Return the hashes of all sources that the data of a kind of scene depend on."""
-    return f"{kernel_hash()} {kind.code_hash}"
+def identity(study: Study, scene: BaseScene) -> dict[str, str]:
+    """Return the attributes by which a dataset says what it was made from: names, keys and code."""
+    kind = kind_of(scene)
+    return {
+        "title": f"{study.name}: {scene.name}",
+        "fingerprint": fingerprint(study, scene),
+        "kernel_hash": kernel_hash(),
+        hash_name(kind): kind.code_hash,
+    }
 
 
-def identity(study: Study, scene: BaseScene) -> dict[str, Any]:
-    """Return the hashes of the keys and of the code that the data of a scene depend on, for its sidecar."""
-    return {"fingerprint": fingerprint(study, scene), "code": code_hash(kind_of(scene))}
+def cut_text(number: int, count: int) -> str:
+    """Return a shard as `I/N`, the option of `vibropipe solve`."""
+    return f"{number}/{count}"
+
+
+def hash_name(kind: Kind) -> str:
+    """Return the name of the attribute with the hash of what a kind runs beside the kernels."""
+    return "lab_hash" if kind.is_timed else "kind_hash"
+
+
+def is_of(path: str | Path, wanted: Mapping[str, str], cut: str | None = None) -> bool:
+    """Return whether a dataset, or a shard `I/N`, exists and says that it was made from what is wanted (`identity`).
+
+    A damaged dataset counts as made from it: who reads it reports the damage.
+    """
+    if not Path(path).is_file():
+        return False
+    try:
+        found = selected_attributes(path, [*wanted, FIRST_ROW])
+        is_shard = found.pop(FIRST_ROW, None) is not None
+        return (
+            found == wanted
+            and is_shard == (cut is not None)
+            and (cut == read_sidecar(path).get(CUT))
+        )
+    except StoreError:
+        return True
 
 
 def count_unresolved(path: Path) -> int:
@@ -176,5 +214,5 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
             scene.accuracy_asked(),
             packages=kind.packages,
         ),
-        **({"lab_hash": kind.code_hash} if kind.is_timed else {}),
+        hash_name(kind): kind.code_hash,
     }

@@ -6,16 +6,15 @@ from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 
-from vibropipe.jobs.locks import LOCKS
 from vibropipe.jobs.run import Run
-from vibropipe.store import read_sidecar
+from vibropipe.jobs.up_to_date import stale_scenes
+from vibropipe.store import StoreError, read_sidecar, selected_attributes
 from vibropipe.words.wording import share
 
 HOW_TO_RESUME = (
     "The run is incomplete; see its errors and logs/. Fix the cause and run the same command again: completed\n"
-    f"files are kept. If a run was killed and its files are still locked, delete {LOCKS} first."
+    "files are kept."
 )
 # Begins the error of a job, in its log.
 ERROR = "vibropipe: "
@@ -67,13 +66,12 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
         if not wanted:
             continue
         scenes = [scene for scene in study.scenes if scene in wanted]
-        unresolved = []
+        unresolved, stale = [], stale_scenes(study, f"{run.results}/{name}")
         for scene in scenes:
             path = f"{run.results}/{name}/{scene}.nc"
-            sidecar, job = read_sidecar(path), SimpleNamespace(study=name, scene=scene)
-            if any(sidecar.get(key) != getattr(run, key)(job) for key in ("fingerprint", "code")):
-                missing.append(path)  # made of another text of the study, or by other code
-            if rows := int(sidecar.get("unresolved", 0)):
+            if scene in stale:
+                missing.append(path)
+            if rows := int(read_sidecar(path).get("unresolved", 0)):
                 part = share(rows, run.plans[name][scene].rows, "row")
                 unresolved.append(f"  {scene}: {part} unresolved; `status` gives the reason")
         failed = [part for part, paths in wanted.items() if paths & set(missing)]
@@ -103,11 +101,16 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
 
 def scenes_left_over(run: Run, name: str) -> list[str]:
     """Return the scenes whose datasets are in the folder of a study that no longer has them."""
-    return [
-        path.stem
-        for path in sorted(Path(run.results, name).glob("*.nc"))
-        if path.stem not in run.studies[name].scenes and "fingerprint" in read_sidecar(path)
-    ]
+    files = sorted(Path(run.results, name).glob("[!.]*.nc"))
+    left = [path for path in files if path.stem not in run.studies[name].scenes]
+    return [path.stem for path in left if "fingerprint" in _said(path)]
+
+
+def _said(path: Path) -> dict[str, str]:
+    """Return the fingerprint of a dataset as a mapping; empty without one."""
+    with suppress(StoreError):
+        return selected_attributes(path, ["fingerprint"])
+    return {}
 
 
 def causes(logs: Iterable[str]) -> list[str]:

@@ -8,7 +8,10 @@ from vibropipe.store.atomic import (
     StoreError,
     atomic_file,
     check_intact,
+    fingerprint_of,
     remove_leftovers,
+    seal_of,
+    with_fingerprint,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
 from vibropipe.store.files import (
@@ -17,6 +20,7 @@ from vibropipe.store.files import (
     load,
     read_scenes,
     scene_files,
+    selected_attributes,
     write,
 )
 from vibropipe.store.joining import join, read_shards
@@ -37,6 +41,7 @@ __all__ = [
     "compare_rows",
     "count_equal",
     "expected_changes",
+    "fingerprint_of",
     "join",
     "load",
     "open_study",
@@ -46,8 +51,11 @@ __all__ = [
     "read_sidecar",
     "remove_leftovers",
     "scene_files",
+    "seal_of",
+    "selected_attributes",
     "summary",
     "table",
+    "with_fingerprint",
     "write",
     "write_grid",
     "write_rows",

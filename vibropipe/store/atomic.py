@@ -21,6 +21,9 @@ from pathlib import Path
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SEAL_START = b"\nvibropipe sha256 "
 SEAL_LENGTH = len(SEAL_START) + 64 + 1
+FINGERPRINT = b" vibropipe fingerprint "
+COMMENT_BYTES = 1024
+"""Bytes at the end of a figure or report that hold the fingerprint."""
 TEMPORARY_ENDING = ".part"
 SCRATCH = ".rows"
 TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
@@ -114,6 +117,37 @@ def seal(path: Path) -> None:
         file.write(SEAL_START + digest + b"\n")
 
 
+def seal_of(path: str | os.PathLike[str]) -> str:
+    """Return the checksum in the seal of a file, which stands for all its bytes; empty without file or seal."""
+    end = _last_bytes(Path(path), SEAL_LENGTH)
+    match = re.fullmatch(re.escape(SEAL_START) + rb"([0-9a-f]{64})\n", end)
+    return match[1].decode() if match else ""
+
+
+def with_fingerprint(content: bytes, fingerprint: str) -> bytes:
+    """Return a PDF or SVG file with a fingerprint of what it was made from, as a comment at its end."""
+    is_pdf = content.startswith(b"%PDF-")
+    begin, end, mark = (b"%", b"\n", b"startxref") if is_pdf else (b"<!--", b" -->\n", b"</svg>")
+    place = content.rindex(mark)
+    return content[:place] + begin + FINGERPRINT + fingerprint.encode() + end + content[place:]
+
+
+def fingerprint_of(path: str | os.PathLike[str]) -> str:
+    """Return the fingerprint that `with_fingerprint` wrote into a file; empty without file or fingerprint."""
+    match = re.search(FINGERPRINT + rb"([0-9a-f]{64})", _last_bytes(Path(path), COMMENT_BYTES))
+    return match[1].decode() if match else ""
+
+
+def _last_bytes(path: Path, count: int) -> bytes:
+    """Return the last bytes of a file; none if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - count))
+            return file.read()
+    except OSError:
+        return b""
+
+
 def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
     """Check that a file is as it was written.
 
@@ -198,14 +232,14 @@ def remove_leftovers(folder: str | os.PathLike[str], names: Collection[str] | No
             leftover.unlink(missing_ok=True)
 
 
-def _host() -> str:
+def host_name() -> str:
     """Return the host name with characters that a temporary name allows."""
     return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
 
 
 def _temporary(path: Path, suffix: str = "") -> Path:
     """Return the temporary name of a file: it names host and process of the writer."""
-    return path.with_name(f".{path.name}{suffix}.{_host()}.{os.getpid()}{TEMPORARY_ENDING}")
+    return path.with_name(f".{path.name}{suffix}.{host_name()}.{os.getpid()}{TEMPORARY_ENDING}")
 
 
 def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> list[Path]:
@@ -214,7 +248,7 @@ def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> li
     for path in folder.iterdir():
         match = re.fullmatch(TEMPORARY_NAME, path.name)
         if match is not None and (names is None or match["name"] in names):
-            is_local = match["host"] == _host()
+            is_local = match["host"] == host_name()
             if not _is_running(int(match["process"])) if is_local else foreign:
                 leftovers.append(path)
     return leftovers

@@ -158,6 +158,21 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
+def selected_attributes(path: str | PathLike[str], names: Iterable[str]) -> dict[str, Any]:
+    """Return those of some global attributes that a file has, as text or numbers; only its head is read.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be read.
+    """
+    with raw(Path(path)) as file:
+        found = {name: file.attrs[name] for name in names if name in file.attrs}
+    return {
+        name: value.decode() if isinstance(value, bytes) else value for name, value in found.items()
+    }
+
+
 def count_equal(path: str | PathLike[str], sought: Mapping[str, int]) -> int:
     """Return how many values of the first variable that a file has equal the value sought; 0 if it has none of them.
 

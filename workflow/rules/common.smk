@@ -6,9 +6,10 @@ from collections import Counter
 from pathlib import Path
 
 from vibropipe.cli import exit_code
+from vibropipe.cli.orphans import RUN as RUN_OF_COMMAND
 from vibropipe.cli.workers import WORKERS
-from vibropipe.jobs.drawing import drawing_hash
 from vibropipe.jobs.html_report import captions, is_requested, write_opening
+from vibropipe.jobs.locks import RunRecord, drop_dead_locks
 from vibropipe.jobs.run import (
     check_whole,
     check_working_folder,
@@ -58,14 +59,45 @@ PLANNED = {}
 # Logs with their modification times then.
 LOGS = {}
 
+# Whether this process runs jobs, and not one job or none.
+MAKES = workflow.is_main_process and not workflow.output_settings.dryrun
+RECORD = RunRecord()
+if MAKES:
+    drop_dead_locks()
+    RECORD.write()
+
 # Jobs find `vibropipe` beside the python that runs snakemake, even if its environment is not activated.
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()])
 )
 
 
+def outdated(*paths):
+    """Return the input function of a job that makes these files: an input newer than they are where one is stale."""
+
+    def mark(wildcards):
+        # a job in its own call of snakemake is not asked whether it is needed
+        if not workflow.is_main_process:
+            return []
+        named = dict(wildcards.items())
+        return RUN.mark(*(path.format(**named) for path in paths))
+
+    return mark
+
+
+def unless_stale(files):
+    """Return an input function: the files of another one, of which only those that are made again may be newer."""
+    return lambda wildcards: [
+        path if path in RUN.stale else ancient(path) for path in files(wildcards)
+    ]
+
+
 def prepare(jobs):
     """Check, before any job, what is read and written, and remove leftovers; the files of the jobs are locked."""
+    if MAKES:
+        RECORD.write()
+        if workflow.local_exec:
+            os.environ[RUN_OF_COMMAND] = str(RECORD.path.absolute())
     exit_on_error(check_writable, RESULTS)
     made = {path for job in jobs for path in job.output}
     exit_on_error(check_whole, [p for job in jobs for p in job.input if p not in made])

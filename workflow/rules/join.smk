@@ -1,8 +1,9 @@
 # Joins the shards of a scene into its dataset, so that each file has one writer.
 rule join:
     input:
-        shards=RUN.shards,
-        timing=RUN.shard_sidecars,
+        shards=unless_stale(RUN.shards),
+        timing=unless_stale(RUN.shard_sidecars),
+        stale=outdated(f"{RESULTS}/{{study}}/{{scene}}.nc"),
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
         timing=f"{RESULTS}/{{study}}/{{scene}}.json",
@@ -15,8 +16,6 @@ rule join:
         mem_mb=2000,
         runtime=60,
     params:
-        code=RUN.code,
-        scene=RUN.fingerprint,
         file=RUN.file,
     message:
         "{wildcards.study}: joining the shards of {wildcards.scene}"

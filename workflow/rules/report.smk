@@ -1,7 +1,11 @@
 # Figures, each drawn again only if its own data or options have changed, and the report.
 rule figure:
     input:
-        lambda wildcards: RUN.figure_data(wildcards),
+        data=unless_stale(RUN.figure_data),
+        stale=outdated(
+            f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
+            f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
+        ),
     output:
         svg=report(
             f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
@@ -19,8 +23,6 @@ rule figure:
         mem_mb=2000,
         runtime=10,
     params:
-        code=drawing_hash(),
-        options=RUN.figure_options,
         file=RUN.file,
         results=lambda wildcards: RESULTS,
     message:
@@ -32,8 +34,9 @@ rule figure:
 
 rule study_report:
     input:
-        lambda wildcards: RUN.datasets(wildcards.study),
-        lambda wildcards: RUN.figures(wildcards.study, "pdf"),
+        data=unless_stale(lambda wildcards: RUN.datasets(wildcards.study)),
+        figures=unless_stale(lambda wildcards: RUN.figures(wildcards.study, "pdf")),
+        stale=outdated(f"{RESULTS}/{{study}}/report.pdf"),
     output:
         report(
             f"{RESULTS}/{{study}}/report.pdf",
@@ -48,8 +51,6 @@ rule study_report:
         mem_mb=2000,
         runtime=10,
     params:
-        code=drawing_hash(),
-        words=lambda wildcards: RUN.wording(wildcards.study),
         file=RUN.file,
         results=lambda wildcards: RESULTS,
     message:

@@ -1,5 +1,7 @@
 # A scene that one job solves. The first job that needs a kernel compiles it; others wait for it.
 rule solve:
+    input:
+        stale=outdated(f"{RESULTS}/{{study}}/{{scene}}.nc"),
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",
         timing=f"{RESULTS}/{{study}}/{{scene}}.json",
@@ -13,8 +15,6 @@ rule solve:
         mem_mb=1000,
         runtime=30,
     params:
-        code=RUN.code,
-        scene=RUN.fingerprint,
         file=RUN.file,
     message:
         "{wildcards.study}: solving {wildcards.scene}"
@@ -25,6 +25,8 @@ rule solve:
 
 # A shard of a scene that is too long for one job; deleted after the join.
 rule solve_shard:
+    input:
+        stale=outdated(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
     output:
         data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
         timing=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
@@ -38,8 +40,6 @@ rule solve_shard:
         mem_mb=1000,
         runtime=30,
     params:
-        code=RUN.code,
-        scene=RUN.fingerprint,
         file=RUN.file,
         cut=RUN.cut,
     message:

@@ -28,6 +28,9 @@ class Scene:
         field = kinds()[self.kind].keys.model_fields["figure"]
         self.figure = self.figure or field.get_default(call_default_factory=True)
 
+    def data_keys(self):
+        return {"kind": self.kind}
+
 
 def march(exciter, x=0.0, v=0.0, tau_end=40.0, keep=10):
     """March with a small step and the crude impact at its end: good enough to be looked at."""

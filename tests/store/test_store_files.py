@@ -1,6 +1,7 @@
 """Round trips through a file, the content of files, and studies opened lazily."""
 
 import json
+import os
 import time
 
 import netCDF4
@@ -13,6 +14,7 @@ from store_datasets import motion, rows_of_sweep, shard
 
 from vibropipe import store
 from vibropipe.store import StoreError
+from vibropipe.store.atomic import scenes_of
 from vibropipe.store.encoding import CHUNK_BYTES, chunk_shape
 from vibropipe.words.vocabulary import VOCABULARY, describe
 
@@ -289,3 +291,42 @@ def test_a_study_with_a_truncated_scene_names_it(study):
     (study / "forced.nc").write_bytes(content[:-100])
     with pytest.raises(StoreError, match=r"forced\.nc: is truncated"):
         store.open_study(study)
+
+
+def test_the_scenes_of_the_study_are_opened_and_others_named(tmp_path):
+    for name, scenes in (("old", "old map"), ("map", "old map"), ("new", "map new")):
+        dataset = xr.Dataset({"residual": ("row", [1.0])}, attrs={"scenes": scenes})
+        store.write(dataset, tmp_path / f"{name}.nc")
+    os.utime(tmp_path / "new.nc", (2e9, 2e9))
+    with pytest.warns(UserWarning, match="holds also old, not in the study; open them with"):
+        tree = store.open_study(tmp_path)
+    assert list(tree.children) == ["map", "new"]
+    assert tree.attrs["left_out"] == "old"
+    # a report may be newer than all datasets
+    content = store.with_fingerprint(b"%PDF-1.7\nstartxref\n9\n%%EOF", "0" * 64, ["map"])
+    (tmp_path / "report.pdf").write_bytes(content)
+    os.utime(tmp_path / "report.pdf", (2.1e9, 2.1e9))
+    with pytest.warns(UserWarning, match="holds also new and old"):
+        assert list(store.open_study(tmp_path).children) == ["map"]
+
+
+def test_a_file_in_place_of_a_study_says_what_opens_it(study):
+    with pytest.raises(
+        StoreError, match=r"forced\.nc: must be .*, got a file: open it with vp.load"
+    ):
+        store.open_study(study / "forced.nc")
+
+
+def test_a_figure_and_a_report_carry_a_fingerprint_within_their_format(tmp_path):
+    for name, content in (
+        ("a.pdf", b"%PDF-1.7\nstartxref\n9\n%%EOF"),
+        ("a.svg", b"<svg>\n</svg>\n"),
+    ):
+        path = tmp_path / name
+        path.write_bytes(content)
+        assert store.fingerprint_of(path) == ""
+        path.write_bytes(store.with_fingerprint(content, "0af" * 21 + "1", ["one", "two"]))
+        assert store.fingerprint_of(path) == "0af" * 21 + "1"
+        assert scenes_of(path) == ["one", "two"]
+        assert path.read_bytes().endswith(content[-5:])
+    assert store.fingerprint_of(tmp_path / "none.svg") == ""

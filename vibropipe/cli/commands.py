@@ -220,12 +220,25 @@ def figure(
 
 
 @app.command()
-def report(file: StudyFile, output: OutputFile, results: ResultsFolder = Path("results")) -> None:
+def report(
+    file: StudyFile,
+    output: OutputFile,
+    results: ResultsFolder = Path("results"),
+    partial: Annotated[
+        bool,
+        typer.Option("--partial", help="Leave out scenes that failed, with a line on each."),
+    ] = False,
+) -> None:
     """Typeset the report of a study from its datasets and figures."""
-    from vibropipe.jobs.reporting import build_report
+    from vibropipe.jobs.reporting import build_partial_report, build_report
     from vibropipe.study import load_study
 
-    typer.echo(build_report(load_study(file), results, output))
+    study = load_study(file)
+    if partial:
+        failed = build_partial_report(study, results, output)
+        typer.echo(f"{output}, without {', '.join(failed)}" if failed else output)
+    else:
+        typer.echo(build_report(study, results, output))
 
 
 for on_results in (show, table, verify, view):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 # Environment variable with the record of the run that a command is part of (`vibropipe.jobs.locks`); set where jobs run
@@ -31,8 +31,9 @@ def _watch(record: int) -> None:
 
 def _is_free(record: int) -> bool:
     """Return whether the run that locks an open record has ended."""
-    try:
+    with suppress(ImportError, OSError):  # it is locked, or nothing can be
+        import fcntl
+
         fcntl.flock(record, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
+        return True
+    return False

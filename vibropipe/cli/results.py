@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -17,10 +18,15 @@ def show(
 ) -> None:
     """Summarise a dataset: parameters, dimensions, quantities and provenance."""
     from vibropipe.store import load, open_study, summary
+    from vibropipe.store.opening import LEFT_OUT
 
     if dataset.is_dir():
-        tree = open_study(dataset)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # the last line says it
+            tree = open_study(dataset)
         texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
+        if left_out := tree.attrs.get(LEFT_OUT):
+            texts.append(f"not in the study: {left_out}")
     else:
         texts = [summary(load(dataset))]
     typer.echo("\n".join(texts))

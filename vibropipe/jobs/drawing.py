@@ -159,13 +159,13 @@ def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) 
     return made_from(name, scene.figure.model_dump_json(), *data)
 
 
-def report_fingerprint(study: Study, folder: Path) -> str:
+def report_fingerprint(study: Study, folder: Path, failed: Collection[str] = ()) -> str:
     """Return the hash of all that a report is made from: program, study with its texts, and the bytes of its datasets.
 
-    folder : results of the study
+    folder : results of the study; failed : scenes that the report names as left out
     """
     data = [seal_of(folder / f"{name}.nc") for name in study.scenes]
-    return made_from(study.name, canonical_text(study), *data)
+    return made_from(study.name, canonical_text(study), *data, *failed)
 
 
 def made_from(*parts: str) -> str:

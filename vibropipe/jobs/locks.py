@@ -7,7 +7,6 @@ its host and process and itself locked by the operating system, which frees it w
 from __future__ import annotations
 
 import atexit
-import fcntl
 import os
 from collections.abc import Iterable
 from contextlib import suppress
@@ -37,7 +36,9 @@ class RunRecord:
             os.close(self.descriptor)
         LOCKS.mkdir(parents=True, exist_ok=True)  # another run that ended has removed it
         self.descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT)
-        with suppress(OSError):  # a file system without such locks: the run counts as alive
+        with suppress(ImportError, OSError):  # where nothing can be locked the run counts as alive
+            import fcntl
+
             fcntl.flock(self.descriptor, fcntl.LOCK_EX)
         taken = {name for record in _records() if record != self.path for name in _lines(record)}
         own = [lock.name for lock in _locks() if lock.name not in taken]
@@ -100,7 +101,12 @@ def _is_dead(record: Path) -> bool:
     """Return whether a run was on this host and has ended."""
     if record.stem.rpartition(".")[0] != host_name():
         return False
-    with suppress(OSError), record.open() as file:  # an error: the run holds its record
+    with (
+        suppress(ImportError, OSError),
+        record.open() as file,
+    ):  # an error: the run holds its record
+        import fcntl
+
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return True
     return False

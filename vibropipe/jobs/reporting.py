@@ -5,12 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import xarray as xr
 
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import figure_names, remove_unchosen, report_fingerprint
+from vibropipe.jobs.drawing import (
+    SUFFIXES,
+    draw_study,
+    figure_names,
+    remove_unchosen,
+    report_fingerprint,
+)
+from vibropipe.jobs.summary import ERROR, causes
+from vibropipe.jobs.up_to_date import stale_files, stale_scenes
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
@@ -33,7 +42,9 @@ from vibropipe.words.wording import paragraphs
 MAX_LABEL = 32  # letters of a scene's title that stands for it in tables and sentences
 
 
-def build_report(study: Study, results: Path, output: Path) -> Path:
+def build_report(
+    study: Study, results: Path, output: Path, failed: Mapping[str, str] = MappingProxyType({})
+) -> Path:
     """Typeset the report of a study from its datasets and figures, and remove pictures that it no longer chooses.
 
     Parameters
@@ -44,6 +55,8 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
         Folder of all results. Reads `<study>/<scene>.nc`, its sidecar and `<study>/figures/<name>.pdf` in it.
     output : Path
         The PDF that is written.
+    failed : mapping of str to str
+        Scenes that are left out, each with the reason.
 
     Returns
     -------
@@ -58,17 +71,86 @@ def build_report(study: Study, results: Path, output: Path) -> Path:
     folder = results / study.name
     for scene in study.scenes.values():
         remove_unchosen(scene, folder / "figures")
-    fingerprint = report_fingerprint(study, folder)
+    fingerprint = report_fingerprint(study, folder, failed)
     datasets = read_scenes(folder, study.scenes, study.fingerprints)
     sidecars = {name: read_sidecar(folder / f"{name}.nc") for name in study.scenes}
     names = [name for scene in study.scenes.values() for name in figure_names(scene)]
     pictures = {name: folder / "figures" / f"{name}.pdf" for name in names}
     for path in pictures.values():
         _check_figure(path)
-    pdf = typeset(report_data(study, datasets, sidecars), pictures)
+    data = report_data(study, datasets, sidecars)
+    data["answers"] = [*map(_answer_data, failures(failed)), *data["answers"]]
+    pdf = typeset(data, pictures)
     with atomic_file(output) as temporary:
-        temporary.write_bytes(with_fingerprint(pdf, fingerprint))
+        temporary.write_bytes(with_fingerprint(pdf, fingerprint, [*study.scenes, *failed]))
     return output
+
+
+def build_partial_report(study: Study, results: Path, output: Path) -> dict[str, str]:
+    """Draw and typeset what there is of a study, with a line on each scene that could not be solved or drawn.
+
+    Parameters
+    ----------
+    study, results, output
+        As for `build_report`.
+
+    Returns
+    -------
+    dict of str to str
+        The scenes that are left out, each with the reason.
+
+    Raises
+    ------
+    StoreError
+        If no scene is left.
+    """
+    failed = {
+        name: cause_of(study.name, name) for name in stale_scenes(study, f"{results}/{study.name}")
+    }
+    rest = without(study, failed)
+    stale = set(stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1)))
+    for name, scene in rest.scenes.items():
+        names = figure_names(scene)
+        files = (
+            f"{results}/{study.name}/figures/{figure}{s}" for figure in names for s in SUFFIXES
+        )
+        try:
+            if not stale.isdisjoint(files):
+                draw_study(rest, results, names)
+        except Exception as error:  # whatever it is, the others have their report
+            failed[name] = f"cannot be drawn ({error})"
+    build_report(without(study, failed), results, output, failed)
+    return failed
+
+
+def without(study: Study, failed: Mapping[str, str]) -> Study:
+    """Return a study without some scenes, and without those whose figures show them."""
+    scenes = {
+        name: scene
+        for name, scene in study.scenes.items()
+        if not {name, *scene.figure.shown_scenes()} & set(failed)
+    }
+    if not scenes:
+        raise StoreError(f"{study.name}: no scene could be solved: {'; '.join(failed.values())}")
+    hero = study.hero if study.hero is not None and study.hero.scene in scenes else None
+    return study.model_copy(update={"scenes": scenes, "hero": hero})
+
+
+def cause_of(study: str, scene: str) -> str:
+    """Return why a scene of a study could not be solved, by the logs of its jobs in the working folder."""
+    logs = [Path("logs", study, f"{scene}.log"), *sorted(Path("logs", study, scene).glob("*.log"))]
+    found = [cause.removeprefix(ERROR) for cause in causes(map(str, logs))]
+    return found[0] if found else f"is not solved (see logs/{study}/{scene}.log)"
+
+
+def failures(failed: Mapping[str, str]) -> list[Answer]:
+    """Return what page 1 says of scenes that are left out: names, and the reason of each."""
+    return [
+        Answer(
+            f"The scene {name.replace('_', ' ')} failed and is left out.", f"{reason.rstrip('.')}."
+        )
+        for name, reason in failed.items()
+    ]
 
 
 def _check_figure(path: Path) -> None:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.estimates import load_estimate
 from vibropipe.jobs.sharding import as_cut, check_cut
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
@@ -24,6 +26,7 @@ from vibropipe.store import (
     write,
     write_sidecar,
 )
+from vibropipe.store.opening import SCENES
 from vibropipe.store.shards import ROW_RANGE_ATTRS
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
@@ -70,16 +73,19 @@ def solve_to_file(
     StudyError
         If the study has no such scene.
     PlanError
-        If the scene cannot be cut so.
+        If the scene cannot be cut so, or cannot be solved with its parameters.
     """
     begin = time.perf_counter()
     scene = study.scene(name)
     kind = kind_of(scene)
     check_cut(scene, shard)
-    if kind.can_be_cut:
-        kind.cut.store(scene, path, origin(study, scene), shard, progress)
-    else:
-        write(solve_scene(study, name, progress), path)
+    try:
+        if kind.can_be_cut:
+            kind.cut.store(scene, path, origin(study, scene), shard, progress)
+        else:
+            write(solve_scene(study, name, progress), path)
+    except ParameterError as error:
+        raise PlanError(f"scenes.{name}.{error}") from error
     elapsed = time.perf_counter() - begin
     entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
     entries |= expected_seconds(study, name, shard, threads)
@@ -207,6 +213,7 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
     return {
         "title": f"{study.name}: {scene.name}",
         "kind": scene.kind,
+        SCENES: " ".join(study.scenes),
         **provenance(
             study.text,
             fingerprint(study, scene),

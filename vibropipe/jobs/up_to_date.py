@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from vibropipe.jobs.drawing import (
@@ -27,7 +28,7 @@ MARK = Path(".snakemake/outdated")
 
 
 def stale_files(study: Study, results: str, shards: Mapping[str, int]) -> Iterator[str]:
-    """Yield the files of a study that have to be made, in the order in which they are.
+    """Yield the files of a study that have to be made, in this order; date the others on, in the order of their making.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def stale_files(study: Study, results: str, shards: Mapping[str, int]) -> Iterat
             if not is_of(path, made_from, cut_text(number, shards[name])):
                 yield path
         yield f"{folder}/{name}.nc"
+    made = _last_time(f"{folder}/{name}.nc" for name in study.scenes)
+    drawn = made
     for scene in study.scenes.values():
         of_stale = not scenes.isdisjoint(scenes_drawn(study, scene))
         for name in figure_names(scene):
@@ -54,9 +57,30 @@ def stale_files(study: Study, results: str, shards: Mapping[str, int]) -> Iterat
             for path in (f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES):
                 if of_stale or fingerprint_of(path) != wanted:
                     yield path
+                else:
+                    drawn = max(drawn, _date_on(path, made))
     path = f"{folder}/report.pdf"
     if scenes or fingerprint_of(path) != report_fingerprint(study, Path(folder)):
         yield path
+    else:
+        _date_on(path, drawn)
+
+
+def _last_time(paths: Iterable[str]) -> int:
+    """Return the latest modification time (ns) of files, 0 without any."""
+    return max((Path(path).stat().st_mtime_ns for path in paths if Path(path).exists()), default=0)
+
+
+def _date_on(path: str, time_ns: int) -> int:
+    """Give a file that is up to date at least the time (ns) of what it is made from; return its time.
+
+    A copy may have other times, by which snakemake would make the file again.
+    """
+    own = _last_time([path])
+    if own < time_ns:
+        with suppress(OSError):  # a file of somebody else
+            os.utime(path, ns=(time_ns, time_ns))
+    return max(own, time_ns)
 
 
 def stale_scenes(study: Study, folder: str) -> set[str]:

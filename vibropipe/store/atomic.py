@@ -14,7 +14,7 @@ import os
 import re
 import shutil
 import socket
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -22,8 +22,8 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SEAL_START = b"\nvibropipe sha256 "
 SEAL_LENGTH = len(SEAL_START) + 64 + 1
 FINGERPRINT = b" vibropipe fingerprint "
-COMMENT_BYTES = 1024
-"""Bytes at the end of a figure or report that hold the fingerprint."""
+COMMENT_BYTES = 1 << 17
+"""Bytes at the end of a figure or report that hold its comment, of at most 1000 names of scenes."""
 TEMPORARY_ENDING = ".part"
 SCRATCH = ".rows"
 TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
@@ -124,18 +124,31 @@ def seal_of(path: str | os.PathLike[str]) -> str:
     return match[1].decode() if match else ""
 
 
-def with_fingerprint(content: bytes, fingerprint: str) -> bytes:
-    """Return a PDF or SVG file with a fingerprint of what it was made from, as a comment at its end."""
+def with_fingerprint(content: bytes, fingerprint: str, scenes: Iterable[str] = ()) -> bytes:
+    """Return a PDF or SVG file with a comment at its end: a fingerprint of what it was made from, and scenes."""
     is_pdf = content.startswith(b"%PDF-")
     begin, end, mark = (b"%", b"\n", b"startxref") if is_pdf else (b"<!--", b" -->\n", b"</svg>")
     place = content.rindex(mark)
-    return content[:place] + begin + FINGERPRINT + fingerprint.encode() + end + content[place:]
+    comment = FINGERPRINT + " ".join([fingerprint, *scenes]).encode()
+    return content[:place] + begin + comment + end + content[place:]
 
 
 def fingerprint_of(path: str | os.PathLike[str]) -> str:
     """Return the fingerprint that `with_fingerprint` wrote into a file; empty without file or fingerprint."""
-    match = re.search(FINGERPRINT + rb"([0-9a-f]{64})", _last_bytes(Path(path), COMMENT_BYTES))
-    return match[1].decode() if match else ""
+    return (_comment_of(path) or [""])[0]
+
+
+def scenes_of(path: str | os.PathLike[str]) -> list[str]:
+    """Return the scenes that `with_fingerprint` wrote into a file; none without file or scenes."""
+    return _comment_of(path)[1:]
+
+
+def _comment_of(path: str | os.PathLike[str]) -> list[str]:
+    """Return the words of the comment that `with_fingerprint` wrote into a file; none without it."""
+    match = re.search(
+        FINGERPRINT + rb"([0-9a-f]{64}( [a-z]\w*)*)", _last_bytes(Path(path), COMMENT_BYTES)
+    )
+    return match[1].decode().split() if match else []
 
 
 def _last_bytes(path: Path, count: int) -> bytes:

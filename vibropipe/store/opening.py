@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import warnings
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibropipe.store.atomic import check_intact
-from vibropipe.store.files import files_in, open_lazily
+from vibropipe.store.atomic import StoreError, check_intact, scenes_of
+from vibropipe.store.files import files_in, open_lazily, selected_attributes
+from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+# Attribute of datasets: the scenes of the study that they were made from. Attribute of an opened study: datasets of
+# other scenes in its folder.
+SCENES, LEFT_OUT = "scenes", "left_out"
+
+
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
-    """Open the results of a study lazily: a slice reads only its values.
+    """Open the scenes of a study lazily: a slice reads only its values.
+
+    The scenes are those of the study from which its newest result was made. If datasets of other scenes lie in the
+    folder, a warning names them.
 
     Parameters
     ----------
@@ -27,13 +37,14 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     xarray.DataTree
         One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
         ("1": non-dimensional) and the provenance in its attributes. A group has the methods `where` and `to_dataframe`
-        (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files.
+        (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files. The
+        attribute `left_out` of the tree, if there is one, names the datasets of other scenes.
 
     Raises
     ------
     StoreError
-        If there is no such folder, it holds no scene, or a scene's file is truncated. Single flipped bytes are detected
-        by `vibropipe verify` only.
+        If there is no such folder, it is a file, it holds no scene, or a scene's file is truncated. Single flipped
+        bytes are detected by `vibropipe verify` only.
 
     References
     ----------
@@ -41,13 +52,44 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     """
     from vibropipe.store.tree import StudyTree
 
-    paths = files_in(Path(folder))
+    if Path(folder).is_file():
+        raise StoreError(
+            f"{folder}: must be the folder of a study, got a file: open it with vp.load"
+        )
+    files_there = files_in(Path(folder))
+    named = scenes_in(Path(folder))
+    paths = [path for path in files_there if path.stem in named] if named else files_there
+    left_out = series(path.stem for path in files_there if path not in paths)
     for path in paths:
         check_intact(path, every_byte=False)
     scenes = {path.stem: open_lazily(path, chunks="auto") for path in paths}
     tree = StudyTree.from_dict(dict(scenes), name=Path(folder).name)
+    if left_out:
+        tree.attrs[LEFT_OUT] = left_out
+        text = f"{folder}: holds also {left_out}, not in the study; open them with vp.load"
+        warnings.warn(text, stacklevel=2)
     files = ExitStack()
     for scene in scenes.values():
         files.callback(scene.close)
     tree.set_close(files.close)
     return tree
+
+
+def scenes_in(folder: Path) -> list[str]:
+    """Return the scenes of the study from which the newest result in a folder was made; none if no result says it."""
+    newest = sorted(
+        [folder / "report.pdf", *files_in(folder)],
+        key=lambda path: path.stat().st_mtime_ns if path.exists() else 0,
+    )
+    for path in reversed(newest):
+        if found := scenes_of(path) if path.suffix == ".pdf" else _scenes_of_dataset(path):
+            return found
+    return []
+
+
+def _scenes_of_dataset(path: Path) -> list[str]:
+    """Return the scenes of the study from which a dataset was made; none if it does not say."""
+    try:
+        return str(selected_attributes(path, [SCENES]).get(SCENES, "")).split()
+    except StoreError:
+        return []

@@ -1,6 +1,7 @@
 # The studies of this call, read once before any job, and the messages before and after the jobs.
 import atexit
 import os
+import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
@@ -85,13 +86,6 @@ def outdated(*paths):
     return mark
 
 
-def unless_stale(files):
-    """Return an input function: the files of another one, of which only those that are made again may be newer."""
-    return lambda wildcards: [
-        path if path in RUN.stale else ancient(path) for path in files(wildcards)
-    ]
-
-
 def prepare(jobs):
     """Check, before any job, what is read and written, and remove leftovers; the files of the jobs are locked."""
     if MAKES:
@@ -134,11 +128,23 @@ def summarise_run(jobs):
 def explain_failure(jobs):
     """Print how to go on and, when snakemake has said all it says, why jobs failed."""
     print_message(HOW_TO_RESUME)
+    report_on_the_rest({path for job in jobs for path in job.output})
     failed = [j for j in jobs if not all(os.path.exists(path) for path in j.output)]
     now = file_times(str(path) for job in failed for path in job.log)
     errors = causes(path for path, time in now.items() if time != LOGS.get(path))
     if errors:
         atexit.register(print_message, "\n".join(errors))
+
+
+def report_on_the_rest(wanted):
+    """Make the reports that were wanted without the scenes that failed; the next call tries these again."""
+    for name, file in RUN.files.items():
+        path = RUN.report(name)
+        if path in wanted & RUN.stale:
+            command = ["vibropipe", "report", str(file), "--results", RESULTS]
+            command += ["--output", path, "--partial"]
+            done = subprocess.run(command, capture_output=True, text=True)
+            print_message(f"{name}: {done.stdout or done.stderr}".rstrip())
 
 
 def plans_text():

@@ -1,8 +1,8 @@
 # Joins the shards of a scene into its dataset, so that each file has one writer.
 rule join:
     input:
-        shards=unless_stale(RUN.shards),
-        timing=unless_stale(RUN.shard_sidecars),
+        shards=RUN.shards,
+        timing=RUN.shard_sidecars,
         stale=outdated(f"{RESULTS}/{{study}}/{{scene}}.nc"),
     output:
         data=f"{RESULTS}/{{study}}/{{scene}}.nc",

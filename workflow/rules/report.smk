@@ -1,7 +1,7 @@
 # Figures, each drawn again only if its own data or options have changed, and the report.
 rule figure:
     input:
-        data=unless_stale(RUN.figure_data),
+        data=RUN.figure_data,
         stale=outdated(
             f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
             f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
@@ -34,8 +34,8 @@ rule figure:
 
 rule study_report:
     input:
-        data=unless_stale(lambda wildcards: RUN.datasets(wildcards.study)),
-        figures=unless_stale(lambda wildcards: RUN.figures(wildcards.study, "pdf")),
+        data=lambda wildcards: RUN.datasets(wildcards.study),
+        figures=lambda wildcards: RUN.figures(wildcards.study, "pdf"),
         stale=outdated(f"{RESULTS}/{{study}}/report.pdf"),
     output:
         report(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.branch import branch
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.solve.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:
@@ -26,21 +26,31 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
     ]
     parts = []
     for exciter in exciters:
-        parts.append(
-            branch(
-                exciter,
-                scene.followed,
-                scene.ends.to[0] if len(scene.ends.to) == 1 else scene.ends.to,
-                x0=scene.start.x0,
-                v0=scene.start.v0,
-                at=[] if scene.at is None else scene.at.array().tolist(),
-                switch=scene.switch,
-                harmonics=scene.harmonics,
-            )
-        )
+        parts.append(_followed(scene, exciter))
         if progress is not None:
             progress(len(parts), len(exciters))
     return stored(joined(parts, name) if name else parts[0], scene.mass_and_stiffness)
+
+
+def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
+    """Follow the branches of one exciter; an exciter without an orbit to begin with is refused with a remedy."""
+    try:
+        return branch(
+            exciter,
+            scene.followed,
+            scene.ends.to[0] if len(scene.ends.to) == 1 else scene.ends.to,
+            x0=scene.start.x0,
+            v0=scene.start.v0,
+            at=[] if scene.at is None else scene.at.array().tolist(),
+            switch=scene.switch,
+            harmonics=scene.harmonics,
+        )
+    except ParameterError as error:
+        if error.must != MUST_REPEAT:
+            raise
+        remedy = f"begin at another value (along.{scene.followed}.from) or from another start"
+        got = f"{error.got}: {remedy}"
+        raise ParameterError(error.name, error.value, must=error.must, got=got) from error
 
 
 def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:

@@ -133,6 +133,9 @@ def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
     chaotic = both.copy(deep=True)
     chaotic["regime"][0, 8:] = Regime.APERIODIC
     assert "at least two" not in " ".join(sweep_texts(chaotic))
+    unstable = both.copy(deep=True)
+    unstable["stable"][1] = 0
+    assert "at least two" not in " ".join(sweep_texts(unstable))
 
 
 def test_a_step_without_steps_on_both_sides_is_no_jump():

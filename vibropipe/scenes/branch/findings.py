@@ -269,7 +269,7 @@ def kinds_text(dataset: xr.Dataset) -> str:
 
 
 def velocity_text(dataset: xr.Dataset) -> str:
-    """Write the largest impact velocity of a stable motion and its place."""
+    """Write the largest impact velocity of the stable points and its place."""
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
     if not bool((velocity > 0).any()):
         return ""
@@ -279,6 +279,6 @@ def velocity_text(dataset: xr.Dataset) -> str:
     where = f"{symbol_text(axis)} = {value_text(axis, axis.values[point])}"
     beside = f", {over_text(dataset, float(dataset[over][point]))}" if over else ""
     return (
-        f"The largest impact velocity of a stable motion followed here is {value_text(top, float(top))}, on support "
+        f"The largest impact velocity at a stable point of the branches is {value_text(top, float(top))}, on support "
         f"{int(top['support'])} at {where}{beside}"
     )

@@ -46,7 +46,7 @@ def is_followed(dataset: xr.Dataset) -> bool:
 
 
 def differing_rows(dataset: xr.Dataset, axis: str) -> list[Rows]:
-    """Return the rows in which both directions are on different orbits, the widest range first."""
+    """Return the rows in which both directions are on different stable orbits, the widest range first."""
     if DIRECTION not in dataset["regime"].dims:
         return []
     ordered = dataset.sortby(axis)
@@ -56,8 +56,11 @@ def differing_rows(dataset: xr.Dataset, axis: str) -> list[Rows]:
         change = abs(up[name] - down[name]) > SAME_ORBIT * float(abs(dataset[name]).max())
         extra = [dim for dim in change.dims if dim not in differs.dims]
         differs = differs | change.any(extra)
-    has_orbits = (up["regime"] < Regime.APERIODIC) & (down["regime"] < Regime.APERIODIC)
-    found = [rows for line in _lines(differs & has_orbits, axis) for rows in line]
+    for way in (up, down):
+        differs = differs & (way["regime"] < Regime.APERIODIC)
+        if "stable" in dataset:
+            differs = differs & (way["stable"] != 0)
+    found = [rows for line in _lines(differs, axis) for rows in line]
     return sorted(found, key=lambda rows: rows.low - rows.high)
 
 

@@ -9,7 +9,7 @@ import pytest
 from drawing import draw, picture_of
 
 import vibropipe as vp
-from vibropipe.scenes.identify.report import findings, sections
+from vibropipe.scenes.identify.report import answers, tables
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study, study_of_text
 
@@ -62,9 +62,64 @@ def test_parameters_are_found_from_a_file(tmp_path):
     figure = draw("identify", dataset)
     assert len(figure.axes) == 2
     assert "δ = 0.03" in picture_of("identify", dataset).describe(dataset, None, {})
-    (section,) = sections({"found": dataset})
-    assert section.tables[0].rows[0][0] == "δ"
-    assert "4 measurements" in findings({"found": dataset})[0].sentences[1]
+    (table_found,) = tables({"found": dataset})
+    assert table_found.rows[0][0] == "δ"
+    assert "4 measurements" in table_found.note
+    # Four numbers do not tell their noise.
+    (answer,) = answers({"found": dataset})["found"]
+    assert answer.lead == "Whether the measurements are explained is not known."
+    assert "δ = 0.03" in answer.rest
+
+
+def measured(factor, high=0.1, **noise):
+    """The dataset and the answers on a response whose means are measured with a factor."""
+    nu = np.linspace(0.9, 1.1, 12)
+    means = factor * vp.sweep(TRUE, over={"nu": nu}).displacement_mean.values
+    table = {"nu": nu, "displacement_mean": means}
+    known = vp.Exciter(l=0.5, f=-0.7, h=0.2, R1=0.75, R2=0.65)
+    dataset = vp.identify(known, table, {"delta": (0.0, high)}, noise=noise, samples=16)
+    return dataset, answers({"found": dataset})["found"]
+
+
+def test_good_data_are_explained_in_words_and_numbers():
+    _, (answer,) = measured(1.0, displacement_mean=1e-4)
+    assert answer.lead.startswith(
+        "The measurements are explained within their noise by δ = 0.03 ± "
+    )
+    assert "Chi-square per degree of freedom is " in answer.rest
+
+
+@pytest.mark.parametrize("factor", [10.0, 1e-3, 0.0])
+def test_hopeless_data_are_never_called_explained(factor):
+    dataset, found = measured(factor, displacement_mean=1e-6)
+    assert found[0].lead == "The measurements are not explained."
+    everything = " ".join(
+        [*(f"{answer.lead} {answer.rest}" for answer in found), tables({"found": dataset})[0].note]
+    )
+    assert "explained" not in everything.replace("not explained", "")
+    caption = picture_of("identify", dataset).describe(dataset, None, {})
+    assert "Nearest: δ" in caption
+    assert "explain" not in caption
+    if factor == 0.0:
+        assert "All values of displacement_mean are equal, as of a dead sensor." in found[0].rest
+
+
+def test_a_parameter_at_an_end_of_its_range_is_named():
+    _, found = measured(1.0, high=0.02, displacement_mean=1e-4)
+    assert "δ = 0.02, at an end of its range" in found[0].rest
+    assert found[1].lead.startswith("δ ended at its range: widen it")
+
+
+def test_what_is_not_determined_is_named():
+    nu = np.linspace(0.6, 0.8, 12)
+    table = {"nu": nu, "displacement_amplitude_1": 0.2 / np.hypot(1 - nu**2, 0.1 * nu)}
+    noise = {"displacement_amplitude_1": 1e-4}
+    vary = {"f": (0.1, 0.3), "R2": (0.5, 0.9)}
+    dataset = vp.identify(vp.Exciter(l=5.0, f=0.2, h=0.1), table, vary, noise=noise, samples=16)
+    verdict, blind = answers({"found": dataset})["found"]
+    assert "R₂ not determined" in verdict.lead
+    assert blind.lead == "The measurements do not determine R₂."
+    assert tables({"found": dataset})[0].rows[1][2:] == ["∞", "not determined", "–", "–"]
 
 
 def test_a_changed_file_is_another_scene(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.words.designs import FitResult, FoundResult
 
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 KNOWN = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2)
@@ -31,6 +32,7 @@ def distance(found):
 
 def test_a_motion_without_noise_is_explained_exactly():
     found = vp.identify(KNOWN, measured_motion(0, noise=0.0), VARY)
+    assert int(found.fit_result) == FitResult.EXPLAINED
     for name in VARY:
         # Cubic interpolation between 256 samples of an orbit and its impacts.
         assert float(found[name]) == pytest.approx(getattr(TRUE, name), abs=1e-6)
@@ -41,6 +43,8 @@ def test_a_noisy_motion_is_explained_within_its_covariance():
     # The 99.9 % quantile of chi-square of 3; that of the noise from 57 degrees of freedom within 40 %.
     assert distance(found) < 16.3
     assert float(found.displacement_noise) == pytest.approx(1e-3, rel=0.4)
+    assert int(found.fit_result) == FitResult.EXPLAINED
+    assert (found.parameter_result == FoundResult.DETERMINED).all()
     assert np.abs(found.displacement_fitted - found.displacement_measured).max() < 5e-3
     std = np.sqrt(np.diag(found.parameter_covariance))
     assert std.tolist() == [float(found[f"{name}_std"]) for name in VARY]
@@ -68,6 +72,117 @@ def test_a_noisy_response_is_explained_within_its_covariance():
     assert distance(found) < 16.3
     assert 0.2 < float(found.reduced_chi_square) < 2.5
     assert found.displacement_amplitude_measured.dims == ("measurement", "harmonic")
+
+
+# Displacements as a wrong sensor gives them: (factor, what is added).
+WRONG = {
+    "ten times": (10.0, 0.0),
+    "micrometres": (1e-3, 0.0),
+    "stuck": (0.0, 0.3),
+    "dead": (0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("noise", [None, {"displacement": 1e-3}])
+@pytest.mark.parametrize("wrong", WRONG)
+def test_hopeless_data_are_not_explained(wrong, noise):
+    factor, added = WRONG[wrong]
+    table = measured_motion(1)
+    table["displacement"] = factor * table["displacement"] + added
+    found = vp.identify(KNOWN, table, VARY, noise=noise, samples=32)
+    expected = FitResult.BEYOND_NOISE if factor else FitResult.CONSTANT
+    assert int(found.fit_result) == expected
+    chi, limit = float(found.reduced_chi_square), float(found.reduced_chi_square_limit)
+    assert chi > 10 * limit
+    if wrong == "micrometres" and noise:
+        assert chi == pytest.approx(6.8e4, rel=0.1)
+
+
+def test_noise_alone_is_not_explained():
+    # A force that may vanish fits silence.
+    quiet = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(40)
+    table = {"phase": np.arange(40) / 40, "displacement": noise}
+    found = vp.identify(quiet, table, {"f": (0.0, 0.3)}, noise={"displacement": 1e-3}, samples=8)
+    assert float(found.reduced_chi_square) < float(found.reduced_chi_square_limit)
+    assert int(found.fit_result) == FitResult.CONSTANT
+
+
+def linear_response(nu, seed=3):
+    """Amplitudes of a motion without impacts, with noise of 1e-4: f over |1 - nu^2 + i h nu|."""
+    generator = np.random.default_rng(seed)
+    amplitudes = 0.2 / np.hypot(1 - nu**2, 0.1 * nu)
+    return {
+        "nu": nu,
+        "displacement_amplitude_1": amplitudes + 1e-4 * generator.standard_normal(nu.size),
+    }
+
+
+LINEAR = vp.Exciter(l=5.0, f=0.2, h=0.1)
+
+
+def test_a_parameter_without_effect_is_not_determined():
+    table = linear_response(np.linspace(0.6, 0.8, 12))
+    found = vp.identify(LINEAR, table, {"f": (0.1, 0.3), "R2": (0.5, 0.9)}, samples=16)
+    assert int(found.fit_result) == FitResult.EXPLAINED
+    assert float(found.R2_std) == np.inf
+    assert found.parameter_result.values.tolist() == [
+        FoundResult.DETERMINED,
+        FoundResult.UNDETERMINED,
+    ]
+    assert np.abs(found.singular_vector[-1]).values == pytest.approx([0.0, 1.0], abs=1e-6)
+    # What is determined has the deviation that it has alone.
+    alone = vp.identify(LINEAR, table, {"f": (0.1, 0.3)}, samples=16)
+    assert float(found.f_std) == pytest.approx(float(alone.f_std) * np.sqrt(11 / 10), rel=1e-2)
+    assert abs(float(found.f) - 0.2) < 4 * float(found.f_std)
+
+
+def test_a_combination_alone_is_not_determined():
+    # At one frequency the amplitude tells f over |1 - nu^2 + i h nu| alone.
+    table = linear_response(np.full(12, 0.9))
+    found = vp.identify(LINEAR, table, {"f": (0.1, 0.3), "h": (0.05, 0.2)}, samples=16)
+    assert [float(found.f_std), float(found.h_std)] == [np.inf, np.inf]
+    covariance = found.parameter_covariance.values
+    assert covariance[0, 1] == covariance[1, 0] == np.inf
+    f, h = float(found.f), float(found.h)
+    amplitude = f / np.hypot(0.19, 0.9 * h)
+    assert amplitude == pytest.approx(0.2 / np.hypot(0.19, 0.09), rel=1e-3)
+    # Along the direction, in shares of the ranges, the amplitude stays.
+    along = found.singular_vector[-1].values * [0.2, 0.15]
+    change = along[0] / f - 0.81 * h * along[1] / (0.19**2 + 0.81 * h**2)
+    assert change == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_parameter_that_ended_at_its_range_is_named():
+    found = vp.identify(KNOWN, measured_motion(1), {**VARY, "R1": (0.5, 0.7)}, samples=32)
+    assert float(found.R1) == pytest.approx(0.7, abs=1e-6)
+    assert int(found.parameter_result.sel(parameter="R1")) == FoundResult.AT_RANGE
+    assert int(found.fit_result) == FitResult.BEYOND_NOISE
+
+
+def test_the_covariance_in_si_is_that_of_the_deviations():
+    table = linear_response(np.linspace(0.6, 0.8, 12))
+    found = vp.identify(LINEAR, table, {"f": (0.1, 0.3), "h": (0.05, 0.2)}, samples=16)
+    physical = vp.to_physical(found, m=2.0, C=8000.0)
+    assert (
+        physical.other_parameter.values.tolist() == physical.parameter.values.tolist() == ["F", "H"]
+    )
+    deviations = [float(physical.F_std), float(physical.H_std)]
+    assert np.sqrt(np.diag(physical.parameter_covariance)) == pytest.approx(deviations, rel=1e-12)
+
+
+def test_too_few_numbers_do_not_tell_their_noise():
+    for n, result in ((10, FitResult.NOT_JUDGED), (11, FitResult.EXPLAINED)):
+        several = linear_response(np.linspace(0.6, 0.8, n))
+        found = vp.identify(LINEAR, several, {"f": (0.1, 0.3)}, samples=16)
+        assert int(found.fit_result) == result
+    table = linear_response(np.linspace(0.6, 0.8, 4))
+    found = vp.identify(LINEAR, table, {"f": (0.1, 0.3)}, samples=16)
+    assert int(found.fit_result) == FitResult.NOT_JUDGED
+    given = vp.identify(
+        LINEAR, table, {"f": (0.1, 0.3)}, noise={"displacement_amplitude_1": 1e-4}, samples=16
+    )
+    assert int(given.fit_result) == FitResult.EXPLAINED
 
 
 def test_a_curve_is_a_target_of_a_design():

@@ -8,10 +8,14 @@ import numpy as np
 
 from vibropipe.words.designs import FitResult, FoundResult
 
-# A misfit is beyond the noise if noise alone is as large in fewer than 1 of 1000 cases; as deviations of a normal variable.
+# A misfit is beyond the noise if noise alone is as large in fewer than 1 of 1000 cases; in deviations of a normal one.
 CHANCE, CHANCE_DEVIATIONS = 1e-3, 3.09
-# Share of the largest measured value below which a misfit is that of the model: a curve is interpolated.
+# With fewer than eleven numbers noise alone may fall below this share of its usual differences: they do not tell it.
+LEAST_LEFT = 0.15
+# Share of the largest value below which a misfit is that of the model: a curve is interpolated.
 RESOLUTION = 1e-6
+# Size of a quantity that is zero throughout.
+SMALLEST = 1e-12
 # Directions whose effect is this share of the largest one are without effect: derivatives are differences.
 SINGULAR = 1e-7
 # A parameter takes part in a direction by more than this, in shares of the ranges.
@@ -71,7 +75,8 @@ def quality_of(
     """
     from scipy.stats import chi2
 
-    floor = RESOLUTION * np.maximum(np.abs(measured).max(axis=0), np.finfo(float).tiny)
+    sizes = np.abs(np.nan_to_num(np.vstack([measured, fitted]))).max(axis=0)
+    floor = RESOLUTION * np.maximum(sizes, SMALLEST)
     if noise is not None:
         sigma, limit = noise, float(chi2.isf(CHANCE, freedom)) / freedom
     else:
@@ -86,18 +91,81 @@ def _ratio_limit(n: int) -> float:
     """Return the largest ratio of the variance of n numbers without memory to that of their successive differences."""
     # The mean square successive difference over twice the variance has mean 1 and this standard deviation.
     left = 1.0 - CHANCE_DEVIATIONS * np.sqrt(max(n - 2, 1) / max(n**2 - 1, 1))
-    return float(1.0 / left) if left > 0 else np.inf
+    return float(1.0 / left) if left > LEAST_LEFT else np.inf
 
 
 def _result(
     measured: np.ndarray, fitted: np.ndarray, chi: float, limit: float, sigma: np.ndarray
 ) -> FitResult:
-    """Return the verdict."""
+    """Return whether the misfit is no larger than the noise; nothing is explained where only noise was measured."""
+    from scipy.stats import chi2
+
     if not np.isfinite(fitted).all():
         return FitResult.ABSENT
-    is_silent = (measured**2).sum(axis=0) <= len(measured) * limit_of_silence(sigma)
-    if (len(measured) > 2 and (np.ptp(measured, axis=0) == 0).any()) or is_silent.any():
+    n = len(measured)
+    if n > 2 and (np.ptp(measured, axis=0) == 0).any():
         return FitResult.CONSTANT
     if chi > limit:
         return FitResult.BEYOND_NOISE
+    power = (measured**2 / sigma**2).sum(axis=0)
+    if (power <= chi2.isf(CHANCE, n)).all():
+        return FitResult.CONSTANT
     return FitResult.EXPLAINED if np.isfinite(limit) else FitResult.NOT_JUDGED
+
+
+class Determined(NamedTuple):
+    """What the measurements determine.
+
+    Attributes
+    ----------
+    covariance : (k, k) array
+        Of the parameters found; infinite along directions without effect.
+    singular_values : (k,) array
+        Change of the fit along each direction, over all of the ranges, in standard deviations of the noise.
+    directions : (k, k) array
+        Directions in rows, in shares of the ranges.
+    results : (k,) int array
+        FoundResult of each parameter.
+    """
+
+    covariance: np.ndarray
+    singular_values: np.ndarray
+    directions: np.ndarray
+    results: np.ndarray
+
+
+def determined(
+    slopes: np.ndarray, scale: float, found: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> Determined:
+    """Return which parameters a fit determines, from its singular directions [1]_.
+
+    Parameters
+    ----------
+    slopes : (n, k) array
+        Derivatives of the misfits, in standard deviations of the noise, by the parameters.
+    scale : float
+        What the covariance is multiplied by.
+    found, low, high : (k,) array
+        Values found, and the ends of their ranges.
+
+    References
+    ----------
+    .. [1] G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., Johns Hopkins 2013, section 5.5.
+    """
+    width = high - low
+    _, singular, directions = np.linalg.svd(slopes * width, full_matrices=False)
+    is_blind = singular <= SINGULAR * max(float(singular.max()), np.finfo(float).tiny)
+    seen = directions[~is_blind] / singular[~is_blind, None]
+    covariance = scale * (seen.T @ seen) * np.outer(width, width)
+    for direction in directions[is_blind]:
+        takes_part = np.where(np.abs(direction) > PART, direction, 0.0)
+        signs = np.sign(np.outer(takes_part, takes_part))
+        with np.errstate(invalid="ignore"):
+            covariance = np.where(signs != 0, covariance + signs * np.inf, covariance)
+    std = np.sqrt(np.diag(covariance))
+    share = (found - low) / width
+    results = np.where(
+        std >= width, FoundResult.UNDETERMINED,
+        np.where(np.minimum(share, 1 - share) < AT_END, FoundResult.AT_RANGE, FoundResult.DETERMINED),
+    ).astype(np.int8)  # fmt: skip
+    return Determined(covariance, singular, directions, results)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from vibropipe.solve import curve_fit
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.face import check_vary
 from vibropipe.solve.design.goals import CURVE
+from vibropipe.solve.fit_quality import determined, quality_of
 from vibropipe.solve.gradient import STEP, parameter_steps
 from vibropipe.solve.named import SIZES, Named, harmonics_of, named, outputs_of
 from vibropipe.solve.origin_attrs import origin_attrs
@@ -31,8 +32,8 @@ SAMPLES = 128
 # evaluations of a search.
 BOXES = (1.0, 0.3, 0.1)
 REFINED, MAX_EVALUATIONS = 4, 40
-# Misfit, over the largest measured value, where the motion has not the measured quantity.
-ABSENT = 10.0
+# Misfit where the motion has not the measured quantity, over the largest value measured or computed at so many points.
+ABSENT, SIZED = 10.0, 32
 A_TABLE = "a table with columns phase and displacement, or with swept parameters and quantities"
 
 
@@ -74,7 +75,7 @@ def identify(
     noise: Mapping[str, float] | None = None,
     samples: int = SAMPLES,
 ) -> xr.Dataset:
-    """Find the parameters that explain a measured motion or response best in weighted least squares.
+    """Find the parameters nearest to a measured motion or response in weighted least squares, and how near they are.
 
     Samples of low discrepancy in the ranges of `vary` come first; the best are refined [1]_. The covariance is that of
     the linear model at the solution [2]_.
@@ -91,7 +92,8 @@ def identify(
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     noise : mapping of str to float, optional
-        Standard deviation of each measured quantity; needed for several. Otherwise it is estimated from the misfit.
+        Standard deviation of each measured quantity; needed for several. Otherwise it is estimated from the differences
+        of successive misfits.
     samples : int
         Number of samples, from 8 to 1e6.
 
@@ -99,15 +101,25 @@ def identify(
     -------
     xarray.Dataset
         <parameter>, <parameter>_std
-            Each parameter; of the varied ones the value found, and its standard deviation.
+            Each parameter; of the varied ones the value found, and its standard deviation: infinite if the measurements
+            do not depend on it, or on a combination of it with others alone.
         parameter_covariance (parameter, other_parameter)
             Covariance of the values found.
+        parameter_result (parameter)
+            Whether the measurements determine a parameter, it ended at its range, or its deviation is as wide as that.
+        singular_value (direction_of_fit), singular_vector (direction_of_fit, parameter)
+            Change of the fit along orthogonal directions, over all of the ranges, in deviations of the noise.
         <name>_measured, <name>_fitted (measurement)
             Each quantity, measured and computed.
         <name>_noise
-            Standard deviation of each quantity: given, or estimated from the misfit.
-        reduced_chi_square
-            Sum of squares over the degrees of freedom: near 1 if the given noise explains the misfit.
+            Standard deviation of each quantity: given, or estimated.
+        reduced_chi_square, reduced_chi_square_limit
+            Sum of squares of misfits over the noise, over the degrees of freedom; what noise alone exceeds in one of
+            1000 cases.
+        fit_result
+            explained: the misfit is within that limit. beyond_noise: it is not. constant: a quantity has one value
+            only, or all are no larger than the noise. absent: the motion found lacks a measured quantity. not_judged:
+            too few measurements to estimate their noise.
 
     Raises
     ------
@@ -124,10 +136,9 @@ def identify(
     data = read_measured(measured, ranges, noise)
     check_whole("samples", samples, DESIGN_SAMPLES)
     exciter.check_start(x0, v0)
-    model = _Model(exciter, data, list(ranges), x0, v0)
     low, high = np.array(list(ranges.values())).T
-    best = _search(model, low, high, samples)
-    return _dataset(model, best, list(ranges))
+    model = _with_absent(_Model(exciter, data, list(ranges), x0, v0, np.zeros(1)), low, high)
+    return _dataset(model, _search(model, low, high, samples), low, high)
 
 
 def read_measured(
@@ -177,6 +188,7 @@ class _Model:
     found: list[str]
     x0: float | None
     v0: float
+    absent: np.ndarray
 
     @property
     def columns(self) -> list[int]:
@@ -207,8 +219,7 @@ class _Model:
         misfits = values - data.values
         for column, name in enumerate(data.names):
             misfits[..., column] = name.difference(values[..., column], data.values[:, column])
-        absent = ABSENT * np.abs(data.values).max(axis=0)
-        misfits = np.where(np.isfinite(misfits), misfits, absent)
+        misfits = np.where(np.isfinite(misfits), misfits, self.absent)
         return (misfits * data.weights).reshape(len(points), -1)
 
     def jacobian(self, point: np.ndarray) -> np.ndarray:
@@ -221,13 +232,27 @@ class _Model:
         return ((moved[:k] - moved[k:]) / (2 * np.diag(steps))[:, None]).T
 
 
+def _with_absent(model: _Model, low: np.ndarray, high: np.ndarray) -> _Model:
+    """Return the model with a misfit of absent quantities above those of all values in the ranges."""
+    points = low + (high - low) * _sequence(low.size).random(SIZED)
+    largest = np.abs(np.nan_to_num(model.values(points))).max(axis=(0, 1))
+    return replace(
+        model, absent=ABSENT * np.maximum(largest, np.abs(model.data.values).max(axis=0))
+    )
+
+
+def _sequence(k: int) -> Any:
+    """Return Sobol's sequence without its first point, a corner."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(k, scramble=False).fast_forward(1)
+
+
 def _search(model: _Model, low: np.ndarray, high: np.ndarray, samples: int) -> np.ndarray:
     """Return the values (k,) of least misfit."""
     from scipy.optimize import least_squares
-    from scipy.stats import qmc
 
-    sequence = qmc.Sobol(low.size, scramble=False)
-    sequence.fast_forward(1)
+    sequence = _sequence(low.size)
     middle, best, least = 0.5 * (low + high), 0.5 * (low + high), np.inf
     for share in BOXES:
         # Laws of motion divide the ranges: a search ends where its law does, so samples look around the best fit again.
@@ -246,31 +271,38 @@ def _search(model: _Model, low: np.ndarray, high: np.ndarray, samples: int) -> n
     return best
 
 
-def _dataset(model: _Model, best: np.ndarray, found: list[str]) -> xr.Dataset:
-    """Return the values found, with their covariance and the fit, as a labelled dataset."""
+def _dataset(model: _Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) -> xr.Dataset:
+    """Return the values found, how good the fit is and what it determines, as a labelled dataset."""
     import xarray as xr
 
-    data, residuals = model.data, model.residuals(best[None])[0]
-    slopes = model.jacobian(best)
-    freedom = residuals.size - best.size
-    chi = float(residuals @ residuals) / freedom
-    scale = 1.0 if data.has_noise else chi
-    covariance = scale * np.linalg.pinv(slopes.T @ slopes)
+    data, found, fitted = model.data, model.found, model.values(best[None])[0]
+    misfits = model.residuals(best[None])[0].reshape(data.values.shape) / data.weights
+    order = np.lexsort([*data.over.values()][::-1])
+    given = 1 / data.weights if data.has_noise else None
+    freedom = misfits.size - best.size
+    quality = quality_of(data.values, fitted, misfits, freedom, order, given)
+    weights = np.tile(1 / (data.weights * quality.noise), len(data.values))
+    slopes = model.jacobian(best) * weights[:, None]
+    known = determined(slopes, 1.0 if data.has_noise else quality.chi, best, low, high)
     parameters = {
         **model.exciter.stated(),
         **dict(zip(found, best.tolist(), strict=True)),
     }
-    fitted = model.values(best[None])[0]
     variables: dict[str, Any] = {
-        "parameter_covariance": (("parameter", "other_parameter"), covariance),
-        "reduced_chi_square": ((), chi if data.has_noise else 1.0),
+        "parameter_covariance": (("parameter", "other_parameter"), known.covariance),
+        "parameter_result": (("parameter",), known.results),
+        "singular_value": (("direction_of_fit",), known.singular_values),
+        "singular_vector": (("direction_of_fit", "parameter"), known.directions),
+        "reduced_chi_square": ((), quality.chi),
+        "reduced_chi_square_limit": ((), quality.limit),
+        "fit_result": ((), np.int8(quality.result)),
     }
-    sigma = np.sqrt(np.diag(covariance))
+    sigma = np.sqrt(np.diag(known.covariance))
     variables |= {f"{name}_std": ((), value) for name, value in zip(found, sigma, strict=True)}
     for suffix, values in (
         ("measured", data.values),
         ("fitted", fitted),
-        ("noise", np.sqrt(scale) / data.weights),
+        ("noise", quality.noise),
     ):
         variables |= _by_quantity(data.names or [Named(CURVE, CURVE)], values, suffix)
     coords: dict[str, Any] = {
@@ -281,6 +313,7 @@ def _dataset(model: _Model, best: np.ndarray, found: list[str]) -> xr.Dataset:
     sizes = {dim: n for dims, shape in labelled for dim, n in zip(dims, shape, strict=True)}
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
     coords |= {"parameter": found, "other_parameter": found}
+    coords["direction_of_fit"] = np.arange(1, len(found) + 1)
     start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
     effects = all_effect_names({**vars(model.exciter), **parameters, **data.over}, pieces=True)
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}

@@ -178,7 +178,7 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
     except KeyError:
         words, plain = {}, {}
     attrs |= {key: words[key] for key in WORDS if words.get(key) != plain.get(key)}
-    if name == "parameter":
+    if name in (PARAMETER, "other_parameter"):
         data = [physical_name(str(each)) for each in data]
     return xr.Variable(dims, convert(name, data, numbers), attrs)
 
@@ -212,6 +212,11 @@ def _sensitivities_in_si(
         if name.endswith(SENSITIVITY_SUFFIX):
             changed[name] = variable * shares
             changed[name].attrs = variable.attrs
+    covariance = variables.get("parameter_covariance")
+    if covariance is not None:
+        factors_of_both = xr.Variable(covariance.dims, np.outer(units, units))
+        changed["parameter_covariance"] = covariance * factors_of_both
+        changed["parameter_covariance"].attrs = covariance.attrs
     return changed
 
 

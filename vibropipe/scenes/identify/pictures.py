@@ -18,6 +18,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.kind import Picture
+from vibropipe.words.designs import FitResult, FoundResult
 from vibropipe.words.wording import series
 
 PANEL_CM, FRAME_CM = 4.2, 2.6
@@ -55,15 +56,28 @@ def along(dataset: xr.Dataset) -> xr.DataArray:
     return next(each for each in dataset.coords.values() if each.dims == ("measurement",))
 
 
-def found_text(dataset: xr.Dataset) -> list[str]:
-    """Write each parameter that was found, with its standard deviation."""
+def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
+    """Write each parameter that was found, with its standard deviation, or that it is not determined."""
     texts = []
-    for name in map(str, dataset["parameter"].values):
-        value, sigma = (
-            format_number(float(dataset[name + end]), 5 if not end else 2) for end in ("", "_std")
-        )
-        texts.append(f"{plain_symbol(name)} = {with_units(dataset[name], f'{value} ± {sigma}')}")
+    for name, result in zip(map(str, dataset["parameter"].values), results(dataset), strict=True):
+        value = format_number(float(dataset[name]), 5)
+        if result == FoundResult.UNDETERMINED:
+            texts.append(f"{plain_symbol(name)} not determined")
+        elif result == FoundResult.AT_RANGE:
+            texts.append(
+                f"{plain_symbol(name)} = {with_units(dataset[name], value)}, at an end of its range"
+            )
+        else:
+            sigma = (
+                f" ± {format_number(float(dataset[f'{name}_std']), 2)}" if with_deviation else ""
+            )
+            texts.append(f"{plain_symbol(name)} = {with_units(dataset[name], value + sigma)}")
     return texts
+
+
+def results(dataset: xr.Dataset) -> list[FoundResult]:
+    """Return what the measurements say of each parameter."""
+    return [FoundResult(int(code)) for code in dataset["parameter_result"].values]
 
 
 def draw_fit(dataset: xr.Dataset) -> Figure:
@@ -103,10 +117,11 @@ def describe_fit(dataset: xr.Dataset) -> str:
         f"{part.name}: {with_units(part.measured, format_number(float(part.noise), 2))}"
         for part in columns(dataset)
     )
+    explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
     return sentences(
         "Measured values and those of the parameters found, and below their difference over the standard deviation "
         "of the noise; dashed: two of them",
-        f"Found: {series(found_text(dataset))}",
+        f"{'Found' if explained else 'Nearest'}: {'; '.join(found_text(dataset, explained))}",
         f"Noise of {noise}",
     )
 

@@ -23,6 +23,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.ticker import LogFormatterSciNotation
 from matplotlib.transforms import Bbox
 
 from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE
@@ -36,6 +38,8 @@ FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
 PRINT_WIDTH_CM, FONT_SIZE, SMALL_FONT_SIZE = WIDE, BODY, SMALL
 SHRINKING = 0.82  # of indices and powers in formulas: 6.56 pt in labels, which print still resolves
+LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LINE_CM = 0.5  # of a line of a title
 DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
 PAGE_HEIGHT_CM = 21.5  # of a figure with its caption below on A4
@@ -216,11 +220,43 @@ def save(figure: Figure, folder: Path, name: str, fingerprint: str = "") -> list
 
     The bytes depend on the figure and on the fingerprint of what it was made from, which the files carry if given.
     """
+    use_letters_for_indices(figure)
     freeze_layout(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
     for path in paths:
         save_as(figure, path, fingerprint)
     return paths
+
+
+class RaisedPowers(LogFormatterSciNotation):
+    """Ticks of a logarithmic axis, whose powers of ten are letters of the font."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a tick."""
+        return with_letters(super().__call__(x, pos))
+
+
+def use_letters_for_indices(figure: Figure) -> None:
+    """Write indices and powers of small type as letters: in formulas they would be too small to read."""
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            if type(axis.get_major_formatter()) is LogFormatterSciNotation:
+                axis.set_major_formatter(RaisedPowers())
+            if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
+                axis.set_minor_formatter(RaisedPowers(minor_thresholds=(1, 0.4)))
+    for text in figure.findobj(Text):
+        if float(text.get_fontsize()) < FONT_SIZE and "$" in text.get_text():
+            text.set_text(with_letters(text.get_text()))
+
+
+def with_letters(text: str) -> str:
+    """Return mathtext with the digits of indices and powers as letters.
+
+    >>> with_letters("$R_1$ of $10^{-3}$")
+    '$R₁$ of $10⁻³$'
+    """
+    lowered = re.sub(r"_(\d)|_\{(\d+)\}", lambda m: (m[1] or m[2]).translate(LOWERED), text)
+    return re.sub(r"\^(\d)|\^\{([-−]?\d+)\}", lambda m: (m[1] or m[2]).translate(RAISED), lowered)
 
 
 def freeze_layout(figure: Figure) -> None:

@@ -40,8 +40,8 @@ class Table:
         One entry per column, with the one unit of the column in brackets. Names of quantities (`delta`, `harmonic 2`)
         are written as symbols, in the head and in first cells.
     rows : list of list of str
-        Cells, as many per row as `head` has entries; those beyond the tenth of more than MAX_ROWS are left out, and the
-        note says so.
+        Cells, as many per row as `head` has entries, with keys and commands in backticks. Of more than MAX_ROWS
+        only ROWS_SHOWN are shown, and the note says so.
     note : str
         Below the table: what a dash means, what the numbers are.
     widths : tuple of str

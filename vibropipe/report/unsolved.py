@@ -36,5 +36,5 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         reason = Status(code)
         where = extent_text(mask) or DASH
         text = reason.name.lower().replace("_", " ")
-        rows.append([name, text, number, where, reason.remedy.replace("`", "")])
+        rows.append([name, text, number, where, reason.remedy])
     return rows

@@ -1,0 +1,145 @@
+"""What every report keeps, for small studies of every kind of scene: pages, type, words and numbers of sentences."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from pdf_pages import filled, letters, page_texts
+from small_studies import STUDIES
+
+from vibropipe.figures.canvas import MIN_TYPE
+from vibropipe.jobs.drawing import draw_study
+from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.solving import solve_to_file
+from vibropipe.store import read_scenes, read_sidecar
+from vibropipe.study import load_study
+
+MIN_FILLED = 0.65
+MAX_TITLE = 85
+SHIPPED = ("paper", "regimes", "laws", "coexistence", "design", "hard_cases", "accuracy", "effects")
+# A number, with its power of ten; names of supports and figures and laws of motion (m; p1, p2) have none.
+NAMES = re.compile(r"([Ss]upports?|[Ff]igures?) \d+(( and |, )\d+)*|\(\d+; \d+, \d+\)|95 %")
+NUMBER = re.compile(r"\d[\d,]*(\.\d+)?( × 10[⁻⁰¹²³⁴-⁹]+)?")
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory):
+    """Return a function from the name of a study to its report: file and data."""
+    made: dict[str, SimpleNamespace] = {}
+
+    def report_of(name: str) -> SimpleNamespace:
+        if name not in made:
+            folder = tmp_path_factory.mktemp(name)
+            file = folder / f"{name}.yaml"
+            if name in STUDIES:
+                file.write_text(STUDIES[name], encoding="utf-8")
+            else:
+                file = Path(__file__).parents[2] / "config" / f"{name}.yaml"
+            study = load_study(file)
+            for scene in study.scenes:
+                solve_to_file(study, scene, folder / name / f"{scene}.nc", None, 1)
+            draw_study(study, folder)
+            pdf = build_report(study, folder, folder / "report.pdf")
+            datasets = read_scenes(folder / name, study.scenes, study.fingerprints)
+            sidecars = {each: read_sidecar(folder / name / f"{each}.nc") for each in study.scenes}
+            made[name] = SimpleNamespace(pdf=pdf, data=report_data(study, datasets, sidecars))
+        return made[name]
+
+    return report_of
+
+
+# Pictures, sentences and tables that are older than these rules: take a study out where it keeps them.
+OLDER = {
+    "test_type_is_large_enough": {
+        "motions_and_response", "three_parameters", "starts", "branches_and_borders", "checks",
+    },
+    "test_no_identifier_stands_outside_methods_and_commands": {"wanted_mean", "race", "costs"},
+    "test_scenes_have_at_most_three_answers_of_two_numbers": {
+        "motions_and_response", "units", "three_parameters", "starts", "branches_and_borders", "checks", "race",
+        "costs",
+    },
+    "test_every_answer_begins_with_a_half_sentence_that_is_bold": {
+        "motions_and_response", "units", "branches_and_borders", "costs",
+    },
+    "test_titles_are_one_line": {"units", "race", "chaos_and_failures"},
+}  # fmt: skip
+
+
+@pytest.fixture(params=[*STUDIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SHIPPED)])
+def report(reports, request) -> SimpleNamespace:
+    if request.param in OLDER.get(request.node.originalname, ()):
+        reason = "older than this rule; take the study out of OLDER if it keeps it"
+        request.applymarker(pytest.mark.xfail(strict=True, reason=reason))
+    return reports(request.param)
+
+
+def figures_of(data) -> list[dict]:
+    return [data["hero"], *(i for g in data["groups"] for i in g["items"] if i["type"] == "figure")]
+
+
+def answers_of(data) -> Iterator[list[dict]]:
+    yield data["answers"]
+    for group in data["groups"]:
+        yield group["answers"]
+
+
+def numbers_in(text: str) -> list[str]:
+    """Return the numbers that a sentence states."""
+    return [found[0] for found in NUMBER.finditer(NAMES.sub("", text))]
+
+
+@pytest.mark.parametrize(
+    ("text", "amount"),
+    [
+        ("Support 1 is struck with 1.5, supports 1 and 2 of figure 6 are not.", 1),
+        ("It fills 46 % of the map, between 2.515 and 2.520.", 3),
+        ("The error of (1; 1, 1) is 3 × 10⁻¹⁵, R₁ = 16,000.", 2),
+    ],
+)
+def test_numbers_of_a_sentence_are_counted(text, amount):
+    assert len(numbers_in(text)) == amount
+
+
+def test_pages_are_filled(report):
+    assert min([1.0, *filled(report.pdf)[:-1]]) >= MIN_FILLED
+
+
+def test_type_is_of_one_family(report):
+    fonts = {letter.font.partition("-")[0] for letter in letters(report.pdf)}
+    assert fonts <= {"LibertinusSerif", "DejaVuSansMono"}
+
+
+def test_type_is_large_enough(report):
+    small = [letter for letter in letters(report.pdf) if letter.size < MIN_TYPE]
+    assert not small, {(letter.page, letter.text, round(letter.size, 2)) for letter in small}
+
+
+def test_no_identifier_stands_outside_methods_and_commands(report):
+    names = [
+        letter for letter in letters(report.pdf) if letter.text == "_" and "Mono" not in letter.font
+    ]
+    assert not names, re.findall(r"\S*_\S*", "".join(page_texts(report.pdf)))
+
+
+def test_scenes_have_at_most_three_answers_of_two_numbers(report):
+    for answers in answers_of(report.data):
+        assert len(answers) <= 3
+        for answer in answers:
+            text = f"{answer['lead']} {answer['rest']}"
+            assert len(numbers_in(text)) <= 2, text
+
+
+def test_every_answer_begins_with_a_half_sentence_that_is_bold(report):
+    assert all(answer["lead"] for answers in answers_of(report.data) for answer in answers)
+
+
+def test_titles_are_one_line(report):
+    titles = [figure["title"] for figure in figures_of(report.data)]
+    assert all(0 < len(title) <= MAX_TITLE for title in titles)
+    assert len(set(titles)) == len(titles)
+    assert report.data["answers"]
+    assert report.data["question"].endswith("?")

@@ -26,10 +26,15 @@ from vibropipe.march.state import (
     initial_state,
 )
 from vibropipe.physics.contact import frame_at, support_position
+from vibropipe.physics.decay import ALIVE, Decay, decay_of
 from vibropipe.physics.flow import REACH
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.load import force_at, force_rate, force_value, largest_force
+from vibropipe.physics.load import force_at, force_rate, force_value, largest_force, no_force
 from vibropipe.physics.stiffness import damping_of, is_soft, piece_rate, stiffness_of
+
+# Parts of a step of a contact above which it is looked at whether its exponentials have decayed: usual contacts have
+# fewer and keep their bits. Parts above which the rounding of a time exceeds some parts.
+MANY_PARTS, MAX_PARTS = 2.0**12, 2.0**44
 
 
 class Piece(NamedTuple):
@@ -110,12 +115,24 @@ def piece_at(e, p, frame, state) -> Piece:
 
 
 @jit
-def steps_of_contact(e, p, grid, home) -> int:
-    """Return into how many parts a step of the grid is divided in contact with a soft support."""
-    if grid.exact is None:
-        return 1
-    stiffness, damping = coefficients(e, p, home, True)
-    return max(1, math.ceil(piece_rate(stiffness, damping) * grid.dt / REACH))
+def parts_of_step(e, p, grid, frame, piece, state):
+    """Return into how many parts a step of the grid is divided, in contact with a soft support, and its `Decay`.
+
+    The parts are 0 where they are too short for the times of the grid.
+    """
+    alive = Decay(ALIVE, 0.0, 0.0, 0.0, no_force())
+    if grid.exact is None or not piece.in_contact:
+        return 1, alive
+    parts = piece_rate(piece.stiffness, piece.damping) * grid.dt / REACH
+    if not parts <= MAX_PARTS:
+        return 0, alive
+    if parts <= MANY_PARTS or state.mode != FLIGHT or state.y == 0.0:
+        return max(1, math.ceil(parts)), alive
+    force, second = no_force(), e.second_harmonic
+    if e.forcing is not None:
+        force = force_at(p, frame.sigma, phase_at(grid, state), second)
+    decay = decay_of(state.y, state.w, force, piece.load, piece.stiffness, piece.damping, p, second)
+    return max(1, math.ceil(decay.rate * grid.dt / REACH)), decay
 
 
 @jit

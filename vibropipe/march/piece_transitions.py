@@ -32,8 +32,19 @@ from vibropipe.march.state import (
     STUCK,
     State,
 )
-from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.contact import support_position, to_velocity
+from vibropipe.physics.load import largest_force
 from vibropipe.physics.stiffness import damping_of, is_soft
+
+# Speed of an approach that is rounding, as a share of the speeds in the step: a contact with it is a grazing.
+SPEED_ROUNDING = 2.0**-48
+
+
+@jit
+def speed_rounding(p, grid, home, w):
+    """Return the rounding of the speed of an approach within a step that begins in the frame of `home` with w."""
+    offset = support_position(p, home) if home > 0 else 0.0
+    return SPEED_ROUNDING * (abs(w) + (abs(offset) + largest_force(p)) * grid.dt)
 
 
 @jit
@@ -65,6 +76,11 @@ def start(e, p, grid, log, state, end):
         begin(e, p, grid, log, BEGIN, state)
         return state
     log.pieces.contact[IS_OPEN] = 0.0
+    if not -state.w > speed_rounding(p, grid, state.home, 0.0):
+        log_grazing(log, turns_at(grid, state), state.home)
+        after = resume(e, p, grid, state, state.home, 0.0)
+        begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
+        return after
     if is_soft(e, p, state.home):
         after = State(state.period, state.step, state.theta, state.home, 0.0, state.w, FLIGHT, 0.0)
         begin(e, p, grid, log, ENTER, after)
@@ -109,7 +125,7 @@ def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
     approach = -w if event == NEAR else w
     if piece.in_contact:
         approach = -approach
-    if is_grazing or not approach > 0.0:
+    if is_grazing or not approach > speed_rounding(p, grid, home, state.w):
         approach = 0.0
     if not is_soft(e, p, side):
         return touch_rigid(e, p, grid, state, at, side, approach, end, log)

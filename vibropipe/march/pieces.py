@@ -53,9 +53,9 @@ from vibropipe.march.piece_state import (
     coefficients,
     is_in_contact,
     net_force,
+    parts_of_step,
     piece_at,
     resume,
-    steps_of_contact,
 )
 from vibropipe.march.piece_transitions import after_event, begin, start
 from vibropipe.march.roots import GRAZING, NONE, STRIDE_LIMIT
@@ -73,7 +73,9 @@ from vibropipe.march.state import (
     is_watched,
 )
 from vibropipe.physics.contact import frame_at
+from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.friction import slip_wait
+from vibropipe.physics.limits import MAX_PIECE_STEPS
 from vibropipe.physics.load import NEVER
 from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
@@ -84,7 +86,7 @@ ONE_PART = np.int64(1)
 SHORTEST = 2.0**-52
 # Largest number of events of a march, turning points included, which no limit of contacts bounds.
 MAX_TURNS = 100_000_000
-OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
+OK, MAX_IMPACTS, MAX_STEPS = int(Status.OK), int(Status.MAX_IMPACTS), int(Status.MAX_STEPS)
 NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
 SUPPORT_REACHED, ROOT_BOUND = int(Status.SUPPORT_REACHED), int(Status.ROOT_BOUND)
 
@@ -159,7 +161,9 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     """
     frame = frame_at(e, p, state.home)
     piece = piece_at(e, p, frame, state)
-    parts = steps_of_contact(e, p, grid, state.home) if piece.in_contact else 1
+    parts, decay = parts_of_step(e, p, grid, frame, piece, state)
+    if parts == 0:
+        return state, MAX_STEPS, False
     last = state.period == end.period and state.step == end.step
     limit = end.theta if last else 1.0
     span = (limit - state.theta) * parts
@@ -167,7 +171,10 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     if not is_whole:
         span = 1.0
     dt = grid.dt / parts
-    fill_piece(e, p, grid, frame, piece, state, span, dt, c)
+    if decay.kind == ALIVE:
+        fill_piece(e, p, grid, frame, piece, state, span, dt, c)
+    else:
+        decayed_taylor(c, state.y, decay, p.nu, dt, e.second_harmonic)
     log.counts[POLYNOMIALS] += 1
     has_friction = e.friction is not None and p.friction > 0.0
     theta, event, kind = first_event(
@@ -181,7 +188,8 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
         theta = end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c)
     y, w = evaluate(grid, c, theta)
     w *= parts
-    if event == NOTHING:
+    # After a contact at the end of a step no time is left in it: the mass departs in the next one.
+    if event == NOTHING and theta > 0.0:
         event = missed_event(frame, piece, has_friction, y, w)
         kind = NONE
     at = limit
@@ -270,6 +278,7 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
     """March from `state` to the end: `march.loop.march` for exciters with soft supports or friction."""
     counts = log.counts
     before = counts[IMPACTS] + counts[RESTS] + counts[GRAZINGS]
+    most = counts[POLYNOMIALS] + MAX_PIECE_STEPS
     state, turns = start(e, p, grid, log, state, end), 0
     while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
@@ -291,6 +300,8 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
         contacts = counts[IMPACTS] + counts[RESTS] + counts[GRAZINGS] - before
         if contacts > max_events or turns > MAX_TURNS:
             return state, MAX_IMPACTS
+        if counts[POLYNOMIALS] > most:
+            return state, MAX_STEPS
     state = impact_of_end(e, p, grid, state, end, log)
     if is_watched(state.home, e.watched):
         return state, SUPPORT_REACHED

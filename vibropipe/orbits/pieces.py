@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
     AT,
@@ -33,6 +35,7 @@ from vibropipe.march.state import restitution_of
 from vibropipe.orbits.harmonics import RESONANT
 from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
+from vibropipe.physics.decay import ALIVE, FOLLOWING, decay_of, decay_of_kind, decayed_taylor
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
@@ -41,6 +44,11 @@ from vibropipe.physics.quotient import divide
 from vibropipe.physics.saltation import product, saltation_matrix
 from vibropipe.physics.stiffness import damping_of, piece_flow, piece_rate, piece_taylor
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
+
+# Steps of a piece above which it is looked at whether its exponentials have decayed.
+MANY_STEPS = 2.0**12
+# Steps between two such looks.
+STRETCH = 32.0
 
 
 @jit
@@ -167,9 +175,26 @@ def add_harmonics_of_pieces(e, p, pieces, m, out, direct) -> None:
 
 @jit
 def steps_of_span(p, stiffness, damping, span, second):
-    """Return the steps of a piece of the length `span` for which a polynomial is exact to rounding."""
-    rate = max(fastest_forcing(p, second), piece_rate(stiffness, damping))
-    return max(1, math.ceil(span * rate / REACH))
+    """Return the steps of a piece of the length `span` for which a polynomial is exact to rounding, a whole number."""
+    return steps_at(max(fastest_forcing(p, second), piece_rate(stiffness, damping)), span)
+
+
+@jit
+def steps_at(rate, span) -> float:
+    """Return the steps of a motion with a fastest rate for which a polynomial is exact to rounding, a whole number."""
+    return max(1.0, float(np.ceil(span * rate / REACH)))
+
+
+@jit
+def decay_after(e, p, pieces, i, span, y, w):
+    """Return the `Decay` of piece i in the state (y, w), a time span after its start."""
+    sigma, load = load_of_piece(e, p, pieces, i)
+    contact = pieces.codes[i, FORM] == CONTACT
+    stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], contact)
+    force, second = no_force(), e.second_harmonic
+    if e.forcing is not None:
+        force = force_at(p, sigma, pieces.values[i, AT] + span / forcing_period(p), second)
+    return decay_of(y, w, force, load, stiffness, damping, p, second)
 
 
 @jit
@@ -188,7 +213,7 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
         Increased by the work of the force and the losses by damping, at support 1 and 2, and by friction.
     """
     home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
-    start, span, period = pieces.values[i, AT], pieces.values[i, SPAN], forcing_period(p)
+    start, span = pieces.values[i, AT], pieces.values[i, SPAN]
     if not span > 0.0:
         return
     y, w = pieces.values[i, Y], pieces.values[i, W]
@@ -197,20 +222,60 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
         for k in range(out.size):
             out[k] += x * phase_integral(k / m, start, end_of_piece(p, pieces, i))
         return
-    stiffness, damping = coefficients(e, p, home, form == CONTACT)
-    sigma, load = load_of_piece(e, p, pieces, i)
     friction = friction_of(e, p)
     if e.friction is not None:
         energy[4] += friction * abs(pieces.values[i, Y_END] - y)
-    second = e.second_harmonic
-    parts = steps_of_span(p, stiffness, damping, span, second)
+    stiffness, damping = coefficients(e, p, home, form == CONTACT)
+    steps = steps_of_span(p, stiffness, damping, span, e.second_harmonic)
+    if steps <= MANY_STEPS:
+        integrate_stretch(e, p, pieces, i, m, out, energy, 0.0, span, y, w, ALIVE, steps)
+        return
+    # In stretches, with steps as long as what is left of the motion allows.
+    done = 0.0
+    while done < span:
+        decay = decay_after(e, p, pieces, i, done, y, w)
+        stretch = min(span - done, STRETCH * REACH / decay.rate)
+        if decay.kind == FOLLOWING:
+            stretch = span - done
+        steps = steps_at(decay.rate, stretch)
+        y, w = integrate_stretch(
+            e, p, pieces, i, m, out, energy, done, stretch, y, w, decay.kind, steps
+        )
+        done += stretch
+
+
+@jit
+def integrate_stretch(e, p, pieces, i, m, out, energy, done, span, y, w, kind, steps):
+    """Add what `integrate_piece` does over a stretch of a piece; return (y, w) at its end.
+
+    Parameters
+    ----------
+    done, span : float
+        Start of the stretch after that of the piece, and its length, in tau.
+    y, w : float
+        State at its start.
+    kind : int
+        What is left of the motion (`physics.decay`).
+    steps : float
+        Steps that the stretch is divided into.
+    """
+    home, form, second = pieces.codes[i, HOME], pieces.codes[i, FORM], e.second_harmonic
+    period = forcing_period(p)
+    start = pieces.values[i, AT] + done / period
+    stiffness, damping = coefficients(e, p, home, form == CONTACT)
+    sigma, load = load_of_piece(e, p, pieces, i)
+    parts = int(steps)
     dt, c = span / parts, pieces.polynomial
     for part in range(parts):
         begin = start + part * dt / period
         force = no_force()
         if e.forcing is not None:
             force = force_at(p, sigma, begin, second)
-        piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
+        if kind == ALIVE:
+            piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
+        else:
+            left = decay_of_kind(kind, force, load, stiffness, damping, p, second)
+            decayed_taylor(c, y, left, p.nu, dt, second)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
             node_y = displacement(c, DEGREE, NODES[g])
@@ -226,6 +291,7 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
             for k in range(out.size):
                 out[k] += weight / period * x * phase_factor(k * phase / m)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+    return y, w
 
 
 @jit

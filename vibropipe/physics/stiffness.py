@@ -50,19 +50,6 @@ def piece_rate(stiffness: float, damping: float) -> float:
     return 0.5 * (abs(damping) + math.sqrt(damping * damping + 4.0 * stiffness))
 
 
-@jit_inline
-def fastest_contact(e, p):
-    """Return the largest rate of a contact with a soft support; 0 without one."""
-    fastest = 0.0
-    if e.soft is not None:
-        for support in (1, 2):
-            stiffness = stiffness_of(p, support)
-            if stiffness > 0.0:
-                rate = piece_rate(1.0 + stiffness, p.h + damping_of(p, support))
-                fastest = max(fastest, rate)
-    return fastest
-
-
 @jit
 def piece_taylor(c, y, w, force, load, stiffness, damping, nu, dt, second=None) -> None:
     """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for y'' + damping y' + stiffness y = load + force.

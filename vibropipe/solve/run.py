@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.march.grid import Instant, StepGrid, exact_grid, grid_time
-from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Samples, new_log
+from vibropipe.march.grid import Instant, StepGrid, exact_grid, exact_steps, grid_time
+from vibropipe.march.log import COUNTS, POLYNOMIALS, SHORT_FLIGHTS, Samples, new_log
 from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
@@ -19,10 +19,9 @@ from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.flow import DEGREE, REACH
-from vibropipe.physics.limits import MAX_MARCH_STEPS, SAMPLES_PER_PERIOD
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
 from vibropipe.physics.linear import stays_off_supports
-from vibropipe.physics.stiffness import fastest_contact
 from vibropipe.solve import linear_motion as linear
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.conservative_motion import contacts, positions
@@ -169,10 +168,13 @@ def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> Mot
     solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
     if solve_closed_form is None:
         grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
-        steps = (turns[1] - turns[0]) * grid.steps
-        _check_steps(request, steps * _parts_in_contact(exciter, request.effects, grid))
+        _check_steps(request, (turns[1] - turns[0]) * grid.steps)
         run = _march(exciter, request, grid, turns)
     else:
+        if request.energy:
+            # Energies are integrated step by step, also of a motion in closed form.
+            steps = exact_steps(request.effects, exciter.parameters())
+            _check_steps(request, (turns[1] - turns[0]) * steps)
         after = sample_times(turns, request.samples_per_period)
         columns, xs, vs = solve_closed_form(exciter, request, turns, after)
         end, counts = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
@@ -233,17 +235,12 @@ def _conservative(
     return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
-def _parts_in_contact(exciter: Exciter, effects: Effects, grid: StepGrid) -> float:
-    """Return into how many parts a step is divided at most, in contact with a soft support."""
-    if grid.exact is None or effects.soft is None:
-        return 1.0
-    return max(1.0, fastest_contact(effects, exciter.parameters()) * grid.dt / REACH)
-
-
 def _check_steps(request: MotionRequest, steps: float) -> None:
-    """Raise a ParameterError if a march has too many steps."""
-    if steps > MAX_MARCH_STEPS:
-        must = f"must be reached in at most {MAX_MARCH_STEPS:g} steps of the march"
+    """Raise a ParameterError if a march has too many steps, whatever happens in it."""
+    has_polynomials = request.effects.has_pieces or request.energy
+    most = MAX_PIECE_STEPS if has_polynomials else MAX_MARCH_STEPS
+    if steps > most:
+        must = f"must be reached in at most {most:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
 
@@ -281,6 +278,8 @@ def _march(
             reported_period = int(state.period)
         if events > request.max_impacts:
             status = Status.MAX_IMPACTS
+        if pieces is not None and log.counts[POLYNOMIALS] > MAX_PIECE_STEPS:
+            status = Status.MAX_STEPS
         if status != Status.LOG_FULL:
             break
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:

@@ -32,12 +32,24 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.march.piece_state import coefficients, net_force
 from vibropipe.march.state import restitution_of
-from vibropipe.orbits.pieces import load_of_piece, saltation_of_piece, steps_of_span
+from vibropipe.orbits.pieces import (
+    MANY_STEPS,
+    load_of_piece,
+    saltation_of_piece,
+    steps_of_span,
+)
 from vibropipe.orbits.sensitivity.pieces.events import acceleration_of_piece
 from vibropipe.physics.contact import support_position, to_displacement, to_velocity
+from vibropipe.physics.decay import FOLLOWING, decay_of_kind
 from vibropipe.physics.flow import DEGREE, displacement, velocity
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.load import force_at, forcing_period, no_force
+from vibropipe.physics.load import (
+    force_at,
+    force_slope,
+    force_value,
+    forcing_period,
+    no_force,
+)
 from vibropipe.physics.saltation import product
 from vibropipe.physics.stiffness import piece_flow, piece_taylor
 
@@ -61,6 +73,30 @@ def gap_rate(home, w, support):
 
 
 @jit
+def forced_state(e, p, pieces, i, span):
+    """Return (y, w) of the forced motion of piece i a time span after its start."""
+    stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], pieces.codes[i, FORM] == CONTACT)
+    sigma, load = load_of_piece(e, p, pieces, i)
+    force, second = no_force(), e.second_harmonic
+    if e.forcing is not None:
+        force = force_at(p, sigma, pieces.values[i, AT] + span / forcing_period(p), second)
+    forced = decay_of_kind(FOLLOWING, force, load, stiffness, damping, p, second)
+    y, w = force_value(forced.force, second), p.nu * force_slope(forced.force, second)
+    return forced.load + y, w
+
+
+@jit
+def stiff_state_within(e, p, pieces, i, span):
+    """Return what `state_within` does, in closed form, which is accurate far from resonance."""
+    stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], pieces.codes[i, FORM] == CONTACT)
+    y, w = forced_state(e, p, pieces, i, 0.0)
+    dy, dw = pieces.values[i, Y] - y, pieces.values[i, W] - w
+    y, w = forced_state(e, p, pieces, i, span)
+    e11, e12, e21, e22 = piece_flow(stiffness, damping, span)
+    return y + (e11 * dy + e12 * dw), w + (e21 * dy + e22 * dw)
+
+
+@jit
 def state_within(e, p, pieces, i, span):
     """Return (y, w) of piece i after a time span, whatever ends it."""
     y, w = pieces.values[i, Y], pieces.values[i, W]
@@ -68,9 +104,11 @@ def state_within(e, p, pieces, i, span):
         return y, w
     stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], pieces.codes[i, FORM] == CONTACT)
     sigma, load = load_of_piece(e, p, pieces, i)
-    parts = steps_of_span(p, stiffness, damping, abs(span), e.second_harmonic)
-    dt, period, c = span / parts, forcing_period(p), pieces.polynomial
-    for part in range(parts):
+    steps = steps_of_span(p, stiffness, damping, abs(span), e.second_harmonic)
+    if steps > MANY_STEPS:
+        return stiff_state_within(e, p, pieces, i, span)
+    dt, period, c = span / steps, forcing_period(p), pieces.polynomial
+    for part in range(int(steps)):
         force = no_force()
         if e.forcing is not None:
             begin = pieces.values[i, AT] + part * dt / period

@@ -6,6 +6,8 @@ another right-hand side (`physics.variation`), here by Taylor polynomials.
 
 from __future__ import annotations
 
+import math
+
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
     AT,
@@ -56,6 +58,9 @@ from vibropipe.physics.load import (
 from vibropipe.physics.stiffness import damping_of, piece_flow, piece_taylor
 from vibropipe.physics.turns import phase_factor, phase_integral, sincos_turns
 from vibropipe.physics.variation import FACTORS, SHARES
+
+# Steps of a piece above which derivatives are not computed, of a contact that is that stiff: they would take a second.
+MAX_STEPS = 1e6
 
 
 @jit
@@ -225,7 +230,11 @@ def vary_by_parameters(e, p, pieces, i, m, out) -> None:
     y, w, second = pieces.values[i, Y], pieces.values[i, W], e.second_harmonic
     stiffness, damping = coefficients(e, p, home, form == CONTACT)
     sigma, load = load_of_piece(e, p, pieces, i)
-    parts = steps_of_span(p, stiffness, damping, span, second)
+    parts = int(min(steps_of_span(p, stiffness, damping, span, second), MAX_STEPS))
+    if parts == MAX_STEPS:
+        # Derivatives of a contact that is as stiff are not computed.
+        ends[:] = math.nan
+        return
     direction = float(pieces.codes[i, DIRECTION])
     dt, c, by_nu = span / parts, pieces.polynomial, PARAMETER + NU
     # The polynomials are of derivatives at a fixed share of the period; y' has the factor nu besides.

@@ -61,7 +61,7 @@ def test_a_long_orbit_is_closed(p: Parameters, m: int) -> None:
     """Perturbations grow along a part of it; a march of 1,000 periods repeats after m of them, and not sooner."""
     found = row(p)
     assert int(found.period_multiple) == m
-    assert int(found.chaos) != Chaos.LASTING
+    assert int(found.chaos) != Chaos.IN_WINDOW
     assert int(found.stable) == 1
     assert int(found.periods_to_settle) > PATIENCE
     sections = np.array([state_xv(p, end) for _log, _start, end in period_by_period(p, 1000)])
@@ -84,10 +84,10 @@ def test_chaos_beside_a_motion_without_impacts_is_followed(p: Parameters, sign: 
 def test_what_is_chaotic_to_the_end_is_told_from_what_never_was() -> None:
     over = {"nu": [0.5, 1.2], "f": [0.9, 1.4]}
     rows = vp.sweep(vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.7), over)
-    assert rows.chaos.attrs["flag_meanings"].split() == ["none", "transient", "lasting"]
+    assert rows.chaos.attrs["flag_meanings"].split() == ["none", "transient", "in_window"]
     chaotic = rows.regime.values == Regime.APERIODIC
     assert chaotic.tolist() == [[False, False], [False, True]]
-    assert (rows.chaos.values == np.where(chaotic, Chaos.LASTING, Chaos.NONE)).all()
+    assert (rows.chaos.values == np.where(chaotic, Chaos.IN_WINDOW, Chaos.NONE)).all()
     assert int(rows.periods_to_settle[1, 1]) == PATIENCE
 
 

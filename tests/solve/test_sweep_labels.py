@@ -110,6 +110,6 @@ def test_labels_agree_with_patience_at_length(
 ) -> None:
     """Of draws of 1,000 rows. Chaos may last longer than it is followed; no other label differs."""
     draws = [disagreements(draw(1000, seed), PATIENT) for seed in (1, 2, 3)]
-    regular = [each for draw in draws for each in draw if each[-1] != Chaos.LASTING]
+    regular = [each for draw in draws for each in draw if each[-1] != Chaos.IN_WINDOW]
     assert not regular, regular
     assert sum(map(len, draws)) <= 3 * per_draw, draws

@@ -26,7 +26,7 @@ from vibropipe.physics.turns import phase_factor
 
 
 @jit_inline
-def _write_label(out, row, regime, m) -> None:
+def write_label(out, row, regime, m) -> None:
     """Write the regime and period multiple m of a row in closed form, whose residual is 0."""
     out.regime[row] = regime
     out.period_multiple[row] = m
@@ -34,7 +34,7 @@ def _write_label(out, row, regime, m) -> None:
 
 
 @jit_inline
-def _linear_amplitudes(x, amplitudes, row) -> None:
+def linear_amplitudes(x, amplitudes, row) -> None:
     """Write the amplitudes of x = 2 Re(X exp(i nu tau)): X at the first harmonic, 0 at the others."""
     if amplitudes.size > 0 and amplitudes.shape[1] > 1:
         amplitudes[row, 1] = x
@@ -92,9 +92,9 @@ def solve_linear(p, out, row):
         Stroboscopic section.
     """
     x, x_2 = linear_amplitude(p), second_linear_amplitude(p)
-    _write_label(out, row, NO_IMPACT, 1)
+    write_label(out, row, NO_IMPACT, 1)
     out.frequency[row] = p.nu
-    _linear_amplitudes(x, out.amplitudes, row)
+    linear_amplitudes(x, out.amplitudes, row)
     if out.multipliers.size > 0:
         first, second = linear_multipliers(p)
         write_multipliers(first, second, out.multipliers, row)
@@ -177,10 +177,12 @@ def solve_conservative(p, x, v, out, row, first, c):
     speeds, one = c[:2], complex(1.0, 0.0)
     for side in range(2):
         speeds[side] = 0.0
-        if (orbit.meets_top if top_support(orbit) == side + 1 else orbit.meets_bottom) == 1:
+        meets = orbit.meets_top if top_support(orbit) == side + 1 else orbit.meets_bottom
+        out.grazings[row, side] = 1.0 if meets == 2 else 0.0
+        if meets == 1:
             out.impacts[row, side] = 1.0
             speeds[side] = speed_at(x, v, support_position(p, side + 1))
-    _write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
+    write_label(out, row, regime_of(out.impacts[row], out.rests[row]), 1)
     _conservative_amplitudes(orbit, out.amplitudes, row)
     write_multipliers(one, one, out.multipliers, row)
     write_orbit_exponent(0.0, out.exponent, row)

@@ -18,6 +18,8 @@ NEWTON_REACH = 20.0
 # Largest modulus of a multiplier with which Newton's method starts. Near a stable orbit no multiplier exceeds it;
 # a chaotic motion passes unstable orbits, whose multipliers do, all the time.
 MAX_TRIAL_MULTIPLIER = 2.0
+# Distance of the modulus of a multiplier from 1 that is its rounding: nothing settles on an orbit that is neutral.
+NEUTRAL = 2.0**-40
 
 
 @jit
@@ -42,6 +44,8 @@ def settles_on(orbit) -> bool:
     j11, j12, j21, j22 = orbit.derivative
     radius = abs(floquet_multipliers(j11, j12, j21, j22)[0])
     reach = NEWTON_REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
+    if radius > 1.0 - NEUTRAL:
+        return False
     rounding = CLOSURE_TOLERANCE * orbit.norm
     approaches = (
         orbit.mismatch <= orbit.first_change + rounding or orbit.image_distance < orbit.distance

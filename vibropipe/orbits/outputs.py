@@ -51,6 +51,13 @@ def count_contacts(log, end, impacts, rests, largest) -> None:
 
 
 @jit
+def count_grazings(log, grazings) -> None:
+    """Add the grazings of the log of an orbit to `grazings`, (2,), for each support."""
+    for i in range(min(log.counts[GRAZINGS], log.grazing.size)):
+        grazings[log.grazing_support[i] - 1] += 1.0
+
+
+@jit
 def regime_of(impacts, rests) -> int:
     """Return the code of `regime` for an orbit.
 

@@ -31,6 +31,7 @@ class RowResults(NamedTuple):
     section: np.ndarray
     impacts: np.ndarray
     rests: np.ndarray
+    grazings: np.ndarray
     amplitudes: np.ndarray
     multipliers: np.ndarray
     impact_count: np.ndarray

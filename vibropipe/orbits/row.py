@@ -14,6 +14,7 @@ from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
 from vibropipe.orbits.outputs import (
     count_contacts,
+    count_grazings,
     orbit_exponent,
     regime_of,
     write_energy,
@@ -26,7 +27,8 @@ from vibropipe.orbits.outputs import (
 )
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.orbits.settling import find_steady_state
-from vibropipe.orbits.verdict import DRIFTING, PERIODIC, UNBOUNDED
+from vibropipe.orbits.undamped import repeats_without_impact, solve_without_contact
+from vibropipe.orbits.verdict import DRIFTING, PERIODIC, UNBOUNDED, UNDAMPED
 from vibropipe.orbits.window import clear_window, window_of
 from vibropipe.physics.conservative import is_conservative
 from vibropipe.physics.contact import support_position
@@ -35,7 +37,7 @@ from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import fastest_of_row, forcing_period
-from vibropipe.physics.stiffness import fastest_contact, is_soft
+from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -86,7 +88,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         gives the reason.
     """
     out.section[row, 0], out.section[row, 1] = x, v
-    fastest = max(fastest_rate(fastest_of_row(p), p.h), fastest_contact(e, p))
+    fastest = fastest_rate(fastest_of_row(p), p.h)
     if not forcing_period(p) * fastest / REACH < MAX_STEPS_PER_PERIOD:
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
@@ -106,8 +108,12 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     if status != OK and status != MAX_PERIODS:
         out.regime[row] = UNRESOLVED
         return x, v
-    if steady.kind == PERIODIC:
+    if steady.kind == UNDAMPED:
+        x, v = state_xv(p, steady.state)
+        solve_without_contact(p, x, v, out, row, first, c)
+    elif steady.kind == PERIODIC:
         count_contacts(log, steady.end, impacts, rests, largest)
+        count_grazings(log, out.grazings[row])
         out.regime[row] = regime_of(impacts, rests)
         out.period_multiple[row] = steady.m
         out.frequency[row] = p.nu / steady.m
@@ -129,9 +135,10 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     else:
         out.regime[row] = aperiodic_regime(steady.kind)
         out.window_periods[row] = int(window.start[2])
-    out.residual[row] = steady.residual
-    write_multipliers(steady.first, steady.second, out.multipliers, row)
-    write_largest(largest, impacts, out.impact_velocity_max, row)
+    if steady.kind != UNDAMPED:
+        out.residual[row] = steady.residual
+        write_multipliers(steady.first, steady.second, out.multipliers, row)
+        write_largest(largest, impacts, out.impact_velocity_max, row)
     x, v = state_xv(p, steady.state)
     out.section[row, 0], out.section[row, 1] = x, v
     return x, v
@@ -212,12 +219,13 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         x = x if is_soft(e, p, 1) else min(x, support_position(p, 1))
         if friction_of(e, p) > 0.0:
             break
+        is_rigid = not (is_soft(e, p, 1) or is_soft(e, p, 2))
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
-        elif is_soft(e, p, 1) or is_soft(e, p, 2):
-            break
-        elif e.watched is None and is_conservative(p, x, v):
+        elif e.watched is None and is_rigid and is_conservative(p, x, v):
             x, v = solve_conservative(p, x, v, out, row, first, c)
+        elif repeats_without_impact(p, x, v):
+            solve_without_contact(p, x, v, out, row, first, c)
         else:
             break
         out.section[row, 0], out.section[row, 1] = x, v

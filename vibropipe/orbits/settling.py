@@ -13,9 +13,9 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit
-from vibropipe.march.log import IMPACTS, clear_log
+from vibropipe.march.log import IMPACTS, POLYNOMIALS, RESTS, STEPS, clear_log
 from vibropipe.march.loop import OK
-from vibropipe.march.state import State
+from vibropipe.march.state import FLIGHT, State
 from vibropipe.orbits.closing import close_first_candidate
 from vibropipe.orbits.growth import (
     EXAMINED_PERIODS,
@@ -47,17 +47,26 @@ from vibropipe.orbits.return_map import (
     march_periods,
     state_xv,
 )
-from vibropipe.orbits.shooting import EVENTS_PER_PERIOD, Shooting, motion_norm, shoot
+from vibropipe.orbits.shooting import (
+    EVENTS_PER_PERIOD,
+    Shooting,
+    count_as_grazings,
+    motion_norm,
+    shoot,
+)
+from vibropipe.orbits.undamped import goes_on_untouched
 from vibropipe.orbits.verdict import (
     APERIODIC,
     LONG_ORBIT_PATIENCE,
     PERIODIC,
+    UNDAMPED,
     classify_aperiodic,
     long_multiple,
     next_limit,
 )
 from vibropipe.orbits.window import WINDOW, record_period, write_sections
 from vibropipe.orbits.window_means import close_window
+from vibropipe.physics.linear import undamped_multiple
 from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
 
@@ -66,8 +75,10 @@ MARCH_TO_TRIAL_RATIO = 4
 # Forcing periods with more contacts than the log holds before a row is given up. No orbit of such periods can be
 # identified, and each takes as long as 100 others. A transient with that many impacts has decayed by then.
 MAX_CROWDED = 32
-NO_CHAOS, TRANSIENT_CHAOS, CHAOS = int(Chaos.NONE), int(Chaos.TRANSIENT), int(Chaos.LASTING)
-MAX_PERIODS_STATUS = int(Status.MAX_PERIODS)
+NO_CHAOS, TRANSIENT_CHAOS, CHAOS = int(Chaos.NONE), int(Chaos.TRANSIENT), int(Chaos.IN_WINDOW)
+MAX_PERIODS_STATUS, MAX_STEPS_STATUS = int(Status.MAX_PERIODS), int(Status.MAX_STEPS)
+# Largest number of steps of a row, which take some seconds; a polynomial takes as long as POLYNOMIAL_STEPS of them.
+MAX_WORK, POLYNOMIAL_STEPS = 2_000_000_000, 100
 
 
 class SteadyState(NamedTuple):
@@ -76,7 +87,8 @@ class SteadyState(NamedTuple):
     Attributes
     ----------
     kind : int
-        PERIODIC, APERIODIC, UNBOUNDED or DRIFTING (damped, but still growing at the period limit).
+        PERIODIC, UNDAMPED (an orbit in closed form, of `closed_form.solve_undamped` or a free vibration), APERIODIC,
+        UNBOUNDED or DRIFTING (bounded, but still growing at the period limit).
     status : int
         `Status` of the march; LOG_FULL if the orbit has more contacts than the log holds.
     m : int
@@ -103,6 +115,22 @@ class SteadyState(NamedTuple):
     first: complex
     second: complex
     chaos: int
+
+
+@jit
+def work_of(log):
+    """Return the work of all marches with a log, in steps."""
+    return log.counts[STEPS] + POLYNOMIAL_STEPS * log.counts[POLYNOMIALS]
+
+
+@jit
+def is_touched(log, state) -> bool:
+    """Return whether a support acted in a logged period, after which the motion is in `state`; a grazing does not."""
+    return (
+        log.counts[IMPACTS] + log.counts[RESTS] > 0
+        or state.mode != FLIGHT
+        or (state.home > 0 and state.y < 0.0)
+    )
 
 
 @jit
@@ -186,6 +214,9 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
     impacts, on_1 = 0, 0
     trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
+    repeats_in, untouched, work_before = 0, 0, work_of(log)
+    if p.h == 0.0 and p.friction == 0.0:
+        repeats_in = undamped_multiple(p)[0]
     divergence, origin = no_divergence(), state
     sums, is_measured = no_growth(), False if window is None else window.exponent.size > 0
     kind, is_seen_chaotic, k, limit = APERIODIC, False, 0, min(patience, max_periods)
@@ -196,12 +227,20 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
         start = at_period_zero(state)
         state, status = march_periods(e, p, grid, start, ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
         crowded += status == LOG_FULL
+        if work_of(log) - work_before > MAX_WORK:
+            status = MAX_STEPS_STATUS
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
             return SteadyState(
                 APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS
             )
         xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
         norm = max(norm, motion_norm(p, state, log))
+        count_as_grazings(log, norm)
+        if p.h == 0.0 and p.friction == 0.0:
+            untouched = 0 if is_touched(log, state) else untouched + 1
+            x, v = state_xv(p, state)
+            if untouched > 0 and goes_on_untouched(p, x, v, repeats_in, untouched):
+                return SteadyState(UNDAMPED, OK, 1, state, state, 0.0, k, none, none, NO_CHAOS)
         impacts, on_1 = impacts + log.counts[IMPACTS], on_1 + count_on_support_1(log)
         if window is not None and k > window_start:
             # A log that was emptied during the period holds only its last contacts.

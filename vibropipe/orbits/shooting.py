@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.log import IMPACTS, clear_log
+from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log, log_grazing
 from vibropipe.march.loop import OK
 from vibropipe.march.state import REST, State
 from vibropipe.orbits.return_map import (
@@ -29,6 +29,8 @@ from vibropipe.orbits.return_map import (
 MAX_NEWTON = 12
 # Residual of a closed orbit, relative to the norm of the motion: about the rounding of a march.
 CLOSURE_TOLERANCE = 1e-13
+# Velocity below which an impact is a grazing, as a share of the norm of the motion.
+SLOWEST_IMPACT = 1e-9
 # Largest number of events in a forcing period, which bounds the time of a march. It is a numpy integer because numba
 # compiles another copy of the march for a literal constant.
 EVENTS_PER_PERIOD = np.int64(100_000)
@@ -120,6 +122,31 @@ def motion_norm(p, state, log):
 
 
 @jit
+def count_as_grazings(log, norm) -> None:
+    """Turn logged impacts that are slower than SLOWEST_IMPACT times the norm of the motion into grazings.
+
+    Where an orbit grazes a support, rounding decides whether it strikes it, with a velocity that is rounding as well;
+    the saltation matrix divides by it. Impacts before a rest are slow by nature, and are kept. Soft supports have no
+    such matrix.
+    """
+    n = log.counts[IMPACTS]
+    if log.pieces is not None or n > log.position.size:
+        return
+    if log.counts[RESTS] + log.counts[TAILS] > 0:
+        return
+    kept = 0
+    for i in range(n):
+        if abs(log.velocity[i]) < SLOWEST_IMPACT * norm:
+            log_grazing(log, log.position[i], abs(log.support[i]))
+            continue
+        if kept < i:
+            log.position[kept], log.velocity[kept] = log.position[i], log.velocity[i]
+            log.impulse[kept], log.support[kept] = log.impulse[i], log.support[i]
+        kept += 1
+    log.counts[IMPACTS] = kept
+
+
+@jit
 def shoot(e, p, grid, start, m, shooting, log, c):
     """Find an orbit of m forcing periods near a state at the section.
 
@@ -169,6 +196,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         dy, dw = gap_difference(e, p, end, state)
         change = abs(dy) + abs(dw)
         norm = motion_norm(p, state, log)
+        count_as_grazings(log, norm)
         residual = change / norm if norm > 0.0 else 0.0
         if iteration == 0:
             first_dy, first_dw = dy, dw

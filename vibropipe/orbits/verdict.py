@@ -12,7 +12,12 @@ from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS
 from vibropipe.orbits.recurrence import HISTORY_OFFSET, MAX_LONG_MULTIPLE, MAX_MULTIPLE
 from vibropipe.orbits.window import WINDOW
-from vibropipe.physics.linear import settles_without_impact, steady_at
+from vibropipe.physics.linear import (
+    is_resonant,
+    settles_without_impact,
+    stays_off_supports,
+    steady_at,
+)
 
 # A motion is unbounded if its section grows by GROWTH_FACTOR from the second to the last quarter of the march and the
 # last step from quarter to quarter is at least GROWTH_PERSISTENCE of the one before. A slow approach to an orbit also
@@ -28,7 +33,7 @@ PURSUIT = 5
 # Forcing periods, as a multiple of the patience, within which a chaotic motion that seems to repeat has to close; one
 # that repeats to rounding may do so later.
 LONG_ORBIT_PATIENCE = 3
-PERIODIC, APERIODIC, UNBOUNDED, DRIFTING = 0, 1, 2, 3
+PERIODIC, APERIODIC, UNBOUNDED, DRIFTING, UNDAMPED = range(5)
 
 
 @jit
@@ -46,8 +51,10 @@ def has_lossy_impact(p, log) -> bool:
 def classify_aperiodic(p, log, xs, vs, k):
     """Classify a motion without an orbit by the growth of its section over the quarters of the march.
 
-    A motion that grows from the second to the last quarter is drifting if damping or lossy impacts bound it, and
-    unbounded if it grows as fast as before. Any other motion is aperiodic.
+    An undamped motion that certainly reaches no support has two frequencies: it is aperiodic. Any other one that grows
+    from the second to the last quarter is drifting if damping or lossy impacts bound it. It is unbounded if it grows as
+    fast as before, through lossless impacts or at the resonance of the linear motion; off that it is drifting, since it
+    is a beat. Any other motion is aperiodic.
 
     Parameters
     ----------
@@ -64,6 +71,9 @@ def classify_aperiodic(p, log, xs, vs, k):
     int
         APERIODIC, UNBOUNDED or DRIFTING.
     """
+    last = HISTORY_OFFSET + k
+    if p.friction == 0.0 and p.h == 0.0 and stays_off_supports(p, xs[last], vs[last], 0.0):
+        return APERIODIC
     early, middle, late = 0.0, 0.0, 0.0
     for i in range(1, k + 1):
         norm = abs(xs[HISTORY_OFFSET + i]) + abs(vs[HISTORY_OFFSET + i])
@@ -77,7 +87,8 @@ def classify_aperiodic(p, log, xs, vs, k):
         if p.h > 0.0 or has_lossy_impact(p, log):
             return DRIFTING
         if late - middle > GROWTH_PERSISTENCE * (middle - early):
-            return UNBOUNDED
+            is_beat = log.counts[IMPACTS] == 0 and not is_resonant(p)
+            return DRIFTING if is_beat else UNBOUNDED
     return APERIODIC
 
 

@@ -15,6 +15,9 @@ from vibropipe.physics.turns import sincos_turns
 MIN_SQUARE, MAX_SQUARE = 1e-280, 1e280
 # Largest argument of `sincos_turns`, in turns.
 MAX_TURNS = 2.0**30
+# Largest number of forcing periods, or of free vibrations, in which an undamped motion is sought to repeat, and of the
+# other; largest rounding of their ratio with which it is known to be whole.
+MAX_COMMENSURABLE, MAX_MULTIPLE, MAX_DOUBT = 10_000, 2.0**20, 1e-4
 
 
 @jit
@@ -148,3 +151,38 @@ def settles_without_impact(p, x, v) -> bool:
     False wherever h = 0, since the transient does not decay.
     """
     return p.h > 0.0 and stays_off_supports(p, x, v, 0.0)
+
+
+@jit
+def is_resonant(p) -> bool:
+    """Return whether the motion without supports grows without bound: a force at the frequency 1, without damping."""
+    if p.h > 0.0:
+        return False
+    return (p.f != 0.0 and p.nu == 1.0) or (p.f2 != 0.0 and 2.0 * p.nu == 1.0)
+
+
+@jit
+def undamped_multiple(p):
+    """Return after how many forcing periods an undamped motion without supports repeats, and how often it swings in it.
+
+    Its free part exp(i tau) swings 1/nu times in a forcing period: the motion repeats after m of them if m/nu is whole.
+    It counts as whole if it is so within rounding.
+
+    Returns
+    -------
+    periods, swings : int
+        The least; 0 if there are none, or the motion grows without bound.
+    """
+    if p.h > 0.0 or is_resonant(p):
+        return 0, 0
+    # Of periods and swings the fewer are counted.
+    rate = p.nu if p.nu >= 1.0 else 1.0 / p.nu
+    for fewer in range(1, MAX_COMMENSURABLE + 1):
+        product = fewer * rate
+        rounding = 2.0**-51 * product
+        if not (rounding < MAX_DOUBT and product < MAX_MULTIPLE):
+            break
+        more = math.floor(product + 0.5)
+        if abs(product - more) <= rounding:
+            return (int(more), fewer) if p.nu >= 1.0 else (fewer, int(more))
+    return 0, 0

@@ -53,6 +53,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         ),
         "impacts_per_orbit": (("row", "support"), rows.impacts),
         "rests_per_orbit": (("row", "support"), rows.rests),
+        "grazings_per_orbit": (("row", "support"), rows.grazings),
         "base_frequency": (("row",), np.where(m > 0, rows.frequency, nu)),
         "residual": (("row",), rows.residual),
         "periods_to_settle": (("row",), rows.settled_after),

@@ -83,6 +83,7 @@ def new_rows(
         section=np.zeros((n, 2)),
         impacts=np.zeros((n, 2)),
         rests=np.zeros((n, 2)),
+        grazings=np.zeros((n, 2)),
         amplitudes=zeros(harmonics + 1, dtype=complex, when="harmonics"),
         multipliers=zeros(2, dtype=complex, when="stability"),
         impact_count=np.zeros(0 if buffer is None else n, np.int64),

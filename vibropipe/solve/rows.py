@@ -31,9 +31,11 @@ from vibropipe.orbits.sensitivity.rows import (
     differentiate_rows,
     with_impact_derivatives,
 )
+from vibropipe.orbits.undamped import is_undamped_row, sample_undamped
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load import largest_force
 from vibropipe.physics.start import row_starts
 from vibropipe.solve.row_results import (
     ORBIT_LOG_CAPACITY,
@@ -92,8 +94,12 @@ def _sample(
         if m > 0:
             x, v = out.section[row, 0], out.section[row, 1]
             p = row_parameters(parameters, row)
-            # Rows in closed form, which are not marched, have the samples of their motion already.
-            if out.motion.size > 0 and out.settled_after[row] > 0:
+            is_undamped = is_undamped_row(e, p, x, v, out.regime[row], m)
+            if is_undamped and largest_force(p) > 0.0:
+                sample_undamped(p, x, v, out.motion, out.poincare, row)
+                continue
+            # Rows in closed form have the samples of their motion already.
+            if out.motion.size > 0 and out.settled_after[row] > 0 and not is_undamped:
                 sample_row(e, p, x, v, m, log, c, out.motion, row)
             if out.poincare.size > 0:
                 sample_sections(e, p, x, v, m, log, c, out.poincare, row)

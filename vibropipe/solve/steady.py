@@ -65,6 +65,10 @@ def steady_state(
         impacts_per_period (support)
             Impacts per forcing period, periodic or not; NaN if the motion is not solved.
         impacts_per_orbit, rests_per_orbit (support)
+            Impacts before a rest are those that were computed one by one: a chatter has infinitely many.
+        grazings_per_orbit (support)
+            Contacts slower than 1e-9 of the largest speed or displacement of the orbit. They are no impacts: the regime
+            and the multipliers are those of the motion without them. 0 without an orbit.
         displacement_mean, velocity_mean
         displacement_amplitude, displacement_phase, velocity_amplitude, velocity_phase (harmonic)
             Sum of amplitude_k cos(k nu tau + phase_k), phases in radians: with the mean the motion itself if m = 1,
@@ -113,10 +117,11 @@ def steady_state(
             losses (by friction if there is any), change of the stored energy (0 of an orbit), and the residual of the
             balance.
         chaos
-            none, transient or lasting. Transient: a motion that settled after more than 64 forcing periods had
+            none, transient or in_window. Transient: a motion that settled after more than 64 forcing periods had
             amplified its rounding to 1e-4 of its size, so that rounding may have decided on which of several attractors
-            it did. Lasting: perturbations still grew e^6-fold where the motion was left. An aperiodic motion without
-            chaos is a transient, or on an orbit of more than 256 forcing periods.
+            it did. In_window: perturbations grew e^6-fold in the last periods before the motion was left, and whether
+            they do for ever is not known: it may settle later. An aperiodic motion without chaos is a transient, on an
+            orbit of more than 256 forcing periods, or one of two frequencies, without damping and contacts.
         periods_to_settle
             Forcing periods marched; 0 for an orbit in closed form.
         window_periods

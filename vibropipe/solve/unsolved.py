@@ -44,6 +44,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.chaos,
         rows.impacts,
         rows.rests,
+        rows.grazings,
     ):
         counts[unsolved] = 0
     rows.residual[unsolved] = np.inf

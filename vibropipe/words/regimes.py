@@ -19,8 +19,11 @@ class Regime(IntEnum):
 
 
 class Chaos(IntEnum):
-    """Whether perturbations of a motion grow exponentially: never, before it settles, or up to where it is left."""
+    """Whether perturbations of a motion grow exponentially: no, before it settles, or where it is left.
+
+    Of a motion that is left it is not known whether it settles later.
+    """
 
     NONE = 0
     TRANSIENT = 1
-    LASTING = 2
+    IN_WINDOW = 2

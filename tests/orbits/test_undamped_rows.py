@@ -1,0 +1,128 @@
+"""Undamped motions that touch nothing: labels by closed form, whatever the rounding or the ratio of the frequencies."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.physics.linear import undamped_multiple
+from vibropipe.words.regimes import Regime
+
+OUTPUTS = (
+    "harmonics", "impacts", "motion", "stability", "energy", "subharmonics", "poincare", "lyapunov",
+)  # fmt: skip
+
+
+def steady(outputs: tuple[str, ...] = ("stability",), **kwargs: Any) -> Any:
+    exciter = vp.Exciter(**{"l": 0.5, "h": 0.0, "R1": 0.7, "R2": 0.6, **kwargs})
+    return exciter, vp.steady_state(exciter, outputs=outputs)
+
+
+def assert_repeats(row: Any, m: int) -> None:
+    assert int(row.regime) == Regime.NO_IMPACT
+    assert int(row.period_multiple) == m
+    assert int(row.status) == 0
+    np.testing.assert_allclose(np.abs(row.floquet_multiplier), 1.0, rtol=1e-14)
+    assert int(row.stable) == 0
+
+
+def test_motions_at_a_whole_part_of_the_own_frequency_repeat_each_period() -> None:
+    """With nu = 2, 7, 8, 9, 14, 16, 19, 24, 31 and 38 parts of 1 they were unbounded."""
+    for n in range(2, 61):
+        assert_repeats(steady(nu=1.0 / n, f=0.1)[1], 1)
+
+
+@pytest.mark.parametrize(
+    ("nu", "m"),
+    [
+        (2 / 3, 2),
+        (0.31, 31),
+        (0.3 + 4e-17, 3),
+        (1.5, 3),
+        (1e4, 10_000),
+        (250.25, 1001),
+        (7 / 11, 7),
+    ],
+)
+def test_a_commensurable_motion_repeats_when_both_frequencies_do(nu: float, m: int) -> None:
+    exciter, row = steady(OUTPUTS, nu=nu, f=0.1)
+    assert_repeats(row, m)
+    assert float(row.lyapunov_exponent) == 0.0
+    assert float(row.base_frequency) == pytest.approx(nu / m, rel=1e-15)
+    visits = min(64, 4 * m)
+    motion = vp.simulate(exciter, visits * exciter.period, samples_per_period=1)
+    size = float(np.abs(row.displacement).max() + np.abs(row.velocity).max())
+    for name in ("displacement", "velocity"):
+        at_section = motion[name].values[:visits]
+        np.testing.assert_allclose(
+            row[f"poincare_{name}"].values[: at_section.size], at_section, atol=1e-12 * size
+        )
+    # The motion is the sum of its harmonics and subharmonics: its mean square is that of their amplitudes.
+    amplitudes = [*row.displacement_amplitude.values]
+    amplitudes += [*np.nan_to_num(row.subharmonic_displacement_amplitude.values)]
+    swings = round(m / nu)
+    if m == 1 or swings <= row.sizes["subharmonic"]:
+        square = float(np.mean(row.displacement.values**2))
+        assert square == pytest.approx(0.5 * float(np.square(amplitudes).sum()), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "others",
+    [{"k1": 100.0, "h1": 1.0}, {"k1": 1e6, "k2": 10.0}, {"load": 0.05}, {"delta": 0.1}],
+)
+def test_supports_that_are_not_touched_do_not_matter(others: dict[str, float]) -> None:
+    soft = {"R1": 1.0, "R2": 1.0} if "k1" in others else {}
+    assert_repeats(steady(nu=0.5, f=0.1, **others, **soft)[1], 1)
+
+
+def test_a_second_harmonic_repeats_too_and_resonates_at_half_the_frequency() -> None:
+    assert_repeats(steady(nu=1 / 3, f=0.1, f2=0.05, phi2=0.3)[1], 1)
+    assert_repeats(steady(nu=0.75, f=0.1, f2=0.05)[1], 3)
+    far = {"l": 1e9, "f": 0.1, "R1": 1.0, "R2": 1.0}
+    assert int(steady(nu=0.5, f2=0.1, **far)[1].regime) == Regime.UNBOUNDED
+    assert int(steady(nu=0.5, f2=0.0, **far)[1].regime) == Regime.NO_IMPACT
+    assert int(steady(nu=1.0, **far)[1].regime) == Regime.UNBOUNDED
+
+
+@pytest.mark.parametrize("nu", [math.sqrt(2.0), math.pi / 10, 0.5 + 1e-7, 1234.5 * math.e])
+def test_incommensurable_frequencies_are_aperiodic_and_bounded(nu: float) -> None:
+    row = steady(nu=nu, f=0.05)[1]
+    assert int(row.regime) == Regime.APERIODIC
+    assert int(row.period_multiple) == 0
+    assert row.chaos.attrs["flag_meanings"].split()[int(row.chaos)] == "none"
+
+
+def test_a_beat_that_has_not_ended_is_not_unbounded() -> None:
+    row = steady(nu=1.0 + 1e-9, f=1e-5, l=1e3)[1]
+    assert int(row.regime) == Regime.UNRESOLVED
+
+
+@pytest.mark.parametrize(("nu", "m"), [(0.5, 1), (2 / 3, 2), (0.3, 3)])
+def test_impacts_that_cease_leave_an_undamped_motion(nu: float, m: int) -> None:
+    exciter = vp.Exciter(l=0.5, h=0.0, nu=nu, f=0.1, R1=0.7, R2=0.6)
+    row = vp.steady_state(exciter, x0=0.3, v0=3.0, outputs=("stability", "impacts"))
+    assert_repeats(row, m)
+    assert row.sizes["impact"] == 0
+
+
+@pytest.mark.parametrize("nu", [0.7, math.sqrt(3.0)])
+def test_a_free_vibration_is_an_orbit_of_its_own_period(nu: float) -> None:
+    """Where impacts had ceased it had the label aperiodic, or a multiple of the forcing period without a force."""
+    for start in ((0.1, 0.05), (0.3, 3.0)):
+        row = vp.steady_state(vp.Exciter(l=0.5, nu=nu, R1=0.7, R2=0.6), *start)
+        assert_repeats(row, 1)
+        assert float(row.base_frequency) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_multiples_are_those_of_fractions() -> None:
+    for q in range(1, 40):
+        for m in range(1, 40):
+            if math.gcd(m, q) == 1 and m != q:
+                p = vp.Exciter(nu=m / q, f=0.1, l=1.0).parameters()
+                assert undamped_multiple(p) == (m, q)
+    assert undamped_multiple(vp.Exciter(nu=1.0, f=0.1, l=1.0).parameters()) == (0, 0)
+    assert undamped_multiple(vp.Exciter(nu=0.5, h=0.1, l=1.0).parameters()) == (0, 0)

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.figures.units import unit_text
 from vibropipe.words.parameters import PARAMETERS
@@ -24,7 +25,7 @@ from vibropipe.words.vocabulary import (
     VOCABULARY,
     quantity,
 )
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series
 
 REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
     "one_sided_1": "one-sided, support 1",
@@ -39,8 +40,10 @@ UNRESOLVED_TEXT = {
     Status.NOT_FINITE: "floating-point overflow",
     Status.LOG_FULL: "more contacts than the log holds",
     Status.SUPPORT_REACHED: "a support left out of the effects is reached",
-    Status.MAX_STEPS: "too many steps in a forcing period",
+    Status.MAX_STEPS: "too many steps",
 }
+# Text in place of a number of impacts where the mass comes to rest.
+REST = "rest"
 # Text in place of a missing curve.
 NO_SAMPLES = "Displacement and velocity are not stored: add motion to outputs, with samples_per_period above 0"
 NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
@@ -151,16 +154,41 @@ def in_brackets(text: str, array: xr.DataArray) -> str:
     return f"{text} ({units})" if units else text
 
 
-def orbit_text(m: int, p1: float, p2: float) -> str:
-    """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods."""
-    return f"({m}; {p1:g}, {p2:g})"
+def orbit_text(m: int, p1: float | str, p2: float | str) -> str:
+    """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods, or `rest`."""
+    counts = (p if isinstance(p, str) else f"{p:g}" for p in (p1, p2))
+    return f"({m}; {', '.join(counts)})"
+
+
+def impact_texts(impacts: NDArray[np.float64], rests: NDArray[np.float64]) -> list[str]:
+    """Write the impacts on each support; `rest` where the mass rests: before it a chatter has infinitely many."""
+    return [
+        REST if rest > 0 else format_number(float(n), 3)
+        for n, rest in zip(impacts, rests, strict=True)
+    ]
+
+
+def rests_of(dataset: xr.Dataset, impacts: xr.DataArray) -> xr.DataArray:
+    """Return the rests on each support in the shape of `impacts`; where they are not stored none."""
+    return dataset["rests_per_orbit"] if "rests_per_orbit" in dataset else xr.zeros_like(impacts)
 
 
 def orbit_texts(dataset: xr.Dataset, dim: str) -> list[str]:
     """Return the orbit (m; p1, p2) at each point or of each design of a dataset."""
-    impacts = dataset["impacts_per_orbit"].transpose(dim, "support").values
+    impacts = dataset["impacts_per_orbit"].transpose(dim, "support")
+    rests = rests_of(dataset, impacts).transpose(dim, "support").values
     multiples = dataset["period_multiple"].values
-    return [orbit_text(int(m), *pair) for m, pair in zip(multiples, impacts, strict=True)]
+    # Impacts of orbits are whole numbers, which are written in full.
+    return [
+        orbit_text(int(m), *(REST if rest > 0 else float(p) for p, rest in zip(*each, strict=True)))
+        for m, *each in zip(multiples, impacts.values, rests, strict=True)
+    ]
+
+
+def window_text(row: xr.Dataset) -> str:
+    """Write over how long a motion without an orbit is known; whether it is a transient is not."""
+    periods = int(row["window_periods"]) if "window_periods" in row else 0
+    return f"in a window of {count(periods, 'forcing period')}" if periods else ""
 
 
 def flag_texts(flags: str) -> dict[int, str]:

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from vibropipe.figures.stability import stability_text
 from vibropipe.figures.text import (
     REGIME_TEXT,
+    REST,
     UNRESOLVED_TEXT,
     parameter_names,
     regime_name,
+    rests_of,
     sentences,
     times,
+    window_text,
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
@@ -25,13 +28,15 @@ from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import ELEMENTS
 from vibropipe.view.rebuild import Motion, mass_and_stiffness
 from vibropipe.view.words import html, number, symbol
-from vibropipe.words.regimes import Regime
+from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import ERROR_SUFFIX
 from vibropipe.words.wording import count
 
 # Quantities that the sentence of the law says, or that are drawn.
 SAID = ("regime", "status", "period_multiple", "row_size")
+# Those that have no number where the mass comes to rest.
+IMPACT_COUNTS = ("impacts_per_orbit", "impacts_per_period")
 MAX_ELEMENTS = 6
 Line = tuple[str, str, str]
 
@@ -52,7 +57,9 @@ def law_text(row: xr.Dataset) -> str:
             if rate > 0
         ]
         mean = f"Mean number of impacts in a forcing period: {', '.join(struck)}" if struck else ""
-        return sentences(f"{words.capitalize()}: no orbit repeats", mean)
+        grows = "chaos" in row and int(row["chaos"]) == Chaos.IN_WINDOW
+        chaos = "Perturbations grow in it; it may be a transient" if grows else ""
+        return sentences(f"{words.capitalize()} {window_text(row)}".strip(), chaos, mean)
     m = int(row["period_multiple"])
     every = "every forcing period" if m == 1 else f"every {count(m, 'forcing period')}"
     if m == 0:
@@ -130,10 +137,11 @@ def lines_of(row: xr.Dataset) -> Iterator[Line]:
         for at in np.ndindex(*(min(size, MAX_ELEMENTS) for size in array.shape)):
             index = at[0] + 1 if at else None
             tail = f", {array.dims[0]} {index}" if at and array.dims[0] == "support" else ""
+            is_chatter = key in IMPACT_COUNTS and rests_of(row, array).values[at] > 0
             yield (
                 symbol(array, index),
                 f"{array.attrs.get('long_name', name)}{tail}",
-                _value(array, error, at),
+                REST if is_chatter else _value(array, error, at),
             )
 
 

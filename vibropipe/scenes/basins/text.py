@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, sentences
+from vibropipe.figures.text import (
+    REGIME_TEXT,
+    format_number,
+    impact_texts,
+    regime_name,
+    rests_of,
+    sentences,
+)
 from vibropipe.report.findings import Finding, value_text
 from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, breakable
@@ -146,7 +154,9 @@ def attractor_rows(name: str, dataset: xr.Dataset, soft: bool = False) -> list[l
     rows: list[list[str]] = []
     for index in dataset["attractor_id"].values:
         row = dataset.sel(attractor_id=index)
-        impacts = [format_number(float(n), 3) for n in row["impacts_per_orbit"].values]
+        struck = row["impacts_per_orbit"]
+        impacts = impact_texts(struck.values, rests_of(row, struck).values)
+        largest = float(np.abs(row["floquet_multiplier"].values).max())
         rows.append(
             [
                 "" if rows else breakable(name),
@@ -154,7 +164,7 @@ def attractor_rows(name: str, dataset: xr.Dataset, soft: bool = False) -> list[l
                 REGIME_TEXT[regime_name(int(row["regime"]))],
                 str(int(row["period_multiple"])) if row["period_multiple"] else DASH,
                 ", ".join(impacts),
-                format_number(float(np.abs(row["floquet_multiplier"].values).max()), 3),
+                DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, "impact_velocity_max"),
                 *([largest_text(row, "support_force_max")] if soft else []),
                 interval_text(row),

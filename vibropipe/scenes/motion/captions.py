@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     sentences,
     times,
     times_of,
+    window_text,
     with_units,
 )
 from vibropipe.scenes.motion.impacts import has_events, is_sampled
@@ -80,6 +81,8 @@ def impacts_text(dataset: xr.Dataset) -> str:
                 continue
             largest = with_units(velocity, format_number(speed))
             impacts = count(int(at.sum()), "impact")
+            if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
+                impacts = "impacts, with rests,"
             clauses.append(f"{impacts} on support {support} (largest velocity {largest})")
     return series(clauses) or NO_SUPPORT_STRUCK
 
@@ -122,7 +125,7 @@ def steady_text(dataset: xr.Dataset) -> str:
     regime = REGIME_TEXT[regime_name(int(dataset["regime"]))]
     multiple = int(dataset["period_multiple"])
     if multiple == 0:
-        return f"No periodic steady state was found; the motion is labelled {regime}"
+        return f"No periodic steady state was found: the motion is {regime} {window_text(dataset)}"
     stability = ""
     if "stable" in dataset:
         stability = f", and {stability_text(dataset)}"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.stability import stability_text
-from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.figures.text import REGIME_TEXT, regime_name, window_text
 from vibropipe.report.findings import Finding, value_text
 from vibropipe.report.table import Datasets, breakable
 from vibropipe.words.regimes import Regime
@@ -50,7 +50,7 @@ def orbit_text(dataset: xr.Dataset) -> str:
     code = int(dataset["regime"])
     text = REGIME_TEXT[regime_name(code)]
     if code >= Regime.APERIODIC:
-        return text
+        return f"{text} {window_text(dataset)}".strip() if code == Regime.APERIODIC else text
     multiple = int(dataset["period_multiple"])
     stability = ""
     if "stable" in dataset:

@@ -141,5 +141,8 @@ def describe_section(dataset: xr.Dataset) -> str:
             f"Left: {count(visits(dataset).size, 'state')} of the motion at the section, where the phase of "
             "the force is 0"
         )
-    impacts = f"{count(dataset.sizes.get('impact', 0), 'impact')} by phase of the force and velocity before it"
+    struck = count(dataset.sizes.get("impact", 0), "impact")
+    if dataset.sizes.get("rest"):  # a chatter has infinitely many
+        struck = "impacts"
+    impacts = f"{struck} by phase of the force and velocity before it"
     return sentences(states, f"Right: {impacts}" if states else impacts)

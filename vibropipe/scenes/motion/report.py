@@ -26,18 +26,18 @@ from vibropipe.report.section import Section
 from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.motion.findings import findings
+from vibropipe.scenes.motion.orbit_cells import DIGITS, multipliers_text, struck, struck_text
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 from vibropipe.words.wording import series
 
 STEADY_CAPTION = (
-    "Steady states: regime, period multiple m, velocities before the impacts on the two supports, constant part and "
-    "harmonics of displacement, Floquet multipliers."
+    "Steady states: regime, period multiple m, velocities before the impacts on the two supports (before a rest the "
+    "largest), constant part and harmonics of displacement, Floquet multipliers."
 )
 CONTACT_CAPTION = " Beside them the largest force of each soft support, and its longest contact."
 STEADY_TITLE, ASYMMETRY_TITLE = "Steady states of the motions", "Effect of each asymmetry"
 ASYMMETRIES = {"delta", "R1", "R2", "load", "f2", "phi2", "F2"}
 HARMONICS = 2  # rows of the table
-DIGITS = 4  # significant digits
 
 
 def steady_scenes(datasets: Datasets) -> dict[str, xr.Dataset]:
@@ -65,11 +65,9 @@ def steady_table(datasets: Datasets) -> Table:
         for name, values in differing(datasets).items()
     ]
     rows.append(["regime", *(REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes)])
-    rows.append(["multiple", *(str(int(d["period_multiple"])) for d in scenes)])
+    rows.append(["multiple", *(str(int(d["period_multiple"]) or DASH) for d in scenes)])
     for support in (1, 2):
-        cells = [
-            ", ".join(format_number(v, DIGITS) for v in struck(d, support)) or DASH for d in scenes
-        ]
+        cells = [struck_text(d, support) for d in scenes]
         rows.append([with_unit(f"impacts_{support}", scenes[0], "orbit_impact_velocity"), *cells])
     contacts = contact_rows(scenes)
     rows += contacts
@@ -81,7 +79,7 @@ def steady_table(datasets: Datasets) -> Table:
         label = with_unit(f"harmonic {k + 1}", scenes[0], "displacement_amplitude")
         rows.append([label, *(format_number(harmonic(d, k), DIGITS) for d in scenes)])
     rows.append(["multipliers", *(multipliers_text(d) for d in scenes)])
-    rows.append(["stability", *(stability_text(d) for d in scenes)])
+    rows.append(["stability", *(stability_text(d) or DASH for d in scenes)])
     return Table(
         ["", *map(breakable, datasets)],
         rows,
@@ -122,14 +120,6 @@ def differing(datasets: Datasets) -> dict[str, list[float]]:
     return {name: values for name, values in found.items() if len({*values}) > 1}
 
 
-def struck(dataset: xr.Dataset, support: int) -> list[float]:
-    """Return the velocities before the impacts of the orbit on a support, in order; none without an orbit."""
-    if "orbit_impact_velocity" not in dataset or not int(dataset["period_multiple"]):
-        return []
-    at = dataset["orbit_impact_support"].values == support
-    return [float(v) for v in dataset["orbit_impact_velocity"].values[at]]
-
-
 def hardest(dataset: xr.Dataset, support: int) -> float:
     """Return the largest speed before an impact of the orbit on a support, 0 if there is none."""
     return max((abs(v) for v in struck(dataset, support)), default=0.0)
@@ -163,19 +153,6 @@ def without_rounding(dataset: xr.Dataset, value: float) -> float:
 def largest_multiplier(dataset: xr.Dataset) -> float:
     """Return the largest modulus of a Floquet multiplier."""
     return float(np.abs(dataset["floquet_multiplier"].values).max())
-
-
-def multipliers_text(dataset: xr.Dataset) -> str:
-    """Write the multipliers: real ones as a list, a conjugate pair once with a double sign."""
-    values = np.atleast_1d(dataset["floquet_multiplier"].values)
-    complex_pair = values.size == 2 and abs(values[0].imag) > 1e-12
-    if complex_pair:
-        return f"{format_number(values[0].real, DIGITS)} ± {format_number(abs(values[0].imag), DIGITS)} i"
-    rounding = np.finfo(float).eps * np.abs(values).max(initial=0.0)
-    return ", ".join(
-        format_number(float(value.real) if abs(value) > rounding else 0.0, DIGITS)
-        for value in values
-    )
 
 
 def comparison(datasets: Datasets) -> dict[str, Any]:

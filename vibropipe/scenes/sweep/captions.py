@@ -63,6 +63,7 @@ def describe_sweep(
         if any(name.startswith("energy") for name in quantities)
         else "",
         row_kinds_text(dataset, show),
+        aperiodic_text(dataset),
         unresolved_text(dataset),
         backbone_text,
     )
@@ -171,6 +172,20 @@ def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return f"Of {count(total, 'row')}, {text}; bars: regime of each row" if text else ""
 
 
+def aperiodic_text(dataset: xr.Dataset) -> str:
+    """Write in how long a window motions are aperiodic; empty if none is."""
+    aperiodic = dataset["regime"].values == Regime.APERIODIC
+    if not aperiodic.any() or "window_periods" not in dataset:
+        return ""
+    periods = int(
+        dataset["window_periods"].transpose(*dataset["regime"].dims).values[aperiodic].min()
+    )
+    return (
+        f"Aperiodic motions are so in a window of at least {count(periods, 'forcing period')}: "
+        "whether one settles later is not known"
+    )
+
+
 def unresolved_text(dataset: xr.Dataset) -> str:
     """Write the number of unresolved rows by reason; empty if there are none."""
     unresolved = dataset["regime"].values == Regime.UNRESOLVED
@@ -202,6 +217,7 @@ def describe_map(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         f"Lower panels: largest impact velocity on each support; its maximum {maxima}"
         if maxima and "impact_velocity_max" in drawn
         else "",
+        aperiodic_text(dataset),
         unresolved_text(dataset),
     )
 

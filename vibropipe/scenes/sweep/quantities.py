@@ -117,7 +117,14 @@ def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
 
 
 def with_impacts_per_period(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a sweep with `impacts_per_period`, which older datasets have per orbit alone."""
+    """Return a sweep with `impacts_per_period`, which older datasets have per orbit alone.
+
+    It has no number where a mass comes to rest: before that a chatter has infinitely many impacts.
+    """
+    if "impacts_per_period" in dataset and "rests_per_orbit" in dataset:
+        rate = dataset["impacts_per_period"]
+        moves = dataset["rests_per_orbit"] == 0
+        return dataset.assign(impacts_per_period=rate.where(moves).assign_attrs(rate.attrs))
     if "impacts_per_period" in dataset or "impacts_per_orbit" not in dataset:
         return dataset
     multiple = dataset.get("period_multiple", xr.ones_like(dataset["regime"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -71,17 +72,15 @@ def plan(
     ] = False,
 ) -> None:
     """Validate a study and list what each scene computes, with estimated run time and disk space."""
+    begin = time.monotonic()
     from vibropipe.jobs.terminal_tables import plan_text
     from vibropipe.study import load_study
 
     study, estimates = load_study(file), None
     if not rough:
-        from vibropipe.jobs.estimates import estimate_study
-        from vibropipe.scenes.costs import compiled_kernels
+        from vibropipe.jobs.estimates import DEADLINE, estimate_study
 
-        if compiled_kernels() == 0:
-            typer.echo("compiling the kernels, once, to measure run times", err=True)
-        estimates = estimate_study(study)
+        estimates = estimate_study(study, DEADLINE - (time.monotonic() - begin))
     typer.echo(plan_text(study, estimates))
 
 

@@ -2,42 +2,52 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.jobs.plan import plan_scene
+from vibropipe.jobs.drawing import figure_names
+from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.scenes.costs import Estimate
 from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
-from vibropipe.words.wording import aligned, count, method_text
+from vibropipe.words.wording import aligned, count, method_text, series
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibropipe.jobs.estimates import Estimates
     from vibropipe.study import Study
 
 # Events of a motion that are printed; longer tables are shortened in the middle.
 MAX_EVENTS = 60
+# Rough seconds of a run beside the work of its scenes: to begin, for each figure, for the report, and to compile the
+# kernels of a kind of scene, once.
+START_SECONDS, FIGURE_SECONDS, REPORT_SECONDS, COMPILE_SECONDS = 4.0, 1.0, 1.5, 25.0
 
 
-def plan_text(study: Study, estimates: Mapping[str, Estimate] | None = None) -> str:
+def plan_text(study: Study, estimates: Estimates | None = None) -> str:
     """Return the plan of a study as a table.
 
     Parameters
     ----------
     study : Study
         The study.
-    estimates : mapping of str to Estimate, optional
-        Estimates for this machine by scene. Without them, the table holds approximate times and sizes that are the
-        same on every machine.
+    estimates : Estimates, optional
+        Estimates for this machine. Without them, the table holds approximate times and sizes that are the same on
+        every machine.
     """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
-    by_scene = estimates or {
-        plan.name: Estimate(plan.seconds, 0.0, plan.bytes, parallel=False, method=plan.method)
-        for plan in plans
-    }
+    by_scene = (
+        estimates.by_scene
+        if estimates
+        else {
+            plan.name: Estimate(plan.seconds, 0.0, plan.bytes, parallel=False, method=plan.method)
+            for plan in plans
+        }
+    )
     # each job loads the kernels
     work = {
         plan.name: by_scene[plan.name].core_seconds + plan.shards * by_scene[plan.name].load_seconds
@@ -53,7 +63,8 @@ def plan_text(study: Study, estimates: Mapping[str, Estimate] | None = None) -> 
             effects_text(plan.effects),
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
-            seconds_text(work[plan.name]),
+            ("over " if estimates and plan.name in estimates.long else "")
+            + seconds_text(work[plan.name]),
             bytes_text(by_scene[plan.name].bytes),
         )
         for plan in plans
@@ -64,14 +75,58 @@ def plan_text(study: Study, estimates: Mapping[str, Estimate] | None = None) -> 
     total = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')}, "
     if estimates:
         cores = os.cpu_count() or 1
-        longest = max(work[plan.name] / plan.shards for plan in plans)
-        total += (
-            f"estimated on this machine: {seconds_text(seconds)} on one core,"
-            f" {seconds_text(max(longest, seconds / cores))} on {count(cores, 'core')}, {stored} on disk"
+        figures = sum(len(figure_names(scene)) for scene in study.scenes.values())
+        alone, shared = (
+            seconds_text(run_seconds(plans, work, figures, estimates.uncompiled, n))
+            for n in (1, cores)
         )
+        at_least = "at least " if estimates.long else ""
+        total += (
+            f"estimated on this machine, with figures and report: {at_least}{alone} on one core,"
+            f" {shared} on {count(cores, 'core')}, {stored} on disk"
+        )
+        if estimates.uncompiled:
+            names = series(estimates.uncompiled)
+            total += (
+                f"\nThis includes compiling kernels for {names}, once: their samples lack some."
+            )
+        if rough := [name for name in estimates.rough if name not in estimates.long]:
+            total += f"\nThe time of {series(rough)} is rough: no sample was solved."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
     return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total])
+
+
+def run_seconds(
+    plans: Sequence[ScenePlan],
+    work: Mapping[str, float],
+    figures: int,
+    uncompiled: Sequence[str],
+    cores: int,
+) -> float:
+    """Return the estimated seconds from the command to the report of a study.
+
+    Parameters
+    ----------
+    plans : sequence of ScenePlan
+        Plans of the scenes.
+    work : mapping of str to float
+        Seconds on one core by scene.
+    figures : int
+        Number of figures.
+    uncompiled : sequence of str
+        Scenes whose kernels have to be compiled first, kind by kind.
+    cores : int
+        Number of cores.
+    """
+    kinds = {plan.kind for plan in plans if plan.name in uncompiled}
+    longest = max(
+        work[plan.name] / (min(cores, plan.shards) if not plan.is_parallel else cores)
+        for plan in plans
+    )
+    solving = max(longest, sum(work.values()) / cores)
+    compiling = COMPILE_SECONDS * math.ceil(len(kinds) / cores)
+    return START_SECONDS + compiling + solving + FIGURE_SECONDS * figures / cores + REPORT_SECONDS
 
 
 def effects_text(effects: Sequence[str]) -> str:

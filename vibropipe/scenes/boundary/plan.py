@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 # Curves of a kind, points of a curve, and the seconds and bytes of a point, as usual.
 USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 4, 300, 1e-3, 120
 
+# Lines of the samples.
+FEW_LINES = 2, 6
+
 
 def plan(scene: BoundaryScene) -> Work:
     """Return the work of curves of the usual number and length, which are not known before."""
@@ -33,6 +36,14 @@ def _range_text(scene: BoundaryScene, name: str, ends: Sequence[float]) -> str:
 
 
 def estimate(scene: BoundaryScene, sampler: Sampler) -> Estimate:
-    """Estimate a scene by following its curves."""
-    seconds, load = sampler.warm(scene, scene.kind)
-    return Estimate(seconds, load, sampler.bytes, False, plan(scene).method)
+    """Estimate a scene by the curves that are found on few lines: seconds and bytes grow with the lines."""
+    few, more = FEW_LINES
+    if scene.lines <= more:
+        seconds, load = sampler.warm(scene, scene.kind)
+        return Estimate(seconds, load, sampler.bytes, False, plan(scene).method)
+    seconds, load = sampler.warm(scene.model_copy(update={"lines": few}), scene.kind)
+    size = sampler.bytes
+    rate = max(0.0, sampler.solved(scene.model_copy(update={"lines": more})) - seconds)
+    lines = (scene.lines - few) / (more - few)
+    size += round(max(0, sampler.bytes - size) * lines)
+    return Estimate(seconds + rate * lines, load, size, False, plan(scene).method)

@@ -51,7 +51,7 @@ NEITHER = (
     "words/vocabulary.py",
     "words/quantities.toml",
     "figures/style.py",
-    "report/data.py",
+    "report/parts.py",
     "study/models.py",
     "scenes/motion/keys.py",
     "scenes/sweep/plan.py",

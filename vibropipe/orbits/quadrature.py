@@ -39,15 +39,16 @@ def _add_flight(e, p, x, v, start, end, m, out, energy, c):
         taylor(c, x, v, force, 0.0, p.h, p.nu, dt, second)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
-            node_x = displacement(c, DEGREE, NODES[g])
             node_v = velocity(c, DEGREE, NODES[g], dt)
             weight = WEIGHTS[g] * dt / period
             if e.forcing is not None:
                 energy[0] += force_times(p, weight * period, phase, second) * node_v
             if e.damping is not None:
                 energy[1] += weight * period * p.h * node_v * node_v
-            for k in range(out.size):
-                out[k] += weight * node_x * phase_factor(k * phase / m)
+            if out.size > 0:
+                node_x = displacement(c, DEGREE, NODES[g])
+                for k in range(out.size):
+                    out[k] += weight * node_x * phase_factor(k * phase / m)
         x, v = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     return x, v
 

@@ -17,7 +17,7 @@ from vibropipe.words.status import Status
 
 STUDY = """\
 title: A study of seconds
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   forced:
     kind: motion
@@ -127,7 +127,14 @@ def test_what_computes_nothing_imports_nothing_heavy(call, heavy):
         (["join", "{study}", "--scene", "response", "--output", "{out}", "a.nc"], ["a.nc"]),
         (["show", "absent.nc"], ["absent.nc"]),
         (["figure", "{study}", "--results", "absent"], ["absent"]),
-        (["report", "{study}", "--results", "absent", "--output", "{out}"], ["absent"]),
+        (["report", "{study}", "--results", "absent", "--output", "r.pdf"], ["absent"]),
+        (["report", "{study}", "--output", "r.html"], ["--output", ".pdf", "r.html"]),
+        (
+            ["solve", "{study}", "--scene", "forced", "--output", "x.csv"],
+            ["--output", ".nc", "x.csv"],
+        ),
+        (["table", "x.nc", "-o", "x.xlsx"], ["--output", ".csv", "x.xlsx"]),
+        (["simulate", "--l", "1", "--f", "1"], ["nu: is required beside f"]),
         (["simulate", "--l", "-1"], ["l: must be a finite number > 0, got -1.0"]),
         (["simulate", "--l", "1", "--R1", "1.5"], ["R1: must be a number from 0 to 1, got 1.5"]),
         (
@@ -202,7 +209,22 @@ def test_simulate_starts_where_the_mass_is_at_rest(capsys):
 
 
 def test_simulate_prints_the_accuracy_it_reached(capsys):
-    options = ["--l", 0.5, "--f", 1, "--h", 0.1, "--R1", 0.8, "--R2", 0.8, "--accuracy", 1e-6]
+    options = [
+        "--l",
+        0.5,
+        "--nu",
+        1,
+        "--f",
+        1,
+        "--h",
+        0.1,
+        "--R1",
+        0.8,
+        "--R2",
+        0.8,
+        "--accuracy",
+        1e-6,
+    ]
     assert run("simulate", *options) == 0
     printed = re.search(
         r"(exact|newmark).*: error (\S+) \(requested (\S+)\)$", capsys.readouterr().out, re.M
@@ -213,7 +235,7 @@ def test_simulate_prints_the_accuracy_it_reached(capsys):
 
 def test_simulate_draws_and_keeps_the_motion(tmp_path, capsys):
     plot, output = tmp_path / "new" / "motion.svg", tmp_path / "new" / "motion.nc"
-    options = ["--l", 0.5, "--f", 1, "--tau-end", 7, "--plot", plot, "--output", output]
+    options = ["--l", 0.5, "--nu", 1, "--f", 1, "--tau-end", 7, "--plot", plot, "--output", output]
     assert run("simulate", *options) == 0
     assert plot.read_text().startswith("<?xml")
     assert load(output)["displacement"].dims == ("tau",)

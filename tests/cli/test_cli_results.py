@@ -11,7 +11,7 @@ from vibropipe import cli
 
 STUDY = """\
 title: A study of seconds
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   forced: {kind: motion, tau_end: 7}
   response: {kind: sweep, over: {nu: [0.9, 1, 1.1, 1.2]}}

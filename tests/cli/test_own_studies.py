@@ -22,7 +22,7 @@ from vibropipe.study.schema import schema_text
 
 STUDY = """\
 title: Far away
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7}
 scenes:
   forced: {kind: motion, tau_end: 5, samples_per_period: 16}
 """

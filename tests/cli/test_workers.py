@@ -20,7 +20,7 @@ CLIENT = "import os; print(os.getpid(), flush=True); from vibropipe.cli import m
 PATIENCE = 300  # seconds: a worker imports for long where others keep the machine busy
 LONG = """\
 title: T
-exciter: {l: 0.5, f: 1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: 1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes: {s: {kind: sweep, over: {nu: {start: 0.3, stop: 3, points: 400000}}}}
 """
 

@@ -40,7 +40,7 @@ def test_a_mass_held_by_friction_is_neutral(rubbed):
 
 
 def test_an_unstable_orbit_is_unstable():
-    branch = vp.branch(vp.Exciter(l=0.5, f=0.25, h=0.1, R1=0.7, R2=0.7), "nu", (0.7, 1.5))
+    branch = vp.branch(vp.Exciter(l=0.5, nu=1.0, f=0.25, h=0.1, R1=0.7, R2=0.7), "nu", (0.7, 1.5))
     assert (branch.stable.values == 0).any()
     np.testing.assert_array_equal(is_unstable(branch) | is_neutral(branch), branch.stable == 0)
     moduli = np.abs(branch.floquet_multiplier.values).max(axis=-1)

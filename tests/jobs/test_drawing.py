@@ -93,7 +93,7 @@ def test_physical_datasets_are_drawn_in_small_numbers():
 def test_a_figure_depends_on_the_scenes_that_it_shows():
     text = """\
 title: T
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   spine: {kind: backbone, amplitude: {start: 0.6, stop: 2, points: 9}}
   under: {kind: sweep, over: {nu: [0.9, 1, 1.1]}, figure: {backbone: spine}}

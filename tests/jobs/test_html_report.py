@@ -16,7 +16,7 @@ description: |
   What the offset {{ does }}.
 
   More of it.
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   one: {kind: motion, tau_end: 7, caption: 'Impacts {{ on }} *both*', samples_per_period: 16}
   two: {kind: motion, title: Two_, tau_end: 7, figure: {pictures: [panels, impacts]}, samples_per_period: 16}

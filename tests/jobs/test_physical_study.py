@@ -156,7 +156,7 @@ def test_a_table_has_units_in_its_head(results) -> None:
 def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:
     plain = study_at(
         tmp_path / "plain.yaml",
-        "title: T\nexciter: {l: 0.5, f: 1, h: 0.2, R1: 0.7, R2: 0.7}\n"
+        "title: T\nexciter: {l: 0.5, nu: 1, f: 1, h: 0.2, R1: 0.7, R2: 0.7}\n"
         "scenes: {s: {kind: sweep, over: {nu: [0.5, 1]}}}\n",
     )
     monkeypatch.setattr("vibropipe.solve.physical.to_physical", None)

@@ -24,7 +24,7 @@ from vibropipe.store import NotWrittenError, write
 
 SCENES = """\
 title: T
-exciter: {{l: 0.5, f: -1, h: 0.2, R1: 0.7}}
+exciter: {{l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7}}
 scenes:
   one: {{kind: motion, tau_end: 5}}
   wide: {{kind: sweep, over: {{nu: {{start: 0.5, stop: 2, points: {points}}}}}}}

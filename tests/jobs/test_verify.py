@@ -17,7 +17,7 @@ from vibropipe.study import load_study
 
 STUDY = """\
 title: A study of seconds
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   forced: {kind: motion, tau_end: 20, samples_per_period: 16}
   curves: {kind: backbone, delta_over_l: [0, 0.2], tau_bar: {start: 2.5, stop: 6, points: 15}}
@@ -219,7 +219,9 @@ def test_a_scene_that_the_study_no_longer_has_is_named(tmp_path, capsys):
     moments = {"detail": "2026-01-01T00:00:00+00:00", "closeup": "2026-01-01T00:00:01+00:00"}
     for name, moment in moments.items():
         scene = "{kind: motion, tau_end: 5, samples_per_period: 16}"
-        file.write_text(f"title: T\nexciter: {{l: 0.5, f: -1}}\nscenes:\n  {name}: {scene}\n")
+        file.write_text(
+            f"title: T\nexciter: {{l: 0.5, nu: 1, f: -1}}\nscenes:\n  {name}: {scene}\n"
+        )
         solve_to_file(load_study(file), name, results / f"{name}.nc", None, 1)
         sidecar = results / f"{name}.json"
         sidecar.write_text(json.dumps(json.loads(sidecar.read_text()) | {"finished": moment}))

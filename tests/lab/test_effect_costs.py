@@ -19,10 +19,10 @@ from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.words.measurements import Passed
 
 FULL = BenchmarkMotion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 4)
-PLAIN = BenchmarkMotion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
+PLAIN = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 20)
 UNFORCED = BenchmarkMotion(vp.Exciter(l=0.5, h=0.005, R1=0.99, R2=0.99), 0.0, 2.0, 20)
 FREE = BenchmarkMotion(vp.Exciter(l=0.5), 0.0, -0.51, 1000)
-QUIET = BenchmarkMotion(vp.Exciter(l=0.5, f=0.04, h=0.2), 0.0, 0.0, 20)
+QUIET = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=0.04, h=0.2), 0.0, 0.0, 20)
 
 
 class Clock:

@@ -56,7 +56,11 @@ def test_the_dataset_reports_the_effort(results: Any) -> None:
     assert (
         int(coarse.worst_status)
         == vp.simulate(
-            vp.Exciter(l=1e-6, f=1e-300), tau_end=1e-3, v0=1.0, method="newmark", steps_per_period=8
+            vp.Exciter(l=1e-6, nu=1.0, f=1e-300),
+            tau_end=1e-3,
+            v0=1.0,
+            method="newmark",
+            steps_per_period=8,
         ).status
     )
     closed = results.sel(case="energy_of_orbits")

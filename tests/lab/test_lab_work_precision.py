@@ -27,7 +27,7 @@ from vibropipe.lab.work_precision_methods import (
 from vibropipe.scenes.accuracy.summary import orders
 from vibropipe.words.vocabulary import Outcome
 
-SYMMETRIC = BenchmarkMotion(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
+SYMMETRIC = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
 CHATTER = BenchmarkMotion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 2)
 
 
@@ -178,7 +178,7 @@ def test_a_run_that_does_not_end_is_stopped_by_its_work(monkeypatch):
     first = MotionReference(CHATTER).errors(build_method("DOP853", 1e-6, CHATTER).show())
     assert first[0] == Outcome.DID_NOT_END
     # a motion without impacts ends within a sufficient limit of work, and not within a smaller one
-    easy = BenchmarkMotion(vp.Exciter(l=0.5, f=0.01, h=0.2), 0.0, 0.0, 2)
+    easy = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=0.01, h=0.2), 0.0, 0.0, 2)
     needed = build_method("RK45", 1e-6, easy).show().effort[1]
     for max_work, outcome in ((needed // 2 + 1, Outcome.OK), (needed // 2, Outcome.DID_NOT_END)):
         monkeypatch.setattr(recorder, "MAX_WORK", max_work)

@@ -24,7 +24,7 @@ FORCED = vp.Exciter(l=0.5, nu=1.1, f=0.8, h=0.1, delta=0.01, R1=0.7, R2=0.6)
 CHATTER = vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7)
 PLASTIC = vp.Exciter(l=0.5, nu=0.4, f=1.2, h=0.1, R1=0.0, R2=0.3)
 FREE = vp.Exciter(l=1.0, delta=0.2)
-OUT_OF_REACH = vp.Exciter(l=1e3, f=0.5, h=0.1)
+OUT_OF_REACH = vp.Exciter(l=1e3, nu=1.0, f=0.5, h=0.1)
 
 
 def simulate_each(exciters, tau_end, xs, vs, steps):

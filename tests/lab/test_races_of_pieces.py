@@ -14,8 +14,10 @@ from vibropipe.lab.work_precision import MotionReference, build_method, referenc
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.words.measurements import Outcome
 
-SHARED = {"l": 0.5, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
-SOFT = BenchmarkMotion(vp.Exciter(**SHARED, k1=50, h1=1, k2=200, h2=0.5), 0.0, 0.0, 2)
+SHARED = {"l": 0.5, "nu": 1.0, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
+SOFT = BenchmarkMotion(
+    vp.Exciter(**SHARED | {"R1": 1, "R2": 1}, k1=50, h1=1, k2=200, h2=0.5), 0.0, 0.0, 2
+)
 # Held from the start, and after each impact.
 SLIDING = BenchmarkMotion(vp.Exciter(**SHARED, friction=0.2), 0.0, 0.0, 2)
 BOTH = BenchmarkMotion(

@@ -79,9 +79,9 @@ def functions() -> dict[str, Any]:
     vp.simulate(EXCITER, 20.0, method="newmark", steps_per_period=64, energy=True)
     vp.simulate(EXCITER, 2.0, accuracy=1e-6)
     vp.simulate(vp.Exciter(l=0.5), 20.0, x0=0.4, v0=1.0)
-    vp.simulate(vp.Exciter(l=5.0, f=0.1, h=0.2), 20.0)
+    vp.simulate(vp.Exciter(l=5.0, nu=1.0, f=0.1, h=0.2), 20.0)
     simulate_rows([EXCITER], 20.0, steps_per_period=64)
-    symmetric = vp.Exciter(l=0.5, f=1.0, h=0.1, R1=0.8, R2=0.8)
+    symmetric = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
     vp.branch(symmetric, "nu", (0.9, 1.2), switch=["pitchfork"])
     return compiled_functions()
 

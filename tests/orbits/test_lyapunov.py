@@ -166,7 +166,7 @@ def test_mirrored_exciters_have_the_same_exponents() -> None:
 
 def test_cuts_and_cores_do_not_change_a_bit_and_other_outputs_neither() -> None:
     exciter, over = (
-        vp.Exciter(f=1.0, l=0.5, h=0.05, R1=0.8, R2=0.8),
+        vp.Exciter(nu=1.0, f=1.0, l=0.5, h=0.05, R1=0.8, R2=0.8),
         {"nu": np.linspace(0.8, 1.3, 90)},
     )
     outputs = ("harmonics", "impacts", *OUTPUTS)

@@ -24,11 +24,11 @@ from vibropipe.words.status import Status
 BASE = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
 # by what their orbits are made of: contacts; a rigid and a soft support; turns; sticks; all
 CASES = {
-    "soft": {"k1": 400.0, "h1": 4.0, "k2": 400.0, "h2": 4.0, "delta": 0.01},
-    "one_soft": {"k2": 30.0, "h2": 1.0, "delta": 0.05},
+    "soft": {"k1": 400.0, "h1": 4.0, "k2": 400.0, "h2": 4.0, "delta": 0.01, "R1": 1.0, "R2": 1.0},
+    "one_soft": {"R2": 1.0, "k2": 30.0, "h2": 1.0, "delta": 0.05},
     "turns": {"friction": 0.05, "f": 0.2, "nu": 2.0},
     "sticks": {"friction": 0.35, "nu": 0.6, "f": 0.7, "h": 0.05},
-    "both": {"k1": 200.0, "h1": 2.0, "friction": 0.08, "delta": -0.05},
+    "both": {"R1": 1.0, "k1": 200.0, "h1": 2.0, "friction": 0.08, "delta": -0.05},
 }
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "motion", "subharmonics")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import re
 import warnings
 
 import pytest
@@ -116,13 +117,32 @@ def test_wrong_units_are_refused_in_words(name: str, value: str, text: str) -> N
     assert text in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("other", "text"),
+    [
+        ({"l": "8 m"}, "l: the nearer support is 8 m away, but the mass swings by"),
+        (
+            {"C": "8 N/m"},
+            "F: the force holds the spring 15 m from its equilibrium, 1.88e+03 times l: ",
+        ),
+        (
+            {"F": "120 kN"},
+            "F: the force holds the spring 15 m from its equilibrium, 1.88e+03 times l: ",
+        ),
+    ],
+)
+def test_lengths_that_cannot_be_meant_warn(other: dict[str, str], text: str) -> None:
+    with pytest.warns(UserWarning, match=f"^{re.escape(text)}.*check the units of"):
+        vp.Exciter.from_physical(**{**PHYSICAL, **other})
+
+
 def test_millimetres_beside_newtons_per_metre_warn() -> None:
     with pytest.warns(UserWarning, match=r"^l: .* 8 m away, .* write l='8 mm'") as caught:
         vp.Exciter.from_physical(**{**PHYSICAL, "l": 8})
     assert caught[0].filename == __file__
 
 
-@pytest.mark.parametrize("other", [{}, {"l": "8 m"}, {"l": 8, "F": 0}, {"l": 0.9}])
+@pytest.mark.parametrize("other", [{}, {"l": 8, "F": 0}, {"l": 0.9}])
 def test_a_support_within_reach_does_not_warn(other: dict[str, object]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

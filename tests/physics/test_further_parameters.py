@@ -14,7 +14,7 @@ from vibropipe.physics.effects import NOT_COMPUTED, PIECES
 from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 
-BASE = {"l": 0.5, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.6}
+BASE = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 1.0, "R2": 1.0}
 ALL = {
     "k1": 200.0, "k2": 30.0, "h1": 2.0, "h2": 1.0, "load": 0.1, "friction": 0.08, "f2": 0.3, "phi2": 1.2,
 }  # fmt: skip

@@ -14,9 +14,9 @@ from vibropipe.study import parse_study
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 
-BEYOND = {"l": 0.5, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
+BEYOND = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}
 # 0.8 - 0.5 is 0.30000000000000004.
-DECIMAL = vp.Exciter(l=0.5, delta=0.8, f=1.0, h=0.2, R1=0.7, R2=0.7)
+DECIMAL = vp.Exciter(l=0.5, delta=0.8, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7)
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,9 @@ def test_the_default_start_is_that_of_each_row() -> None:
     sweep = vp.sweep(vp.Exciter(**BEYOND), {"delta": offsets, "nu": [0.8, 1.2]})
     for i, delta in enumerate(offsets):
         for j, nu in enumerate((0.8, 1.2)):
-            alone = vp.steady_state(vp.Exciter(delta=delta, nu=nu, **BEYOND), patience=PATIENCE)
+            alone = vp.steady_state(
+                vp.Exciter(**BEYOND | {"delta": delta, "nu": nu}), patience=PATIENCE
+            )
             assert float(sweep.displacement_strobe[i, j]) == float(alone.displacement_strobe)
             assert int(sweep.periods_to_settle[i, j]) == int(alone.periods_to_settle)
     assert sweep.attrs["start"] == "x0 = 0 or the support nearest to it, v0 = 0"
@@ -83,7 +85,7 @@ def test_an_explicit_start_must_suit_every_row() -> None:
 
 
 def test_a_moving_start_close_to_a_support_is_not_moved() -> None:
-    exciter = vp.Exciter(l=0.5, delta=0.5, f=1e-300)
+    exciter = vp.Exciter(l=0.5, delta=0.5, nu=1.0, f=1e-300)
     assert exciter.check_start(1e-302, 1e-302) == (1e-302, 1e-302)
     assert exciter.check_start(1e-302, 0.0) == (0.0, 0.0)
     assert DECIMAL.check_start(0.3, 1.0) == (DECIMAL.lower, 1.0)

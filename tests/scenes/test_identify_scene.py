@@ -16,7 +16,7 @@ from vibropipe.study import StudyError, load_study, study_of_text
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 STUDY = """
 title: Measured
-exciter: {l: 0.5, f: -0.7, h: 0.2, R1: 0.75, R2: 0.65}
+exciter: {l: 0.5, nu: 1, f: -0.7, h: 0.2, R1: 0.75, R2: 0.65}
 scenes:
   found:
     kind: identify

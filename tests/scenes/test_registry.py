@@ -19,7 +19,7 @@ STUDY = """
 title: A clock
 scenes:
   swing: {kind: pendulum, amplitude: {start: 0.1, stop: 2, points: 20}}
-  motion: {kind: motion, exciter: {l: 0.5, f: -1}, tau_end: 5}
+  motion: {kind: motion, exciter: {l: 0.5, nu: 1, f: -1}, tau_end: 5}
 """
 PACKAGE = Path(vp.__file__).parent
 

@@ -59,7 +59,7 @@ def test_shards_of_starts_join_to_the_whole_and_verify(tmp_path: Path, text: str
 
 
 def test_the_zero_of_exponents_is_marked_and_in_view() -> None:
-    exciter = vp.Exciter(l=0.5, f=1.0, h=0.05, R1=0.8, R2=0.8)
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.05, R1=0.8, R2=0.8)
     sweep = vp.sweep(exciter, {"nu": np.linspace(1, 1.3, 31)}, outputs=("stability", "lyapunov"))
     figure = draw_sweep(sweep, ["lyapunov_exponent"])
     ax = next(ax for ax in figure.axes if "Lyapunov" in ax.get_ylabel())

@@ -16,7 +16,7 @@ from vibropipe.study import load_study
 
 STUDY = """
 title: Crowded
-exciter: {l: 1.0e-3, f: 10, h: 0.1}
+exciter: {l: 1.0e-3, nu: 1, f: 10, h: 0.1}
 scenes:
   rows: {kind: sweep, over: {nu: [0.01, 0.011, 1]}, outputs: [impacts], effects: &all
       [damping, forcing, support_1, support_2, restitution, rest]}

@@ -77,7 +77,7 @@ def test_errors_hold_for_500_motions() -> None:
 
 
 def test_every_contact_has_its_errors() -> None:
-    exciter = vp.Exciter(l=0.5, f=-1.0, h=0.2, R1=0.7, k2=300.0, h2=3.0, friction=0.15)
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, k2=300.0, h2=3.0, friction=0.15)
     ds = vp.simulate(exciter, 20.0, accuracy=1e-8)
     assert ds.attrs["method"] == "exact"
     assert ds.attrs["accuracy_reached"] < 1e-12

@@ -11,8 +11,8 @@ from vibropipe.solve.attractors import scattered_starts
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import FLAGS
 
-PAPER = vp.Exciter(l=0.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
-CASCADE = vp.Exciter(l=0.5, f=1.67, h=0.1, delta=0.1, R1=0.8, R2=0.8)
+PAPER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+CASCADE = vp.Exciter(l=0.5, nu=1.0, f=1.67, h=0.1, delta=0.1, R1=0.8, R2=0.8)
 STARTS = np.linspace(-0.5, 0.5, 12), np.linspace(-2, 2, 12)
 
 

@@ -8,7 +8,7 @@ import pytest
 import vibropipe as vp
 
 FORCED = {"l": 0.5, "nu": 1.8, "f": 0.8, "h": 0.2, "R1": 0.7, "R2": 0.7}
-SOFT = vp.Exciter(**FORCED, delta=-0.05, k1=200.0, h1=3.0, friction=0.15)
+SOFT = vp.Exciter(**FORCED | {"R1": 1.0}, delta=-0.05, k1=200.0, h1=3.0, friction=0.15)
 BOTH_SOFT = vp.Exciter(l=0.5, nu=2.3, f=0.6, h=0.05, k1=300.0, k2=300.0, h1=3.0, h2=3.0)
 # The mass sticks at the section: near motions slide there.
 HELD_AT_SECTION = vp.Exciter(**{**FORCED, "nu": 0.6, "f": 0.7, "h": 0.05}, friction=0.35)

@@ -16,7 +16,7 @@ SLIDING = vp.Exciter(l=0.5, nu=0.6, f=0.6, h=0.1, R1=0.6, R2=0.6, friction=0.1)
 RUBBED = vp.Exciter(l=0.5, nu=1.3, f=1.2, h=0.1, delta=0.05, R1=0.6, k2=300.0, h2=2.0, friction=0.1)
 STRUCK = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, delta=0.01, friction=0.05)
 FORCED_TWICE = vp.Exciter(
-    l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, k1=80.0, h1=2.0, friction=0.07, load=0.05, f2=0.3, phi2=0.7
+    l=0.5, nu=1.0, f=-1.0, h=0.2, R1=1.0, R2=0.7, k1=80.0, h1=2.0, friction=0.07, load=0.05, f2=0.3, phi2=0.7
 )  # fmt: skip
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "sensitivity")
 

@@ -101,7 +101,7 @@ def test_a_scene_stores_the_balance_of_its_motion_beside_that_of_its_orbit(tmp_p
 
     file = tmp_path / "balance.yaml"
     file.write_text(
-        "title: t\nexciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}\n"
+        "title: t\nexciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}\n"
         "scenes: {run: {kind: motion, tau_end: 40, outputs: [impacts, energy]}}\n"
     )
     ds = solve_scene(load_study(file), "run")

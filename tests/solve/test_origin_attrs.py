@@ -10,7 +10,7 @@ import xarray as xr
 
 import vibropipe as vp
 
-EXCITER = vp.Exciter(l=0.5, h=0.2, f=0.8, R1=0.7, R2=0.7)
+EXCITER = vp.Exciter(l=0.5, h=0.2, nu=1.0, f=0.8, R1=0.7, R2=0.7)
 EFFECTS = "damping, forcing, support_1, support_2, restitution, rest"
 START = "x0 = 0, v0 = 0"
 MADE = ("method", "effects", "start", "follow", "version", "steps_per_period")

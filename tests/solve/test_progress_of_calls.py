@@ -6,7 +6,7 @@ import vibropipe as vp
 from vibropipe.solve.sweep import solve_blocks
 from vibropipe.words.progress import WorkCount, part_of
 
-EXCITER = vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7)
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
 END = 2000.5 * EXCITER.period
 NEWMARK = {"method": "newmark", "steps_per_period": 20, "tau_end": END}
 

@@ -86,7 +86,7 @@ def test_a_sweep_to_an_accuracy_is_cut_and_joined_like_any_other() -> None:
 
 
 def test_a_row_that_misses_the_accuracy_says_so() -> None:
-    ds = vp.steady_state(vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7), accuracy=1e-15)
+    ds = vp.steady_state(vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7), accuracy=1e-15)
     assert float(ds.error) > 1e-15
     assert int(ds.status) == Status.INACCURATE
 
@@ -98,7 +98,7 @@ def test_an_accuracy_that_is_none_is_refused(bad: Any) -> None:
 
 
 def test_a_chaotic_row_has_no_finite_error() -> None:
-    exciter = vp.Exciter(l=0.5, h=0.2, f=1.4, delta=0.01, R1=0.7, R2=0.7)
+    exciter = vp.Exciter(l=0.5, h=0.2, nu=1.0, f=1.4, delta=0.01, R1=0.7, R2=0.7)
     ds = vp.sweep(exciter, {"nu": [1.2]}, accuracy=1e-6)
     assert ds.error.item() == math.inf
     assert np.isnan(ds.displacement_strobe_error.item())

@@ -305,7 +305,7 @@ def test_a_first_harmonic_parts_impacts_that_were_equal():
 
 
 def test_an_accuracy_may_be_asked_of_a_sweep():
-    exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, f2=0.3, f=0.8)
+    exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f2=0.3, f=0.8)
     rows = vp.sweep(exciter, {"nu": np.linspace(0.8, 1.4, 12)}, accuracy=1e-10)
     has_orbit = rows.period_multiple > 0
     assert has_orbit.sum() > 6

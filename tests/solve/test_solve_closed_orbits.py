@@ -232,14 +232,14 @@ def test_mirrored_exciters_have_mirrored_orbits(e: vp.Exciter, m: int) -> None:
     ("call", "text"),
     [
         (
-            lambda: vp.symmetric_orbit(vp.Exciter(l=1, f=1, delta=0.1)),
+            lambda: vp.symmetric_orbit(vp.Exciter(l=1, nu=1.0, f=1, delta=0.1)),
             "delta: must be 0 for a symmetric orbit, got 0.1",
         ),
         (
-            lambda: vp.symmetric_orbit(vp.Exciter(l=1, f=1, R1=0.5)),
+            lambda: vp.symmetric_orbit(vp.Exciter(l=1, nu=1.0, f=1, R1=0.5)),
             "R2: must equal R1 for a symmetric orbit, got R1 = 0.5, R2 = 1.0",
         ),
-        (lambda: vp.symmetric_orbit(vp.Exciter(l=1, f=1), 2), "m: must be odd for a symmetric orbit, got 2"),
+        (lambda: vp.symmetric_orbit(vp.Exciter(l=1, nu=1.0, f=1), 2), "m: must be odd for a symmetric orbit, got 2"),
         (
             lambda: vp.one_sided_orbit(vp.Exciter(l=1)),
             "f: must not be 0, since these orbits have the period of the force "

@@ -12,7 +12,7 @@ from vibropipe.solve.section_map import SectionMap
 PAPER = vp.Exciter(l=0.5, nu=2.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
 THREE = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
 SYMMETRIC = vp.Exciter(l=0.5, nu=1.61, f=1.66, h=0.02, R1=0.8, R2=0.8)
-SOFT = replace(PAPER, k1=100.0, k2=100.0, h1=1.0, h2=1.0)
+SOFT = replace(PAPER, R1=1.0, R2=1.0, k1=100.0, k2=100.0, h1=1.0, h2=1.0)
 NEAR = 1e-8
 
 
@@ -80,7 +80,7 @@ def test_a_stable_set_is_the_whole_border():
         {},
         {"load": 0.05},
         pytest.param({"f2": 0.4, "phi2": 0.7}, marks=pytest.mark.slow),
-        {"k1": 40.0, "h1": 2.0, "k2": 1e6, "h2": 300.0},
+        {"R1": 1.0, "k1": 40.0, "h1": 2.0, "R2": 1.0, "k2": 1e6, "h2": 300.0},
         {"k1": 1e8, "R1": 0.0},
     ],
     ids=str,

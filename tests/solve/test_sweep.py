@@ -192,7 +192,7 @@ def test_what_is_not_asked_is_not_there() -> None:
 
 def test_hysteresis_shows_when_a_sweep_is_followed() -> None:
     """Beyond resonance a two-sided and a non-impacting motion are both stable; the direction selects one."""
-    e = vp.Exciter(l=0.5, h=0.2, f=0.5, R1=0.7, R2=0.7)
+    e = vp.Exciter(l=0.5, h=0.2, nu=1.0, f=0.5, R1=0.7, R2=0.7)
     nu = np.linspace(0.8, 3.0, 45)
     up, down = (vp.sweep(e, {"nu": nu}, follow=("nu", way)) for way in ("up", "down"))
     struck_up, struck_down = (s.impacts_per_orbit.sum("support").values > 0 for s in (up, down))

@@ -101,7 +101,7 @@ def test_results_are_masked_whole() -> None:
 def test_a_row_that_takes_too_many_steps_is_not_marched() -> None:
     """Such a row was solved with 8 steps per period: a rest, status `ok`, with energies of NaN."""
     solved = vp.sweep(
-        vp.Exciter(l=0.5, f=1.0, h=0.2, R1=0.5, R2=0.5), {"nu": [1e-300, 1e-30, 1e-9, 1.0]}
+        vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.5, R2=0.5), {"nu": [1e-300, 1e-30, 1e-9, 1.0]}
     )
     assert solved.status.values.tolist() == [Status.MAX_STEPS] * 3 + [Status.OK]
     assert np.isnan(solved.displacement_mean.values[:3]).all()

@@ -14,7 +14,7 @@ import vibropipe as vp
 from vibropipe.store import write
 from vibropipe.words.regimes import Regime
 
-EXCITER = vp.Exciter(l=0.5, f=-1, h=0.2, R1=0.7, R2=0.7)
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
 OVER = {"nu": [0.6, 1.0, 1.7, 2.9], "f": [0.02, 0.5, 1.0]}
 
 

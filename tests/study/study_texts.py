@@ -49,5 +49,5 @@ def faults(text, folder, name="mine"):
     return [line.removeprefix(start) for line in lines]
 
 
-def scene_faults(scene, folder, exciter="{l: 0.5}"):
+def scene_faults(scene, folder, exciter="{l: 0.5, nu: 1}"):
     return faults(f"title: T\nexciter: {exciter}\nscenes:\n  s: {scene}\n", folder)

@@ -9,7 +9,7 @@ from vibropipe.study import StudyError, fingerprint, load_study
 
 TEXT = """
 title: Cost
-exciter: {{l: 0.5, f: 1}}
+exciter: {{l: 0.5, nu: 1, f: 1}}
 scenes:
   race:
     kind: accuracy

@@ -6,7 +6,7 @@ from study_texts import scene_faults, study_of
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.study import fingerprint
 
-FORCED = "{l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}"
+FORCED = "{l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}"
 ALL = "damping, forcing, support_1, support_2, restitution, rest"
 
 

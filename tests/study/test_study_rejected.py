@@ -450,7 +450,10 @@ def test_unknown_scene_names_the_nearest(tmp_path):
 @example("R1", -0.0)
 def test_a_study_takes_exactly_what_the_exciter_takes(name, value):
     """A study accepts the values of a parameter that `Exciter` accepts, and no others."""
-    tree = {"title": "T", "scenes": {"s": {"kind": "sweep", "exciter": {"l": 1.0}, "over": {}}}}
+    tree = {
+        "title": "T",
+        "scenes": {"s": {"kind": "sweep", "exciter": {"l": 1.0, "nu": 1.0}, "over": {}}},
+    }
     scene = tree["scenes"]["s"]
     scene["over"] = {"h" if name != "h" else "f": [0.0]}
     scene["exciter"][name], scene["start"] = value, {"x0": 0.0}

@@ -222,7 +222,7 @@ def test_the_nearest_border_is_the_nearest_change_of_regime(study):
         assert f"between {'νf'[found.axis]} = " in borders.sentence(at, (x[at[0]], y[at[1]]))
 
 
-@pytest.mark.parametrize("changed", [{"load": 0.1}, {"k1": 30.0, "h1": 1.0}])
+@pytest.mark.parametrize("changed", [{"load": 0.1}, {"R1": 1.0, "k1": 30.0, "h1": 1.0}])
 def test_absent_effects_can_be_tried(results, changed):
     page = new_page(results, "map")
     page.point_at(1.9, 1.5)
@@ -231,7 +231,7 @@ def test_absent_effects_can_be_tried(results, changed):
         page.point.what_if.spinners[name].value = value
     values = {name: float(stored[name]) for name in ("l", "nu", "f", "h", "delta", "R1", "R2")}
     x0, v0 = float(stored["displacement_strobe"]), float(stored["velocity_strobe"])
-    expected = vp.steady_state(vp.Exciter(**values, **changed), x0=x0, v0=v0)
+    expected = vp.steady_state(vp.Exciter(**values | changed), x0=x0, v0=v0)
     drawn = page.point.panel.sources["motion"].data
     assert_draws(page, expected, values["nu"])
     is_soft = "k1" in changed
@@ -240,7 +240,7 @@ def test_absent_effects_can_be_tried(results, changed):
 
 
 def test_basins_at_each_value_of_a_parameter_have_a_menu_of_it(study):
-    exciter = vp.Exciter(l=0.5, f=0.5, h=0.2, R1=0.7, R2=0.7)
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, R1=0.7, R2=0.7)
     nu, starts = [1.5, 2.2], (np.linspace(-0.4, 0.4, 4), np.linspace(-2, 2, 5))
     data = vp.basins(exciter, *starts, starts=16, over={"nu": nu})
     page = Page(Results("t", {"starts": data}, "starts"), background=lambda work: work())

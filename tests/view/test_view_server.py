@@ -111,7 +111,7 @@ def test_a_study_file_names_its_results(study, tmp_path):
 
 
 STUDY = """title: Small
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes: {map: {kind: sweep, over: {nu: [1.0, 1.2]}}}
 """
 

@@ -14,7 +14,7 @@ REPOSITORY = Path(__file__).parents[2]
 COPIED = ("Snakefile", "workflow", "profiles")
 STUDY = """\
 title: A study of seconds
-exciter: {l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
 scenes:
   free: {kind: motion, tau_end: 7, exciter: {f: 0}, start: {v0: -0.51}, samples_per_period: 16}
   forced:

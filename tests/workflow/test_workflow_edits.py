@@ -11,7 +11,7 @@ SCENES = ("free", "forced", "response")
 FREE = "free: {kind: motion, tau_end: 7"
 SECOND = """\
 title: Another study
-exciter: {l: 0.5, f: -0.8, h: 0.2, R1: 0.6}
+exciter: {l: 0.5, nu: 1, f: -0.8, h: 0.2, R1: 0.6}
 scenes:
   other: {kind: motion, tau_end: 5, samples_per_period: 16}
 """

@@ -12,8 +12,9 @@ from vibropipe.cli.options import (
     NUMBER,
     Accuracy,
     DatasetFile,
-    OutputFile,
     PlotFile,
+    ReportFile,
+    ResultFile,
     ResultsFolder,
     SceneName,
     StartDisplacement,
@@ -87,7 +88,7 @@ def plan(
 @app.command()
 def simulate(
     l: Annotated[float, parameter_option("l")],  # noqa: E741
-    nu: Annotated[float, parameter_option("nu")] = DEFAULTS["nu"],
+    nu: Annotated[float | None, parameter_option("nu")] = None,
     f: Annotated[float, parameter_option("f")] = DEFAULTS["f"],
     h: Annotated[float, parameter_option("h")] = DEFAULTS["h"],
     delta: Annotated[float, parameter_option("delta")] = DEFAULTS["delta"],
@@ -95,8 +96,8 @@ def simulate(
     R2: Annotated[float, parameter_option("R2")] = DEFAULTS["R2"],
     k1: Annotated[float, parameter_option("k1")] = DEFAULTS["k1"],
     k2: Annotated[float, parameter_option("k2")] = DEFAULTS["k2"],
-    h1: Annotated[float, parameter_option("h1")] = DEFAULTS["h1"],
-    h2: Annotated[float, parameter_option("h2")] = DEFAULTS["h2"],
+    h1: Annotated[float | None, parameter_option("h1")] = None,
+    h2: Annotated[float | None, parameter_option("h2")] = None,
     load: Annotated[float, parameter_option("load")] = DEFAULTS["load"],
     friction: Annotated[float, parameter_option("friction")] = DEFAULTS["friction"],
     f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
@@ -117,9 +118,10 @@ def simulate(
     from vibropipe.physics.exciter import Exciter
     from vibropipe.solve.motion import simulate as solve_motion
 
+    given = {"nu": nu, "h1": h1, "h2": h2}
     exciter = Exciter(
-        l=l, nu=nu, f=f, h=h, delta=delta, R1=R1, R2=R2, k1=k1, k2=k2, h1=h1, h2=h2, load=load,
-        friction=friction, f2=f2, phi2=phi2,
+        l=l, f=f, h=h, delta=delta, R1=R1, R2=R2, k1=k1, k2=k2, load=load, friction=friction, f2=f2,
+        phi2=phi2, **{name: value for name, value in given.items() if value is not None},
     )  # fmt: skip
     motion = solve_motion(
         exciter,
@@ -148,7 +150,7 @@ def simulate(
 def solve(
     file: StudyFile,
     scene: SceneName,
-    output: OutputFile,
+    output: ResultFile,
     shard: Annotated[
         str | None,
         typer.Option(metavar="I/N", help="Solve the I-th of N shards, from 1 to N."),
@@ -178,7 +180,7 @@ def join(
     file: StudyFile,
     shards: Annotated[list[Path], typer.Argument(metavar="SHARDS...", help="All shards.")],
     scene: SceneName,
-    output: OutputFile,
+    output: ResultFile,
     threads: Threads = None,
 ) -> None:
     """Join all shards of a scene, in any order, into its dataset."""
@@ -221,7 +223,7 @@ def figure(
 @app.command()
 def report(
     file: StudyFile,
-    output: OutputFile,
+    output: ReportFile,
     results: ResultsFolder = Path("results"),
     partial: Annotated[
         bool,

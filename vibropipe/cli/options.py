@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +13,6 @@ from vibropipe.words.vocabulary import quantity
 
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
-OutputFile = Annotated[Path, typer.Option("--output", "-o", metavar="F", help="File to write.")]
 Threads = Annotated[
     int | None,
     typer.Option(
@@ -32,9 +32,10 @@ ResultsFolder = Annotated[
 def number(text: str | float) -> float:
     """Return the number of an option, or refuse it with the value and a hint."""
     from vibropipe.scenes.keys.values import number_hint
+    from vibropipe.words.units import MINUS
 
     try:
-        return float(text)
+        return float(str(text).replace(MINUS, "-"))
     except ValueError:
         hint = number_hint(text) or "numbers of this command have no unit"
         raise typer.BadParameter(f"must be a number, got {text!r} ({hint})") from None
@@ -57,25 +58,34 @@ Accuracy = Annotated[
     float | None,
     typer.Option("--accuracy", help="Maximum error; selects method and step.", **NUMBER),
 ]
-DatasetFile = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="F", help="Write the dataset: .nc.")
+
+
+def file_option(help_text: str, *suffixes: str, names: Sequence[str] = ("--output", "-o")) -> Any:
+    """Return the option of a file to write, which refuses a name that ends in none of some suffixes."""
+
+    def check(file: Path | None) -> Path | None:
+        if file is not None and file.suffix not in suffixes:
+            allowed = ", ".join(suffixes)
+            raise typer.BadParameter(f"must end in {allowed}, got {file.name}", param_hint=names[0])
+        return file
+
+    return typer.Option(*names, metavar="F", help=help_text, callback=check)
+
+
+ResultFile = Annotated[Path, file_option("Dataset to write: .nc.", ".nc")]
+ReportFile = Annotated[Path, file_option("Report to write: .pdf.", ".pdf")]
+TableFile = Annotated[
+    Path | None,
+    file_option("Write to this file, .csv, which spreadsheets open.", ".csv"),
 ]
-PLOT_SUFFIXES = (".svg", ".pdf", ".png")
-
-
-def check_plot(plot: Path | None) -> Path | None:
-    """Return the file of a figure, or refuse its suffix."""
-    if plot is not None and plot.suffix not in PLOT_SUFFIXES:
-        allowed = ", ".join(PLOT_SUFFIXES)
-        raise typer.BadParameter(f"must end in {allowed}, got {plot.name}", param_hint="--plot")
-    return plot
-
-
+DatasetFile = Annotated[Path | None, file_option("Write the dataset: .nc.", ".nc")]
 PlotFile = Annotated[
     Path | None,
-    typer.Option(
-        "--plot", metavar="F", help="Write a figure: .svg, .pdf or .png.", callback=check_plot
-    ),
+    file_option("Write a figure: .svg, .pdf or .png.", ".svg", ".pdf", ".png", names=["--plot"]),
+]
+PageFile = Annotated[
+    Path | None,
+    file_option("Write a sweep as one page, F.html, and end.", ".html", names=["--save"]),
 ]
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from vibropipe.cli.options import ResultsFolder
+from vibropipe.cli.options import PageFile, ResultsFolder, TableFile
 
 
 def show(
@@ -34,9 +34,7 @@ def show(
 
 def table(
     dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A .nc file.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="F", help="Write to this file.")
-    ] = None,
+    output: TableFile = None,
     impacts: Annotated[
         bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
     ] = False,
@@ -86,10 +84,7 @@ def view(
     scene: Annotated[
         str | None, typer.Option("--scene", metavar="S", help="Scene to begin with.")
     ] = None,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="F", help="Write a sweep as one page, F.html, and end."),
-    ] = None,
+    save: PageFile = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, metavar="N", help="Port; 0 is a free one.")
     ] = 0,

@@ -205,7 +205,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "title": study.title,
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
         "question": study.question or main.report.asked(parts[main]),
-        "answers": answers.pop("", []),
+        "answers": [*unit_answers(study), *answers.pop("", [])],
         "side": {
             "rows": [asdict(row) for row in side.rows],
             "drawing": drawing_of(datasets) if side.has_drawing else None,
@@ -216,6 +216,12 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "methods": [asdict(line) for line in _methods(study, parts, datasets, sidecars)],
         "footer": footer(study.name, datasets, sidecars),
     }
+
+
+def unit_answers(study: Study) -> list[dict[str, str]]:
+    """Return what is odd about the lengths of a study, to stand before its answers; none for nothing."""
+    odd = dict.fromkeys(scene.unit_warning() for scene in study.scenes.values())
+    return [_answer_data(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
 
 
 def scene_labels(study: Study) -> dict[str, str]:

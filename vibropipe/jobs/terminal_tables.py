@@ -94,7 +94,9 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             total += f"\nThe time of {series(rough)} is rough: no sample was solved."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
-    return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total])
+    odd = {name: scene.unit_warning() for name, scene in study.scenes.items()}
+    warned = [f"warning: {name}: {text}" for name, text in odd.items() if text]
+    return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total, *warned])
 
 
 def run_seconds(

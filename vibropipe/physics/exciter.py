@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from vibropipe.physics.plausible import unit_warning
+from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
 from vibropipe.physics.si import non_dimensional
 from vibropipe.physics.start import start_at, start_room, support_positions
 from vibropipe.words.parameters import (
     DEFAULTS,
     FINITE,
+    FRACTION,
     PARAMETERS,
     PHYSICAL,
     Range,
@@ -20,11 +23,11 @@ from vibropipe.words.parameters import (
 )
 from vibropipe.words.units import UnitError, to_si
 
-# A support farther away than this many times the largest displacement of the linear motion is never struck. A length
-# in millimetres that is taken for metres is a thousand times too large.
-FAR_SUPPORT = 100.0
 NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
+# A restitution of 1 states nothing: it is the value of a support without one.
+TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
 BESIDE_SLOPE = "must be left out unless slope stands beside it"
+FREQUENCY_REQUIRED = "is required beside {} ({})"
 
 
 class ParameterError(ValueError):
@@ -79,6 +82,14 @@ class Parameters(NamedTuple):
     phi2: float = DEFAULTS["phi2"]
 
 
+class _Unstated(float):
+    """A parameter that was left out: copies of its exciter with other parameters leave it out, too."""
+
+
+def _is_unstated(value: float) -> bool:
+    return isinstance(value, _Unstated)
+
+
 def as_float(name: str, value: Any, allowed: str) -> float:
     """Return `value` as a float, or raise a ParameterError naming it; text and booleans are not numbers."""
     try:
@@ -110,13 +121,26 @@ def si_value(name: str, value: Any) -> float:
     return number
 
 
-def check_together(given: Mapping[str, Any], si: Mapping[str, float]) -> None:
-    """Raise a ParameterError, in physical words, if a parameter is of no use without another one."""
+def check_together(
+    given: Mapping[str, Any], si: Mapping[str, float], restitution: Mapping[str, float]
+) -> None:
+    """Raise a ParameterError, in physical words, if parameters do not go together."""
+    force = next((name for name in ("F", "F2") if si.get(name, 0.0) != 0.0), None)
+    if force is not None and "omega" not in si:
+        allowed = "an angular frequency in rad/s, or text with its unit"
+        must = FREQUENCY_REQUIRED.format(force, allowed)
+        raise ParameterError("omega", None, allowed, must=must, got="")
     if "gravity" in si and "slope" not in si:
         raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
-    for stiffness, damping in (("C1", "H1"), ("C2", "H2")):
-        if si.get(damping, 0.0) > 0.0 and si.get(stiffness, 0.0) == 0.0:
-            raise ParameterError(damping, given[damping], must=NO_DAMPING.format(stiffness))
+    for R, C, H in (("R1", "C1", "H1"), ("R2", "C2", "H2")):
+        if si.get(H, 0.0) > 0.0 and si.get(C, 0.0) == 0.0:
+            raise ParameterError(H, given[H], must=NO_DAMPING.format(C))
+        if H not in si or not number_within(R, restitution[R], FRACTION) < 1.0:
+            continue
+        numbers = non_dimensional({name: si[name] for name in ("m", "C", C, H) if name in si})
+        k, h = (numbers.get(PHYSICAL[name].non_dimensional, 0.0) for name in (C, H))
+        if not is_contact_damping(h, restitution[R], k):
+            raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))
 
 
 @dataclass(frozen=True)
@@ -128,7 +152,8 @@ class Exciter:
     l : float
         Half the distance between the supports, > 0.
     nu : float
-        Frequency of excitation over the eigenfrequency, > 0.
+        Frequency of excitation over the eigenfrequency, > 0; required beside a force by every call that does not vary
+        it. Without a force it may be left out, and forcing periods are those of nu = 1.
     f : float
         Amplitude of excitation.
     h : float
@@ -139,7 +164,8 @@ class Exciter:
         Coefficients of restitution of the supports, from 0 to 1.
     k1, k2, h1, h2 : float
         Stiffness and damping of soft supports, >= 0: beyond support i, at x = b, the force ki (x - b) + hi x' acts on
-        the mass. A support with ki = 0 is rigid and has hi = 0.
+        the mass. A support with ki = 0 is rigid and has hi = 0. Beside ki > 0, a hi that is left out (None) is what Ri
+        gives (`physics.restitution`): hi = 2 z sqrt(ki), z = -ln Ri / sqrt(pi^2 + ln^2 Ri), which is 0 for Ri = 1.
     load : float
         Constant force; it moves the equilibrium to x = load.
     friction : float
@@ -150,12 +176,13 @@ class Exciter:
     Raises
     ------
     ParameterError
-        If a value is out of range (`vibropipe.words.parameters`), the supports coincide in floating point, or a rigid
-        support has damping.
+        If a value is out of range (`vibropipe.words.parameters`), the supports coincide in floating point, a rigid
+        support has damping, or a soft one has a damping beside Ri < 1 that is not the one Ri
+        gives.
     """
 
     l: float  # noqa: E741 - the paper's symbol
-    nu: float = DEFAULTS["nu"]
+    nu: float = None  # type: ignore[assignment] # left out; a number from `__post_init__` on
     f: float = DEFAULTS["f"]
     h: float = DEFAULTS["h"]
     delta: float = DEFAULTS["delta"]
@@ -163,14 +190,18 @@ class Exciter:
     R2: float = DEFAULTS["R2"]
     k1: float = DEFAULTS["k1"]
     k2: float = DEFAULTS["k2"]
-    h1: float = DEFAULTS["h1"]
-    h2: float = DEFAULTS["h2"]
+    h1: float = None  # type: ignore[assignment] # as nu
+    h2: float = None  # type: ignore[assignment] # as nu
     load: float = DEFAULTS["load"]
     friction: float = DEFAULTS["friction"]
     f2: float = DEFAULTS["f2"]
     phi2: float = DEFAULTS["phi2"]
 
     def __post_init__(self) -> None:
+        given = {name: getattr(self, name) for name in ("nu", "h1", "h2")}
+        left_out = [name for name, value in given.items() if value is None or _is_unstated(value)]
+        for name in left_out:
+            object.__setattr__(self, name, DEFAULTS[name])
         for name, entry in PARAMETERS.items():
             object.__setattr__(self, name, number_within(name, getattr(self, name), entry.range))
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
@@ -184,9 +215,20 @@ class Exciter:
                     f"{got}, load = {self.load!r}",
                 )
             raise ParameterError("l", self.l, allowed, got=got)
-        for k, h in (("k1", "h1"), ("k2", "h2")):
-            if getattr(self, h) > 0.0 and getattr(self, k) == 0.0:
-                raise ParameterError(h, getattr(self, h), must=NO_DAMPING.format(k))
+        if "nu" in left_out:
+            object.__setattr__(self, "nu", _Unstated(self.nu))
+        for R, k, h in SUPPORTS:
+            self._set_damping(R, k, h, h in left_out)
+
+    def _set_damping(self, R: str, k: str, h: str, is_left_out: bool) -> None:
+        """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""
+        restitution, stiffness, damping = (getattr(self, name) for name in (R, k, h))
+        if is_left_out:
+            object.__setattr__(self, h, _Unstated(contact_damping(restitution, stiffness)))
+        elif damping > 0.0 and stiffness == 0.0:
+            raise ParameterError(h, damping, must=NO_DAMPING.format(k))
+        elif restitution < 1.0 and not is_contact_damping(damping, restitution, stiffness):
+            raise ParameterError(h, damping, must=TWICE_DAMPED.format(R=R, k=k, h=h))
 
     @classmethod
     def from_physical(
@@ -194,10 +236,10 @@ class Exciter:
         *,
         m: Any,
         C: Any,
-        H: Any,
-        F: Any,
-        omega: Any,
         l: Any,  # noqa: E741
+        H: Any = DEFAULTS["h"],
+        F: Any = DEFAULTS["f"],
+        omega: Any = None,
         delta: Any = DEFAULTS["delta"],
         R1: float = DEFAULTS["R1"],
         R2: float = DEFAULTS["R2"],
@@ -210,11 +252,11 @@ class Exciter:
 
         Parameters
         ----------
-        m, C, H, F, omega, l, delta : number, str or pint.Quantity
-            Mass and stiffness, > 0; damping, >= 0; amplitude and angular frequency (> 0) of the force; half the
-            distance between the supports, > 0; offset of the equilibrium. Numbers are in SI: kg, N/m, N s/m, N, rad/s,
-            m. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s"; a frequency in Hz counts cycles, "9 Hz" is
-            2 pi 9 rad/s.
+        m, C, l, H, F, omega, delta : number, str or pint.Quantity
+            Mass and stiffness, > 0; half the distance between the supports, > 0; damping, >= 0; amplitude and angular
+            frequency (> 0, required beside a force) of the force; offset of the equilibrium. Numbers are in SI: kg,
+            N/m, m, N s/m, N, rad/s. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s"; a frequency in Hz
+            counts cycles, "9 Hz" is 2 pi 9 rad/s.
         R1, R2 : float
             As in `Exciter`.
         **further : number, str or pint.Quantity
@@ -230,30 +272,35 @@ class Exciter:
         Warns
         -----
         UserWarning
-            If l is a number and the nearer support is more than 100 times as far away as the mass swings without
-            supports, as with l=8 for 8 mm: it is then never struck.
+            If the nearer support is more than 100 times as far away as the mass swings without supports, as with l=8
+            for 8 mm, or the force holds the spring more than 100 l from its equilibrium (`physics.plausible`).
         """
-        given = {"m": m, "C": C, "H": H, "F": F, "omega": omega, "l": l, "delta": delta, **further}
         for name in further.keys() - PHYSICAL.keys():
             raise TypeError(f"from_physical() got an unexpected keyword argument {name!r}")
+        given = {"m": m, "C": C, "l": l, "H": H, "F": F, "omega": omega, "delta": delta, **further}
+        given = {name: value for name, value in given.items() if value is not None}
         si = {name: si_value(name, value) for name, value in given.items()}
-        check_together(given, si)
+        check_together(given, si, {"R1": R1, "R2": R2})
         exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
-        if not isinstance(l, str) and not hasattr(l, "units"):
-            exciter._warn_of_far_supports()
+        odd = unit_warning(exciter._numbers()._asdict())
+        if odd:
+            is_number = not (isinstance(l, str) or hasattr(l, "units"))
+            metres = "; numbers are in metres: write l='8 mm' for millimetres" if is_number else ""
+            warnings.warn(odd + metres, stacklevel=2)
         return exciter
 
-    def _warn_of_far_supports(self) -> None:
-        """Warn if a support is so far that l, in metres, was probably meant in millimetres."""
-        linear = math.hypot(1.0 - self.nu**2, self.h * self.nu)
-        reach = abs(self.f) * max(1.0, 1.0 / linear if linear else math.inf) + abs(self.f2)
-        distance = min(self.upper - self.load, self.load - self.lower)
-        if 0.0 < FAR_SUPPORT * reach < distance:
-            warnings.warn(
-                f"l: the nearer support is {distance:.3g} m away, but the mass swings by {reach:.2g} m without "
-                "supports: numbers are in metres; write l='8 mm' for millimetres",
-                stacklevel=3,
-            )
+    def states(self, name: str) -> bool:
+        """Return whether nu, h1 or h2 is stated, and does not only count periods or follow from a restitution."""
+        return not _is_unstated(getattr(self, name))
+
+    def check_frequency(self, varied: Collection[str] = ()) -> None:
+        """Raise a ParameterError if there is a force, stated or `varied`, and no frequency."""
+        forces = (name for name in ("f", "f2") if name in varied or getattr(self, name) != 0.0)
+        force = None if self.states("nu") or "nu" in varied else next(forces, None)
+        if force is not None:
+            allowed = PARAMETERS["nu"].range.text
+            must = FREQUENCY_REQUIRED.format(force, allowed)
+            raise ParameterError("nu", None, allowed, must=must, got="")
 
     @property
     def upper(self) -> float:
@@ -278,12 +325,16 @@ class Exciter:
         return replace(self, **negated, **exchanged)
 
     def parameters(self) -> Parameters:
-        """Return the parameters as kernels read them."""
-        return Parameters(**vars(self))
+        """Return the parameters as kernels read them; ParameterError for a force without a frequency."""
+        self.check_frequency()
+        return self._numbers()
+
+    def _numbers(self) -> Parameters:
+        return Parameters(**{name: float(value) for name, value in vars(self).items()})
 
     def stated(self) -> dict[str, float]:
         """Return the parameters that datasets hold: those of further effects only where the effect is present."""
-        return without_absent(self.parameters()._asdict())
+        return without_absent(self._numbers()._asdict())
 
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
         """Return a start as floats, on a support that it is within rounding of (`start_at`).

@@ -19,7 +19,7 @@ from vibropipe.solve.attractors import (
 from vibropipe.solve.basin_rows import Assigned, BasinRows, joined_rows
 from vibropipe.solve.basin_shares import shares_dataset
 from vibropipe.solve.border_orbits import border_orbits, with_border_orbits
-from vibropipe.solve.checks import check_over, check_whole
+from vibropipe.solve.checks import check_over, check_soft, check_whole
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import FRACTION, PARAMETERS
@@ -230,6 +230,8 @@ def _check_over(exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray) -> di
     ((name, values),) = arrays.items()
     if not (np.diff(values) > 0).all():
         raise ParameterError(f"over.{name}", over[name], "increasing numbers")
+    check_soft("over", exciter, (name,), {name: float(values[0])})
+    exciter.check_frequency((name,))
     for value in values.tolist():
         for end in (xs[0], xs[-1]):
             replace(exciter, **{name: value}).check_start(end, 0.0)

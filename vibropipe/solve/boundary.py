@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_fl
 from vibropipe.solve.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary_of_pieces import boundaries_of_pieces, parameters_of
 from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric
-from vibropipe.solve.checks import check_whole
+from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.sweep import solve_shard
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
@@ -116,6 +116,7 @@ def boundary(
     kinds = _check_kinds(of)
     names = _check_along(along)
     low, high = _check_box(exciter, names, within)
+    exciter = with_frequency(exciter, dict(zip(names, low.tolist(), strict=True)))
     check_whole("lines", lines, limits.BOUNDARY_LINES)
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
@@ -173,6 +174,8 @@ def _check_box(
             raise ParameterError("within", within, allowed)
         if name in RIGID_AT_ZERO and pair[0] == 0.0:
             raise ParameterError(name, 0.0, must=SOFT_ALONG)
+    lows = {name: pair[0] for name, pair in zip(names, pairs, strict=True)}
+    check_soft("along", exciter, names, lows)
     for first in pairs[0]:
         for second in pairs[1]:
             changed = {names[0]: first, names[1]: second}

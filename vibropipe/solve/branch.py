@@ -17,7 +17,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_fl
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
 from vibropipe.solve.branch_of_pieces import follow_branches_of_pieces, solver_of_pieces
-from vibropipe.solve.checks import check_outputs, check_whole
+from vibropipe.solve.checks import check_outputs, check_soft, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rest_branch import follow_rest
 from vibropipe.solve.steady import steady_state
@@ -212,6 +212,8 @@ def _problem(
         signs = (1.0, -1.0)
     if along in RIGID_AT_ZERO and low == 0.0:
         raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
+    exciter.check_frequency((along,))
+    check_soft("along", exciter, (along,), {along: low} if along in RIGID_AT_ZERO else {})
     wanted = [_check_value(exciter, along, "at", value) for value in at]
     for value in wanted:
         if not low <= value <= high:

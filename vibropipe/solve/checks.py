@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.physics.exciter import (
+    TWICE_DAMPED,
+    Exciter,
+    ParameterError,
+    Parameters,
+    as_float,
+)
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
+from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS
@@ -137,9 +145,59 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
 def check_soft(
     argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
 ) -> None:
-    """Raise a ParameterError where stiffness or damping of a support vary that may be rigid, at a stiffness of 0."""
-    for k, h in (("k1", "h1"), ("k2", "h2")):
+    """Raise a ParameterError where parameters of a support vary that do not go together.
+
+    Stiffness or damping vary of a support that may be rigid, at a stiffness of 0; the restitution of a soft one varies,
+    or it is stated beside a stiffness or damping that varies, so that the damping would have to follow.
+    """
+    for R, k, h in SUPPORTS:
         least = lows.get(k, getattr(exciter, k))
         if {k, h} & {*names} and not least > 0.0:
             must = f"must be above 0 where {k} or {h} vary: a support with {k} = 0 is rigid"
             raise ParameterError(f"{argument}.{k}" if k in lows else k, least, must=must)
+        if R in names and least > 0.0:
+            must = f"must be left out where {k} is above 0: vary the damping {h} in its place"
+            raise ParameterError(f"{argument}.{R}", R, must=must, got="")
+        if {k, h} & {*names} and getattr(exciter, R) < 1.0:
+            must = f"must be left out where {k} or {h} vary: state the damping {h} in its place"
+            raise ParameterError(R, getattr(exciter, R), must=must)
+
+
+def swept_dampings(exciter: Exciter, over: Mapping[str, np.ndarray]) -> set[str]:
+    """Return the dampings of supports that follow from a swept restitution or stiffness.
+
+    Raises
+    ------
+    ParameterError
+        If such a damping is stated, or swept, beside a restitution below 1.
+    """
+    derived = set()
+    for R, k, h in SUPPORTS:
+        R_values = over.get(R, np.array([getattr(exciter, R)]))
+        k_values = over.get(k, np.array([getattr(exciter, k)]))
+        if not ((R_values < 1.0).any() and (k_values > 0.0).any()):
+            continue
+        if h in over or exciter.states(h):
+            raise ParameterError(
+                f"over.{h}" if h in over else h,
+                None,
+                must=TWICE_DAMPED.format(R=R, k=k, h=h),
+                got="",
+            )
+        if {R, k} & over.keys():
+            derived.add(h)
+    return derived
+
+
+def with_frequency(exciter: Exciter, varied: Mapping[str, float]) -> Exciter:
+    """Return an exciter with the frequency that varies, at its value, where it states none.
+
+    Raises
+    ------
+    ParameterError
+        If it has a force, or one varies, and no frequency.
+    """
+    exciter.check_frequency(varied.keys())
+    return (
+        exciter if exciter.states("nu") or "nu" not in varied else replace(exciter, nu=varied["nu"])
+    )

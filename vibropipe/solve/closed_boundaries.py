@@ -54,7 +54,7 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     ----------
     S. F. Masri, T. K. Caughey, "On the stability of the impact damper", Journal of Applied Mechanics 33 (1966) 586-592.
     """
-    return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0), m), nu)
+    return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0, nu=1.0), m), nu)
 
 
 def one_sided_orbit_boundaries(
@@ -100,7 +100,9 @@ def one_sided_orbit_boundaries(
     S. W. Shaw, P. J. Holmes, "A periodically forced piecewise linear oscillator", Journal of Sound and Vibration 90
     (1983) 129-155.
     """
-    return _boundaries(one_sided_family(dataclasses.replace(exciter, f=1.0), support, m), nu)
+    return _boundaries(
+        one_sided_family(dataclasses.replace(exciter, f=1.0, nu=1.0), support, m), nu
+    )
 
 
 def _is_admissible(family: Family, nu: float, f: float, phase: float, v: float) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
 from vibropipe.solve import curve_fit
-from vibropipe.solve.checks import check_whole
+from vibropipe.solve.checks import check_whole, with_frequency
 from vibropipe.solve.design.face import check_vary
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit_quality import determined, quality_of
@@ -135,6 +135,10 @@ def identify(
     ranges = check_vary(exciter, vary)
     data = read_measured(measured, ranges, noise)
     check_whole("samples", samples, DESIGN_SAMPLES)
+    lows = {name: ends[0] for name, ends in ranges.items()}
+    exciter = with_frequency(
+        exciter, lows | {n: float(values[0]) for n, values in data.over.items()}
+    )
     exciter.check_start(x0, v0)
     low, high = np.array(list(ranges.values())).T
     model = _with_absent(_Model(exciter, data, list(ranges), x0, v0, np.zeros(1)), low, high)

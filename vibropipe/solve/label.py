@@ -88,7 +88,7 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.e_row.size > 0:
         variables |= label_errors(rows, nu, parameters)
     if rows.d_section.size > 0:
-        variables |= label_derivatives(rows, nu)
+        variables |= label_derivatives(rows, parameters)
     return variables
 
 

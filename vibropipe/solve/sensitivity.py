@@ -9,6 +9,8 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
@@ -28,21 +30,22 @@ def differentiated(variables: Variables) -> tuple[str, ...]:
     return ()
 
 
-def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
+def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
     """Label the derivatives of compacted results.
 
     Parameters
     ----------
     rows : RowResults
         With arrays `d_*`; those without entries are left out.
-    nu : (rows,) array
-        Frequency of the first harmonic.
+    parameters : (rows, n_parameters) array
+        Parameters of the rows. Where restitution and stiffness give the damping of a soft support, it follows both.
 
     Returns
     -------
     Variables
         `<name>_sensitivity` over the dimensions of `<name>` and `parameter`.
     """
+    nu = parameters[:, Parameters._fields.index("nu")]
     labelled: Variables = {
         "displacement_strobe": (("row",), rows.d_section[:, 0]),
         "velocity_strobe": (("row",), rows.d_section[:, 1]),
@@ -69,10 +72,41 @@ def label_derivatives(rows: RowResults, nu: np.ndarray) -> Variables:
         labelled["subharmonic_displacement_phase"] = (("row", "subharmonic"), phase)
     if rows.d_exponent.size > 0:
         labelled["lyapunov_exponent"] = (("row",), rows.d_exponent)
-    return {
+    derivatives = {
         name + SENSITIVITY_SUFFIX: ((*dims, PARAMETER), values)
         for name, (dims, values) in labelled.items()
     }
+    return _with_dampings(derivatives, parameters, rows.impact_count)
+
+
+def _with_dampings(
+    derivatives: Variables, parameters: np.ndarray, impact_count: np.ndarray
+) -> Variables:
+    """Return derivatives by restitution and stiffness with what they do to a damping that they give."""
+    names = differentiated(derivatives)
+    for support in SUPPORTS:
+        if not {*support} <= {*names}:
+            continue
+        R, k, h = (parameters[:, Parameters._fields.index(name)] for name in support)
+        follows = (k > 0.0) & (R > 0.0) & is_contact_damping(h, R, k)
+        if not follows.any():
+            continue
+        by = np.zeros((len(R), 2))
+        by[follows] = np.transpose(damping_derivatives(R[follows], k[follows]))
+        *columns, h_column = map(names.index, support)
+        for name, (dims, values) in derivatives.items():
+            owner = (
+                np.arange(len(R))
+                if dims[0] == "row"
+                else np.repeat(np.arange(len(R)), impact_count)
+            )
+            moved = follows[owner]
+            by_h = values[moved, ..., h_column]
+            values = values.copy()  # some variables share their array
+            for column, share in zip(columns, by[owner[moved]].T, strict=True):
+                values[moved, ..., column] += by_h * share.reshape(-1, *(1,) * (by_h.ndim - 1))
+            derivatives[name] = (dims, values)
+    return derivatives
 
 
 def _harmonics(amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray) -> Variables:

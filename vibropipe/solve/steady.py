@@ -107,7 +107,7 @@ def steady_state(
             beside it, exact by the implicit function theorem. NaN where there is none: without an orbit, or with one
             that is not isolated, at a grazing, a fold or a pitchfork. With a second harmonic also by f2 and phi2;
             with soft supports or friction by k1, k2, h1, h2 and friction: NaN by the stiffness of a rigid support, and
-            by a friction of 0.
+            by a friction of 0. A damping that a restitution gives follows it and the stiffness.
         residual
             Residual of the return map, relative to the norm of the motion.
         displacement, velocity (phase)
@@ -148,6 +148,7 @@ def steady_state(
        systems, Meccanica 15 (1980) 9.
     """
     exciter.check_start(x0, v0)
+    exciter.check_frequency()
     over = {"nu": [exciter.nu]}
     shard = solve_shard(
         exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=outputs,

@@ -16,7 +16,13 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import row_errors, with_error
-from vibropipe.solve.checks import check_follow, check_outputs, check_over, check_whole
+from vibropipe.solve.checks import (
+    check_follow,
+    check_outputs,
+    check_over,
+    check_whole,
+    swept_dampings,
+)
 from vibropipe.solve.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.origin_attrs import origin_attrs
@@ -125,7 +131,10 @@ def sweep(
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
     """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
     values, followed = check_over(over), check_follow(over, follow)
-    shared = {name: value for name, value in exciter.stated().items() if name not in values}
+    exciter.check_frequency([name for name, array in values.items() if array.any()])
+    derived = swept_dampings(exciter, values)
+    left_out = values.keys() | derived
+    shared = {name: value for name, value in exciter.stated().items() if name not in left_out}
     return SweepGrid(values, followed, shared)
 
 
@@ -244,6 +253,10 @@ def _label(
     variables = label_rows(solved[0], parameters[0])
     if max_error is not None:
         variables = with_error(variables, row_errors(parameters[0], variables), max_error)
+    variables |= {
+        name: (("row",), parameters[0][:, Parameters._fields.index(name)])
+        for name in grid.of_restitution
+    }
     variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
     coords = grid.row_coords(start, stop)
     attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from vibropipe.physics.restitution import SUPPORTS, contact_damping
 from vibropipe.words.parameters import DEFAULTS
 
 Item = TypeVar("Item")
@@ -65,7 +66,8 @@ class SweepGrid:
     follow : (str, str), optional
         The followed parameter, and a key of `DIRECTIONS`.
     shared : mapping of str to float, optional
-        The parameters that are the same in every row; those that are left out have their defaults.
+        The parameters that are the same in every row; those that are left out have their defaults. A damping of a
+        support that is neither swept nor shared is what stiffness and restitution give in each row.
     """
 
     values: Mapping[str, np.ndarray]
@@ -148,11 +150,31 @@ class SweepGrid:
     def parameters(self, names: Sequence[str], rows: np.ndarray) -> np.ndarray:
         """Return the values (rows, names) of parameters, swept or shared, of the given rows."""
         indices = dict(zip(self.dims, self.indices(rows), strict=True))
+
+        def values(name: str) -> Any:
+            if name in self.of_restitution:
+                R, k, _h = next(support for support in SUPPORTS if name in support)
+                return contact_damping(values(R), values(k))
+            return self.values[name][indices[name]] if name in indices else self.same(name)
+
         columns = np.empty((len(rows), len(names)))
         for column, name in enumerate(names):
-            swept = name in indices
-            columns[:, column] = self.values[name][indices[name]] if swept else self.same(name)
+            columns[:, column] = values(name)
         return columns
+
+    @cached_property
+    def of_restitution(self) -> tuple[str, ...]:
+        """Dampings of supports that follow from a restitution or a stiffness that is swept."""
+        given = self.values.keys() | self.shared.keys()
+
+        def differs(name: str) -> bool:
+            return bool(np.any(self.values.get(name, self.same(name)) != DEFAULTS[name]))
+
+        return tuple(
+            h
+            for R, k, h in SUPPORTS
+            if h not in given and {R, k} & self.values.keys() and differs(R) and differs(k)
+        )
 
     def row_coords(self, start: int, stop: int) -> dict[str, tuple[Any, np.ndarray]]:
         """Return the parameters of the rows [start, stop) as coordinates: shared ones as scalars, swept over `row`."""

@@ -24,7 +24,7 @@ from vibropipe.study.pydantic_errors import plain_path
 from vibropipe.study.quoting import quoted
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, STARTS, Range
-from vibropipe.words.units import UnitError, to_si
+from vibropipe.words.units import MINUS, UnitError, to_si
 from vibropipe.words.vocabulary import quantity
 
 # Parameters by their names with units -> without, and back.
@@ -208,6 +208,7 @@ class _Reader:
         dimension = self.goal_dimension(name, path)
         if not dimension:
             return value
+        value = value.replace(MINUS, "-") if isinstance(value, str) else value
         has_comma = isinstance(value, str) and DECIMAL_COMMA.search(value)
         if isinstance(value, str) and not has_comma and (bounds := _BOUND.findall(value)):
             numbers = [(sign, self.pure(end.strip(), dimension, path)) for sign, end in bounds]

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from vibropipe.physics.exciter import NO_DAMPING
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
 from vibropipe.study.quoting import entry, quoted
 from vibropipe.words.parameters import PARAMETERS, POSITIVE
+
+_OF_SUPPORT = re.compile(r"\b[kh][12]\b")
 
 
 def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
@@ -36,19 +38,18 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     if path[-2:-1] == ("tolerance",) and name in NAMES and problem.allowed == POSITIVE.text:
         return replace(problem, path=path, allowed=UnitRule(name, KEYS[name][0], POSITIVE).allowed)
     if path == problem.path or not in_physical:
-        return replace(problem, path=path)
+        return replace(problem, path=path, must=_OF_SUPPORT.sub(_renamed_part, problem.must))
     number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
     allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
-    for support in "12":
-        if must == NO_DAMPING.format(f"k{support}"):
-            given = entry(tree, path) or entry(tree, path[-2:])
-            return replace(
-                problem,
-                path=path,
-                must=NO_DAMPING.format(f"C{support}"),
-                found=describe(given) if given else problem.found,
-            )
-    return replace(problem, path=path, allowed=allowed, must=must)
+    if name in ("H1", "H2"):  # its damping may be the study's
+        given = entry(tree, path) or entry(tree, path[-2:])
+        problem = replace(problem, found=describe(given) if given else problem.found)
+    return replace(problem, path=path, allowed=allowed, must=_OF_SUPPORT.sub(_renamed_part, must))
+
+
+def _renamed_part(match: re.Match[str]) -> str:
+    """Return stiffness or damping of a support in a message by its name with units."""
+    return WRITTEN[match[0]]
 
 
 def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:

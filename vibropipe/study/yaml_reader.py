@@ -25,6 +25,7 @@ from vibropipe.scenes.keys.problems import (
     repeated,
 )
 from vibropipe.scenes.keys.values import NUMBER, Quoted
+from vibropipe.words.units import MINUS
 
 # Limits of a file: its bytes, levels of nesting, and values with every alias expanded. They lie far above any study and
 # bound the time and memory that a hostile file takes.
@@ -250,11 +251,12 @@ class _Builder:
             return text
         if _NOT_FINITE.fullmatch(text):
             return float(text.replace(".", "", 1))
+        typeset, text = text, text.replace(MINUS, "-")
         # A number that overflows a float stays text, so that the message shows it as written.
         if NUMBER.fullmatch(text) and math.isfinite(number := float(text)):
             whole = text.lstrip("+-").isdigit() and len(text) < 300
             return int(text) if whole else number
-        return text
+        return typeset
 
 
 def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:

@@ -12,12 +12,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.physics.start import start_at
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.physical import convert, is_physical, to_physical
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.status import UnsolvedWarning
-from vibropipe.words.vocabulary import held_name
+from vibropipe.words.vocabulary import held_name, physical_name
 
 # Forcing periods that are drawn of a motion without an orbit, and those whose sections are.
 SHOWN_PERIODS, SECTION_PERIODS = 8, 400
@@ -76,14 +77,32 @@ class Motion:
 
 
 def exciter_of(row: xr.Dataset) -> Exciter:
-    """Return the exciter of a row, which may be in SI."""
+    """Return the exciter of a row, or of the first row of a grid, which may be in SI.
+
+    A damping that a restitution gives is left out, so that it follows in copies.
+    """
     names = [name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables]
-    values = {name: float(row[name]) for name in names}
-    if not is_physical(row):
-        return Exciter(**values)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of far supports
-        return Exciter.from_physical(**values)
+    values = {name: float(np.ravel(row[name].values)[0]) for name in names}
+    if is_physical(row):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of far supports
+            exciter = Exciter.from_physical(**values)
+    else:
+        exciter = Exciter(**values)
+    follow = {
+        h: None
+        for R, k, h in SUPPORTS
+        if is_contact_damping(*(getattr(exciter, name) for name in (h, R, k)))
+    }
+    return Exciter(**{**vars(exciter), **follow})
+
+
+def changed_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
+    """Return a row or a grid with other parameters; without a damping that a restitution gives, which follows them."""
+    exciter, si = exciter_of(row), is_physical(row)
+    held = {h: physical_name(h) if si else h for _R, _k, h in SUPPORTS}
+    follow = [held[h] for h in held if not exciter.states(h) and held[h] not in changed]
+    return row.drop_vars(follow, errors="ignore").assign_coords(changed)
 
 
 def mass_and_stiffness(row: xr.Dataset) -> dict[str, float] | None:

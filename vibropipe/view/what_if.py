@@ -23,7 +23,13 @@ from vibropipe.solve.steady import steady_state
 from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of, without_units
+from vibropipe.view.rebuild import (
+    changed_row,
+    exciter_of,
+    mass_and_stiffness,
+    section_of,
+    without_units,
+)
 from vibropipe.view.words import symbol, unit_of
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
@@ -75,7 +81,7 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     ParameterError
         If a value is out of range.
     """
-    exciter = exciter_of(row.assign_coords(changed))
+    exciter = exciter_of(changed_row(row, changed))
     x, v = section_of(row, exciter)
     if not np.isfinite([x, v]).all():
         x, v = float(start_at(exciter.l, exciter.delta, None, 0.0)), 0.0
@@ -88,7 +94,7 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
 
 def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
     """Solve all rows of a plane again with changed parameters; `on_rows` is called as on_rows(done, total)."""
-    dataset = plane.dataset.assign_coords(changed)
+    dataset = changed_row(plane.dataset, changed)
     si = mass_and_stiffness(dataset)
     units = None if si is None else (si["m"], si["C"])
     swept = [str(name) for name in plane.dims if name != DIRECTION]

@@ -46,10 +46,36 @@ DIMENSIONS = {
     "acceleration": Dimension("m s-2", "an acceleration", "9.81 m/s^2"),
 }
 
+MINUS = "\u2212"
+"""The minus of typeset text, which numbers may have in place of the hyphen."""
 NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _TEXT = re.compile(rf"\s*({NUMBER})\s*((?:1\s*/|[^\s\d.,])[^\n]{{0,60}})", re.ASCII)
 # Powers of units have one digit, so that a unit costs no time to read.
 _LONG_POWER = re.compile(r"[\d⁰¹²³⁴⁵⁶⁷⁸⁹]{2}|\.")
+# Units of each dimension as they are usually written, which are suggested for other spellings of them.
+_USUAL = {
+    "length": ("m", "cm", "mm", "um", "in", "ft"),
+    "time": ("s", "ms", "min", "h"),
+    "mass": ("kg", "g", "lb"),
+    "stiffness": ("N/m", "N/mm", "kN/m", "kN/mm", "lbf/in"),
+    "damping": ("N s/m", "N s/mm", "kN s/m", "kg/s", "lbf s/in"),
+    "force": ("N", "mN", "kN", "lbf"),
+    "frequency": ("Hz", "kHz", "rpm", "rad/s", "deg/s"),
+    "velocity": ("m/s", "mm/s", "cm/s", "km/h"),
+    "energy": ("J", "mJ", "kJ", "N m", "N mm"),
+    "rate": ("1/s",),
+    "angle": ("rad", "deg"),
+    "acceleration": ("m/s^2", "mm/s^2"),
+}
+_OTHER_NAMES = {
+    "rev/min": "rpm",
+    "r/min": "rpm",
+    "u/min": "rpm",
+    "cpm": "rpm",
+    "cps": "Hz",
+    "hertz": "Hz",
+}
+_BETWEEN = re.compile(r"[\s*.\u00b7]+|\^")
 _CYCLES = ("hertz", "turn", "revolution", "radian", "cycle", "degree", "rpm")
 
 
@@ -96,10 +122,16 @@ def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
     """
     allowed = allowed_text(dimension, numbers)
     if isinstance(value, str):
-        match = _TEXT.fullmatch(value)
+        match = _TEXT.fullmatch(value.replace(MINUS, "-"))
         if match is None:
             raise UnitError(allowed, _text_hint(value))
-        number = tidy(float(match[1]) * _factor(match[2].strip(), dimension, allowed))
+        unit = match[2].strip()
+        try:
+            number = tidy(float(match[1]) * _factor(unit, dimension, allowed))
+        except UnitError as error:
+            meant = usual_unit(unit, dimension)
+            hint = f"did you mean {match[1]} {meant}?" if meant else error.hint
+            raise UnitError(allowed, hint) from None
     elif hasattr(value, "magnitude") and hasattr(value, "units"):
         unit = str(value.units)
         number = _number(value.magnitude, allowed) * _factor(unit, dimension, allowed)
@@ -110,6 +142,17 @@ def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
     if not math.isfinite(number):
         raise UnitError(allowed)
     return number + 0.0
+
+
+def usual_unit(unit: str, dimension: str) -> str:
+    """Return the usual spelling of a unit, which differs in capitals and in what stands between; empty for none."""
+
+    def skeleton(text: str) -> str:
+        return _BETWEEN.sub("", text).casefold()
+
+    usual = {skeleton(each): each for each in _USUAL[dimension]}
+    other = _OTHER_NAMES.get(unit.casefold(), "")
+    return usual.get(skeleton(unit), other if other in _USUAL[dimension] else "")
 
 
 def tidy(number: float) -> float:

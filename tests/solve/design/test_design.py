@@ -219,7 +219,7 @@ def test_the_spread_of_a_quantity_is_made_least():
 
 def test_a_sensitivity_is_made_zero():
     name = "displacement_amplitude_sensitivity_1_nu"
-    exciter = vp.Exciter(l=5.0, f=0.2, h=0.1)
+    exciter = vp.Exciter(l=5.0, nu=1.0, f=0.2, h=0.1)
     found = vp.design(exciter, {"nu": (0.8, 1.2)}, {name: 0.0}, samples=16)
     # The linear motion has its largest amplitude where nu^2 = 1 - h^2 / 2.
     assert float(found.nu[0]) == pytest.approx(np.sqrt(1 - 0.005), rel=1e-8)

@@ -68,7 +68,7 @@ def strikes_at_release(solver: Solver) -> Iterator[bool]:
 
     It must strike once and be off the support a little later.
     """
-    exciter = Exciter(f=1.0, l=0.5, R1=0.0, R2=0.0)
+    exciter = Exciter(nu=1.0, f=1.0, l=0.5, R1=0.0, R2=0.0)
     release, lead = math.pi - math.asin(0.5), 0.3
     for offset in (0.0, 1e-9, -1e-9):
         tau = release + offset
@@ -85,7 +85,7 @@ def supports_together(solver: Solver) -> Iterator[float]:
     for length in (1e-3, 1e-6, 1e-9, 1e-12):
         flight = 2.0 * math.asin(length)
         # a force too small to move the mass excludes the closed form
-        exciter = Exciter(l=length, f=1e-300)
+        exciter = Exciter(l=length, nu=1.0, f=1e-300)
         motion = solver.motion(exciter, 100.0 * flight, v0=1.0)
         expected = flight * (np.arange(100) + 0.5)
         expect(motion["impact_support"].values.tolist() == [1, 2] * 50)

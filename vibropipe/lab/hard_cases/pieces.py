@@ -14,6 +14,7 @@ from vibropipe.lab.hard_cases.analytic import first_peak
 from vibropipe.lab.hard_cases.case import Solver, count_wrong, end_state, expect, largest_error
 from vibropipe.lab.reference_pieces import PieceReferenceSolver
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.restitution import SUPPORTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +27,13 @@ STRUCK = {"nu": 1.0, "f": -1.0, "h": 0.2, "l": 0.5, "R1": 0.7, "R2": 0.7}
 
 def task(tau_end: float, x0: float = 0.0, v0: float = 0.0, **parameters: float) -> Task:
     """Return a motion of the struck exciter with other parameters."""
-    return Exciter(**{**STRUCK, **parameters}), tau_end, x0, v0
+    return struck(**parameters), tau_end, x0, v0
+
+
+def struck(**parameters: float) -> Exciter:
+    """Return the struck exciter with other parameters; soft supports have their own damping, and no restitution."""
+    soft = {R: 1.0 for R, k, _h in SUPPORTS if k in parameters}
+    return Exciter(**{**STRUCK, **soft, **parameters})
 
 
 def damped(k: float, z: float = 0.2) -> dict[str, float]:
@@ -122,7 +129,7 @@ def tends_to_rigid(solver: Solver) -> Iterator[float]:
     limit = math.exp(-math.pi * z / math.sqrt(1.0 - z * z))
     errors = []
     for k in (1e4, 1e6, 1e8):
-        motion = solver.motion(Exciter(**{**STRUCK, **damped(k, z)}), 3.0)
+        motion = solver.motion(struck(**damped(k, z)), 3.0)
         ratio = -float(motion["impact_velocity_after"][0] / motion["impact_velocity"][0])
         errors.append(abs(ratio - limit))
     for coarse, fine in itertools.pairwise(errors):

@@ -14,10 +14,13 @@ from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
     EXCITER_CHECK,
     SUPPORTS,
+    TOGETHER,
     Check,
+    check_exciter,
     check_named,
     check_rows,
     check_swept,
+    check_varied_supports,
     corners,
 )
 from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
@@ -127,6 +130,14 @@ def _starts(scene: BasinsScene) -> Iterator[Problem]:
             return
 
 
+def _supports(scene: BasinsScene) -> Iterator[Problem]:
+    """Check that the parameter in `over` goes with the others of its support."""
+    if scene.swept and scene.has_l() and not any(check_exciter(scene)):
+        yield from check_varied_supports(
+            scene, "over", {scene.swept: scene.grids()[scene.swept].low}
+        )
+
+
 def _figure(scene: BasinsScene) -> Iterator[Problem]:
     """Check that the options of the picture fit what is drawn: maps, or shares over a parameter."""
     if scene.swept and scene.figure.show:
@@ -156,9 +167,11 @@ def check_branches(
 
 
 CHECKS = (
+    TOGETHER,
     EXCITER_CHECK,
     Check((), _over),
     Check((*SUPPORTS, ("over", "x0")), _starts),
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
+    Check((*SUPPORTS, ("over",)), _supports),
     Check((("figure",), ("over",)), _figure),
 )

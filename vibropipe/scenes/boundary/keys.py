@@ -13,7 +13,13 @@ from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.keys.base import BaseScene, each_once
-from vibropipe.scenes.keys.checks import Check, check_named, check_numbers
+from vibropipe.scenes.keys.checks import (
+    TOGETHER,
+    Check,
+    check_named,
+    check_numbers,
+    check_varied_supports,
+)
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
@@ -85,6 +91,9 @@ class BoundaryScene(BaseScene):
         ends = {str(name): np.array(ends) for name, ends in self.over.items()}
         return {**self.resolved_exciter(), **ends}
 
+    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        return self.values()
+
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits within the box may need."""
         values = self.values()
@@ -111,6 +120,9 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         check_first_harmonic(scene.values())
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
+        return
+    lows = {name: ends[0] for name, ends in scene.over.items()}
+    yield from check_varied_supports(scene, "over", lows)
 
 
 def _figure(scene: BoundaryScene) -> Iterator[Problem]:
@@ -122,6 +134,7 @@ def _figure(scene: BoundaryScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     Check((("over",),), _parameters),
     Check((("over",), ("exciter",)), _exciter),
     Check((("of",), ("figure",)), _figure),

@@ -13,7 +13,13 @@ from vibropipe.physics.effects import all_effects, effect_names, effects_of
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import Check, check_changes, check_shown
+from vibropipe.scenes.keys.checks import (
+    TOGETHER,
+    Check,
+    check_changes,
+    check_shown,
+    check_varied_supports,
+)
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
@@ -124,6 +130,9 @@ class BranchScene(BaseScene):
         ends = np.array([self.ends.begin, *self.ends.to])
         return {**self.resolved_exciter(), **self.over_arrays(), self.followed: ends}
 
+    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        return self.values()
+
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits between the ends may need."""
         values = self.values()
@@ -173,6 +182,9 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
         all_effects(scene.values(), pieces=True)
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
+        return
+    low = min(scene.ends.begin, *scene.ends.to)
+    yield from check_varied_supports(scene, "along", {scene.followed: low})
 
 
 def _at(scene: BranchScene) -> Iterator[Problem]:
@@ -187,6 +199,7 @@ def _at(scene: BranchScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     Check((("along",), ("over",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),

@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
+from vibropipe.words.vocabulary import attributes
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -54,7 +56,7 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
 
 
 def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
-    """Join the branches at several values of a parameter, which then varies over `point`.
+    """Join the branches at several values of a parameter, which then varies over `point`, as does what follows it.
 
     Parameters
     ----------
@@ -64,14 +66,22 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
         The parameter.
     """
     shifted, points, branches = [], 0, 0
+    # a damping that a restitution gives, and that is absent at 0
+    follow = [h for _R, _k, h in SUPPORTS if len({float(part.get(h, 0.0)) for part in parts}) > 1]
+    varied = [name, *(h for h in follow if h != name)]
     for part in parts:
         size = part.sizes["point"]
-        swept = xr.full_like(part["branch_id"], float(part[name]), dtype=float)
+        swept = {
+            key: xr.full_like(
+                part["branch_id"], float(part.get(key, 0.0)), dtype=float
+            ).assign_attrs(attributes(key))
+            for key in varied
+        }
         numbered = part.assign(
             branch_id=part["branch_id"] + branches,
             bifurcation_point=part["bifurcation_point"] + points,
         )
-        shifted.append(numbered.assign_coords({name: swept.assign_attrs(part[name].attrs)}))
+        shifted.append(numbered.assign_coords(swept))
         points, branches = points + size, branches + int(part["branch_id"].max()) + 1
     dims = ("point", "impact", "bifurcation")
     by_dim = [

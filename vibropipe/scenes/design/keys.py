@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.base import each_once
-from vibropipe.scenes.keys.checks import EXCITER, Check, check_vary, check_vary_corners
+from vibropipe.scenes.keys.checks import EXCITER, TOGETHER, Check, check_vary, check_vary_corners
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
@@ -26,6 +26,7 @@ from vibropipe.scenes.keys.values import (
 )
 from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
+from vibropipe.words.units import MINUS
 
 Text = Annotated[str, TextRule(200)]
 NAMES_SCHEMA = {
@@ -67,6 +68,7 @@ class BoundRule(TextRule):
     def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not any(sign in value for sign in "<>"):
             refuse(self.allowed)
+        value = value.replace(MINUS, "-")
         if DECIMAL_COMMA.search(value):
             pointed = re.sub(r"(?<=\d),(?=\d)", ".", value)
             refuse(self.allowed, hint=f'write "{pointed}", with a point')
@@ -174,6 +176,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",)), check_vary_corners),
     Check(

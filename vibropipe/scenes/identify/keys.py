@@ -12,6 +12,7 @@ from pydantic import Field
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.checks import (
     EXCITER,
+    TOGETHER,
     Check,
     check_numbers,
     check_vary,
@@ -118,6 +119,7 @@ def _measured(scene: IdentifyScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",), ("measured",)), check_vary_corners),
     Check((("vary",), ("measured",), ("noise",)), _measured),

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, PrivateAttr
 
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.limits import HARMONICS
+from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys, figure_key
@@ -88,6 +89,19 @@ class BaseScene(StudyModel):
     def over_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return the same grids as arrays, each of shape (size of its dimension,)."""
         return {name: grid.array() for name, grid in self.grids().items()}
+
+    def varied_names(self) -> set[str]:
+        """Return the names that have several values: swept, followed, searched or measured."""
+        keys = (getattr(self, key, ()) for key in ("over", "along", "vary", "measured"))
+        return {str(name) for names in (self.grids(), *keys) for name in names}
+
+    def extent(self) -> dict[str, Any]:
+        """Return each parameter with the values that it takes, or the ends of their range."""
+        return {**self.resolved_exciter(), **self.over_arrays()}
+
+    def unit_warning(self) -> str:
+        """Return what is odd about the lengths of a study with units; empty for nothing."""
+        return "" if self.mass_and_stiffness is None else unit_warning(self.extent())
 
     def follow_pair(self) -> tuple[str, str] | None:
         """Return the parameter along which rows seed each other and its direction, or None."""

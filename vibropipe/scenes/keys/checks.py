@@ -12,7 +12,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from vibropipe.physics.effects import all_effects, has_soft_support, occurs
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError
+from vibropipe.physics.restitution import SUPPORTS as PAIRED
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
@@ -74,10 +75,36 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
         yield refused(("over" if error.name in grids else "exciter", error.name), error)
 
 
+def check_together(scene: BaseScene) -> Iterator[Problem]:
+    """Check that a force has a frequency, and that no damping of 0 stands beside a restitution that gives another."""
+    given, varied = scene.given_exciter(), scene.varied_names()
+    names = given.keys() | varied
+    grids = scene.over_arrays()
+    is_forced = any(
+        grids[name].any() if name in grids else name in varied or given.get(name, 0.0) != 0.0
+        for name in ("f", "f2")
+    )
+    if is_forced and "nu" not in names:
+        yield frequency_required(("exciter", "nu"))
+    for R, k, h in PAIRED:
+        has_loss = R in varied or given.get(R, 1.0) < 1.0
+        is_soft = k in varied or given.get(k, 0.0) > 0.0
+        if has_loss and is_soft and given.get(h) == 0.0 and h not in varied:
+            must = TWICE_DAMPED.format(R=R, k=k, h=h)
+            yield Problem(("exciter", h), repr(given[h]), must=must)
+
+
+def frequency_required(path: KeyPath) -> Problem:
+    """Return the fault of a force without a frequency."""
+    return required(path, PARAMETERS["nu"].range.text, ", since there is a force")
+
+
 def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dict[str, float]]:
-    """Return parameters at the corners of the swept `OF_SUPPORTS`; those in `fixed` have one value."""
+    """Return parameters at the corners of the swept parameters of supports; those in `fixed` have one value."""
     ends: dict[str, tuple[float, ...]] = {
-        name: (grid.low, grid.high) for name, grid in scene.grids().items() if name in OF_SUPPORTS
+        name: (grid.low, grid.high)
+        for name, grid in scene.grids().items()
+        if name in (*OF_SUPPORTS, "R1", "R2")
     }
     ends |= {name: (value,) for name, value in (fixed or {}).items() if name in ends}
     base = scene.resolved_exciter() if scene.has_l() else {**scene.given_exciter(), "l": 1.0}
@@ -178,12 +205,19 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
     problems = list(check_changes(scene, scene.vary, changes))
     yield from problems
     if not problems:
-        lows = {str(name): ends[0] for name, ends in scene.vary.items()}
-        try:
-            check_soft("vary", Exciter(**scene.resolved_exciter()), lows, lows)
-        except ParameterError as error:
-            path = argument_path(error)
-            yield refused(path if len(path) > 1 else ("exciter", *path), error)
+        yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.vary.items()})
+
+
+def check_varied_supports(
+    scene: BaseScene, key: str, lows: Mapping[Any, float]
+) -> Iterator[Problem]:
+    """Check that parameters of a support that vary, from `lows` on, go together."""
+    ends = {str(name): low for name, low in lows.items()}
+    try:
+        check_soft(key, Exciter(**scene.resolved_exciter()), ends, ends)
+    except ParameterError as error:
+        path = argument_path(error)
+        yield refused(path if len(path) > 1 else ("exciter", *path), error)
 
 
 def check_changes(
@@ -212,6 +246,10 @@ def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Ite
             yield Problem(("exciter", name), repr(value), must=f"must be left out, since {why}")
 
 
+TOGETHER = Check(
+    (*EXCITER, ("over",), ("along",), ("vary",), ("measured",)),
+    check_together,
+)
 # Checks of scenes that begin at a start.
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
 SOLVER = Check((("solver",),), check_solver)

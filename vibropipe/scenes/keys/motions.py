@@ -11,6 +11,7 @@ from vibropipe.physics.effects import all_effect_names, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_TAU
 from vibropipe.scenes.keys.base import BaseScene, resolved_start
+from vibropipe.scenes.keys.checks import frequency_required
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
@@ -53,6 +54,11 @@ class SetOfMotions(BaseScene):
             for exciter in [Exciter(**self.exciter_of(name))]
         }
 
+    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        exciters = [self.exciter_of(name) for name in self.motions]
+        names = dict.fromkeys(name for each in exciters for name in each)
+        return {name: [each.get(name, 0.0) for each in exciters] for name in names}
+
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since the motions compare them."""
         exciters = [self.exciter_of(name) for name in self.motions]
@@ -77,6 +83,10 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
         if "l" not in shared and "l" not in motion.exciter.explicit():
             where = ", in the motion, in the scene or in the study"
             yield required((*path, "exciter", "l"), PARAMETERS["l"].range.text, where)
+            continue
+        own = {**shared, **motion.exciter.explicit()}
+        if "nu" not in own and any(own.get(force, 0.0) != 0.0 for force in ("f", "f2")):
+            yield frequency_required((*path, "exciter", "nu"))
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))

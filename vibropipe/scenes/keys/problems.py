@@ -137,8 +137,19 @@ def argument_path(error: ParameterError) -> KeyPath:
 def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
     """Return the fault of an unknown key, with the nearest one that exists."""
     instead = f"be {one_of(choices)}" if choices else "be left out"
-    hint = did_you_mean(path[-1], choices)
+    hint = _damping_ratio(str(path[-1]), choices) or did_you_mean(path[-1], choices)
     return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")
+
+
+def _damping_ratio(key: str, choices: Sequence[str]) -> str:
+    """Return what to write for a damping ratio; empty for any other key."""
+    match = re.fullmatch(r"(?:zeta|ζ|ξ|xi|damping_?ratio)_?([12₁₂]?)", key, re.IGNORECASE)
+    if match is None:
+        return ""
+    n = match[1].translate(str.maketrans("₁₂", "12"))
+    if f"h{n}" in choices:
+        return f"a damping ratio is written as h{n} = 2 zeta" + (f" sqrt(k{n})" if n else "")
+    return f"a damping ratio is written as H{n} = 2 zeta sqrt(m C{n})" if f"H{n}" in choices else ""
 
 
 def distinct(problems: Iterable[Problem]) -> list[Problem]:

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJ
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, Range
-from vibropipe.words.units import DIMENSIONS, UnitError, allowed_text, to_si
+from vibropipe.words.units import DIMENSIONS, MINUS, UnitError, allowed_text, to_si
 
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -77,7 +77,8 @@ def as_number(value: Any) -> float | None:
     if isinstance(value, Quoted):
         return None
     if isinstance(value, str):
-        return float(value) + 0.0 if NUMBER.fullmatch(value) else None
+        plain = value.replace(MINUS, "-")
+        return float(plain) + 0.0 if NUMBER.fullmatch(plain) else None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     try:

@@ -26,6 +26,9 @@ class VariedScene(BaseScene):
         lowest = {name: ends[0] for name, ends in self.ranges().items()}
         return {**super().resolved_exciter(), **lowest}
 
+    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        return {**super().extent(), **self.ranges()}
+
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return {n: v for n, v in self.resolved_exciter().items() if n not in self.vary}
 

@@ -24,6 +24,7 @@ def findings(datasets: Datasets) -> list[Finding]:
         Finding(
             (
                 steady_text(datasets),
+                exponent_text(datasets),
                 velocity_text(datasets),
                 mean_text(datasets),
                 status_text(datasets),
@@ -101,6 +102,23 @@ def mean_text(datasets: Datasets) -> str:
         return "The constant part of displacement is zero"
     where = f", in {breakable(name)}" if len(means) > 1 else ""
     return f"The largest constant part of displacement is {value_text(value, value)}{where}"
+
+
+def exponent_text(datasets: Datasets) -> str:
+    """Write the Lyapunov exponents that were asked for, each with its error and its scene."""
+    texts = []
+    for name, data in datasets.items():
+        if "lyapunov_exponent" not in data or data["lyapunov_exponent"].ndim:
+            continue
+        exponent, error = (data[f"lyapunov_exponent{end}"] for end in ("", "_error"))
+        text = value_text(exponent, exponent) if not np.isnan(exponent) else "not known"
+        if np.isfinite(exponent) and float(error) > 0.0:
+            text += f" with an error of {value_text(exponent, error, 2)}"
+        texts.append(f"{text} ({breakable(name)})" if len(datasets) > 1 else text)
+    if not texts:
+        return ""
+    several = len(texts) > 1
+    return f"The Lyapunov exponent{'s are' if several else ' is'} {series(texts)}"
 
 
 def status_text(datasets: Datasets) -> str:

@@ -16,6 +16,7 @@ from vibropipe.scenes.keys.checks import (
     EXCITER_CHECK,
     SOLVER,
     SUPPORTS,
+    TOGETHER,
     Check,
     check_start,
 )
@@ -54,7 +55,8 @@ class MotionScene(ForcedScene):
     figure: MotionFigure = figure_key(MotionFigure)
     tau_end: Annotated[float, NumberOrUnit(0, MAX_TAU, above=True)] = Field(
         default=60.0,
-        description="Length of the record, after the transient; with `physical` in s or with a unit.",
+        description="Length of the record, after the transient, in tau; with `physical` in s or with a unit, and left "
+        "out 60 sqrt(m/C), which is tau = 60.",
     )
     settle_periods: Annotated[int, NumberRange(0, 10**9, whole=True)] = Field(
         default=0,
@@ -117,6 +119,10 @@ def _figure(scene: MotionScene) -> Iterator[Problem]:
     """Check that outputs hold what the chosen pictures need, and that samples are recorded for curves."""
     outputs = set(scene.outputs)
     is_sampled = "motion" in outputs and scene.samples_per_period > 0
+    chosen = scene.figure.pictures
+    if scene.figure.show and not (is_sampled and (not chosen or "panels" in chosen)):
+        must = "must be left out unless pictures have panels, of a motion with samples"
+        yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
     for picture in scene.figure.pictures:
         needed = PICTURE_NEEDS.get(picture, ())
         if needed == ("motion",) and not is_sampled:
@@ -130,6 +136,7 @@ def _figure(scene: MotionScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start", "x0")), check_start),
     SOLVER,

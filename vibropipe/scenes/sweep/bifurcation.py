@@ -35,6 +35,7 @@ from vibropipe.scenes.sweep.captions import (
     left_out_text,
     unresolved_text,
 )
+from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, fitting_panels, lay_out
 from vibropipe.scenes.sweep.quantities import (
@@ -47,6 +48,7 @@ from vibropipe.scenes.sweep.quantities import (
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import series
 
 Floats = NDArray[np.float64]
 DEFAULT_SHOW = ("impact_velocity", "poincare_displacement", "displacement_strobe")
@@ -67,7 +69,7 @@ def fits_bifurcation(dataset: xr.Dataset) -> bool:
 
 def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
     """Return the panels: impacts on each support, then states at the section."""
-    wanted = [name for name in show if name in (*DEFAULT_SHOW, "poincare_velocity")]
+    wanted = [name for name in show if name in IN_DIAGRAM]
     if not wanted:
         section = "displacement_strobe" if "poincare_displacement" not in dataset else ""
         wanted = [name for name in (*DEFAULT_SHOW[:2], section) if name in dataset]
@@ -119,8 +121,8 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         A sweep with impacts or states at the section. Each combination of further parameters, and each direction
         in which rows were followed, has its own diagrams; of many, MAX_MULTIPLES are drawn.
     show : collection of str
-        Quantities among `impact_velocity`, `poincare_displacement`, `poincare_velocity` and `displacement_strobe`
-        (default: impacts, and displacement at the section).
+        Quantities among `impact_velocity`, `poincare_displacement`, `poincare_velocity`, `displacement_strobe` and
+        `lyapunov_exponent` (default: impacts, and displacement at the section).
     """
     along, others = axis_and_others(dataset)
     dims = [*others, DIRECTION] if DIRECTION in dataset["regime"].dims else others
@@ -189,18 +191,20 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     panels = fitting_panels(dataset, dims, wanted)
     names = [panel.series[0].name for panel in panels]
     impacts = "the velocity of each impact of a row" if "impact_velocity" in names else ""
-    at_section = any(name != "impact_velocity" for name in names)
+    at_section = any(name not in ("impact_velocity", "lyapunov_exponent") for name in names)
     section = "its states at the section, once per forcing period" if at_section else ""
+    exponent = "its Lyapunov exponent" if "lyapunov_exponent" in names else ""
     aperiodic = int((dataset["regime"] == Regime.APERIODIC).sum())
     strobe = (
         ", of which an orbit of m > 1 periods has one drawn"
         if "displacement_strobe" in names
         else ""
     )
+    drawn = series(filter(None, [impacts, section + strobe, exponent]))
     return sentences(
-        f"Bifurcation diagram over {plain_symbol(along)}: {' and '.join(filter(None, [impacts, section]))}{strobe}",
+        f"Bifurcation diagram over {plain_symbol(along)}: {drawn}",
         f"Aperiodic rows ({aperiodic} of {dataset['regime'].size}) show a band"
-        if aperiodic
+        if aperiodic and (impacts or section)
         else "",
         combinations_text(dataset, dims, MAX_MULTIPLES),
         left_out_text(dataset, dims, wanted),

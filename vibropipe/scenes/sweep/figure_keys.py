@@ -57,8 +57,9 @@ PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
     "spectrum": ("harmonics",),
     "energy": ("energy",),
 }
-# Quantities with several points for each row, which only the bifurcation diagram shows.
+# Quantities with several points for each row, which only the bifurcation diagram shows, and all that it shows.
 POINTS = ("impact_velocity", "poincare_displacement", "poincare_velocity")
+IN_DIAGRAM = (*POINTS, "displacement_strobe", "lyapunov_exponent")
 
 
 class SweepFigure(FigureOptions):
@@ -82,6 +83,14 @@ class SweepFigure(FigureOptions):
     )
 
 
+def pictures_showing(name: str) -> set[str]:
+    """Return the pictures that show a quantity where it is asked for."""
+    shown_by = set() if name in POINTS else {"curves", "map"}
+    if name in IN_DIAGRAM:
+        shown_by.add("bifurcation")
+    return shown_by | ({"spectrum"} if name.endswith("_amplitude") else set())
+
+
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
@@ -102,8 +111,9 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
     values = {**scene.resolved_exciter(), **scene.over_arrays()}
     yield from check_shown(scene.figure.show, values)
     for name in scene.figure.show:
-        if name in POINTS and "bifurcation" not in pictures:
-            must = f"must leave out {name} unless pictures have bifurcation"
+        shown_by = pictures_showing(name)
+        if not shown_by & {*pictures} and (pictures or shown_by == {"bifurcation"}):
+            must = f"must leave out {name} unless pictures have {' or '.join(sorted(shown_by))}"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
         for start, needed in QUANTITY_NEEDS.items():
             if name.startswith(start) and not outputs & set(needed):

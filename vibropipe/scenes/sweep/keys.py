@@ -17,6 +17,7 @@ from vibropipe.scenes.keys.checks import (
     EXCITER_CHECK,
     SOLVER,
     SUPPORTS,
+    TOGETHER,
     Check,
     check_rows,
     check_start,
@@ -145,6 +146,7 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TOGETHER,
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start",), ("follow",), ("over", "x0")), _start),
     Check((), _swept),

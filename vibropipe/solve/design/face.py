@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.solve.checks import check_soft, check_whole
+from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
 from vibropipe.solve.design.margin import law_margin
@@ -165,6 +165,7 @@ def design(
     check_whole("designs", designs, DESIGNS_LIMITS)
     allowed = check_allow(goals, allow)
     ranges = check_vary(exciter, vary)
+    exciter = with_frequency(exciter, {name: ends[0] for name, ends in ranges.items()})
     scatter = sigma or (assumed_scatter(exciter, ranges) if allowed else {})
     problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, scatter)
     check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)

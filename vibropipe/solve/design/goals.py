@@ -14,6 +14,7 @@ from vibropipe.physics.exciter import ParameterError, as_float, number_within
 from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
 from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.units import MINUS
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9
@@ -169,7 +170,7 @@ def _ends(argument: str, value: Any) -> tuple[float, float]:
     """Return the ends of a bound, infinite where it has none."""
     if isinstance(value, str):
         ends = {">": -math.inf, "<": math.inf}
-        for part in value.split(","):
+        for part in value.replace(MINUS, "-").split(","):
             match = _BOUND.fullmatch(part)
             if match is None or math.isfinite(ends[match[1]]):
                 raise ParameterError(argument, value, A_BOUND)

@@ -31,6 +31,10 @@ class Scene:
     def data_keys(self):
         return {"kind": self.kind}
 
+    def unit_warning(self) -> str:
+        """Return nothing: its study has no units."""
+        return ""
+
 
 def march(exciter, x=0.0, v=0.0, tau_end=40.0, keep=10):
     """March with a small step and the crude impact at its end: good enough to be looked at."""

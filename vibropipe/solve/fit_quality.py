@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.words.designs import FitResult
+from vibropipe.words.designs import FitResult, FoundResult
 
 # A misfit is beyond the noise if noise alone is as large in fewer than 1 of 1000 cases; in deviations of a normal one.
 CHANCE, CHANCE_DEVIATIONS = 1e-3, 3.09

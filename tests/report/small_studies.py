@@ -45,11 +45,11 @@ scenes:
     over: {nu: {start: 0.4, stop: 2, points: 20}, f: {start: 0.1, stop: 1.5, points: 16}, delta: [0, 0.05, 0.1]}
 """,
     "chaos_and_failures": """title: Chaos, and rows without a result
-exciter: {l: 0.5, f: 1.07, h: 0.1, R1: 0.8, R2: 0.8}
+exciter: {l: 0.5, f: 1.67, h: 0.1, delta: 0.1, R1: 0.8, R2: 0.8}
 scenes:
   cascade:
     kind: sweep
-    over: {nu: {start: 0.72, stop: 0.9, points: 37}}
+    over: {nu: {start: 0.72, stop: 0.83, points: 56}}
     outputs: [harmonics, impacts, stability]
     figure: {pictures: [bifurcation, curves]}
 """,

@@ -192,4 +192,4 @@ def test_a_scene_with_a_caption_of_its_own_keeps_the_title_of_its_picture(solved
     assert scene.title == ""
     _, _, datasets = solved
     entries = report_data(study_of({"a_b": scene}), {"a_b": datasets["free"]}, {})
-    assert entries["hero"]["title"] == "a b"
+    assert entries["hero"]["title"] == "A b"

@@ -341,7 +341,7 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
                 "path": f"figures/{name}.pdf",
                 "scene": scene_name,
                 "picture": picture.name,
-                "title": title or scene.title or scene_name.replace("_", " "),
+                "title": title or scene.title or scene_name.replace("_", " ").capitalize(),
                 "caption": own_caption or description,
                 "heading": picture.heading,
                 "alt": description,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import math
 import os
 import re
 from pathlib import Path
@@ -17,8 +18,11 @@ from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
 from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import as_number
 from vibropipe.solve.design.goals import CURVE
+from vibropipe.words.units import UnitError, to_si
 
 PHASE = "phase"
+# Heads of a column of times, which a phase stands in for.
+TIMES = ("time", "t", "tau")
 # Begins a file at the end of a study's text.
 MARK = "# file "
 MAX_LINES = 10_000
@@ -102,7 +106,12 @@ def _read(
     mark = next((mark for mark in ";\t" if mark in head), ",")
     rows = list(csv.reader([lines[n] for n in kept], delimiter=mark))
     heads = [_HEAD.fullmatch(cell) for cell in rows[0]] if rows else []
-    names = [latin(match[1]) if match else "" for match in heads]
+    names = [_column(match[1]) if match else "" for match in heads]
+    units = [(match[2] or "") if match else "" for match in heads]
+    faults = [text for pair in zip(names, units, strict=True) if (text := _head_fault(*pair))]
+    if faults:
+        problems.append(Problem(path, f"{head!r} in {name}", must=faults[0]))
+        return {}
     missing = [column for column in wanted if column not in names]
     if not 2 <= len(rows) <= MAX_LINES or "" in names or len({*names}) < len(names) or missing:
         columns = " and ".join(wanted) or "a name each"
@@ -121,7 +130,32 @@ def _read(
                 Problem(path, f"{mark.join(row)!r} in line {n + 1} of {name}", must=must)
             )
             return {}
-        for column, match, cell in zip(names, heads, cells, strict=True):
-            unit = match[2] if match else None
-            table[column].append(f"{cell!r} {unit}" if unit else cell)
+        for column, unit, cell in zip(names, units, cells, strict=True):
+            if column == PHASE:
+                table[column].append(_in_periods(cell, unit))
+            else:
+                table[column].append(f"{cell!r} {unit}" if unit else cell)
     return table
+
+
+def _column(head: str) -> str:
+    """Return the name of a column; phase and displacement may have capitals."""
+    return head.lower() if head.lower() in (PHASE, CURVE) else str(latin(head))
+
+
+def _head_fault(name: str, unit: str) -> str:
+    """Return what must hold of the head of a column that cannot be read; empty if it can."""
+    if name.lower() in TIMES:
+        return f"must have {PHASE}, in forcing periods, in place of {name}: {name} times the forcing frequency in Hz"
+    try:
+        _in_periods(0.0, unit if name == PHASE else "")
+    except UnitError:
+        return f"must have {PHASE} in forcing periods, without a unit, or in deg or rad"
+    return ""
+
+
+def _in_periods(value: float | None, unit: str) -> float:
+    """Return a phase in forcing periods from one in an angle, or without a unit."""
+    if unit.lower() in ("", "1", "-", "period", "periods"):
+        return value or 0.0
+    return to_si(f"{value!r} {unit}", "angle") / (2.0 * math.pi)

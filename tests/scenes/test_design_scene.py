@@ -153,7 +153,7 @@ def test_the_table_tells_the_workshop_how_tight(dataset):
     assert first.lead == "All 2 designs can be made."
     assert best.lead.startswith("The largest velocity before impact (support 1) of design 1 is ")
     assert "standard deviations away" in best.rest
-    assert spread.lead.startswith("Most of the spread of displacement_mean comes from")
+    assert spread.lead.startswith("Most of the spread of the constant part of displacement comes")
 
 
 def test_a_tolerance_below_the_given_deviation_is_marked(dataset):
@@ -184,6 +184,11 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
     first, _, lost = answers({"shifted": bound})["shifted"]
     assert first.lead == "1 of 2 designs can be made."
     assert lost.lead == "Design 2 loses 38.6 % of its parts."
+    bound["yield"] = bound["yield_low"] = bound["yield_high"] = ("design", [0.6, 0.5])
+    first, _, lost = answers({"shifted": bound})["shifted"]
+    assert first.lead == "None of 2 designs can be made."
+    assert first.rest.startswith("Fewer than 95 % of the parts of each, scattered by the given")
+    assert lost.lead == "Designs 1 and 2 lose 40 to 50 % of their parts."
 
 
 def test_yields_are_never_rounded_to_all():

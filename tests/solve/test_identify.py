@@ -48,6 +48,12 @@ def test_a_noisy_motion_is_explained_within_its_covariance():
     assert np.abs(found.displacement_fitted - found.displacement_measured).max() < 5e-3
     std = np.sqrt(np.diag(found.parameter_covariance))
     assert std.tolist() == [float(found[f"{name}_std"]) for name in VARY]
+    rows = vp.table(found)
+    assert rows.phase.tolist() == found.phase.values.tolist()
+    assert np.allclose(
+        rows.displacement_fitted - rows.displacement_measured,
+        found.displacement_fitted - found.displacement_measured,
+    )
 
 
 @pytest.mark.slow

@@ -27,6 +27,9 @@ COMPONENTS = (
     "parameter",
     "estimate",
     "side",
+    "quantile",
+    "other_parameter",
+    "direction_of_fit",
 )
 # States at the section of an attractor fill more columns than a table is read with.
 MAX_COMPONENTS = 64

@@ -111,8 +111,8 @@ def describe_tornado(dataset: xr.Dataset) -> str:
     )
 
 
-def leading(dataset: xr.Dataset) -> list[str]:
-    """Write, for each wanted quantity, which parameter matters most for its spread."""
+def leading(dataset: xr.Dataset, in_words: bool = False) -> list[str]:
+    """Write, for each wanted quantity by its name or in words, which parameter matters most for its spread."""
     best = dataset.isel(design=0)
     texts = []
     for part in spread_parts(dataset):
@@ -120,7 +120,8 @@ def leading(dataset: xr.Dataset) -> list[str]:
         most = int(share.fillna(-1).argmax("parameter"))
         name = plain_symbol(str(best["parameter"].values[most]))
         if float(share[most]) > 0:
-            texts.append(f"{part.name} comes from {name} ({100 * float(share[most]):.0f} %)")
+            quantity = f"the {part.plain_words(dataset)}" if in_words else part.name
+            texts.append(f"{quantity} comes from {name} ({100 * float(share[most]):.0f} %)")
     return texts
 
 

@@ -86,7 +86,7 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
         found.append(Answer(lead, nearest_limit_text(dataset)))
     if (lost := lost_text(dataset)) and has_yield(dataset):
         found.append(Answer(lost))
-    elif has_spread(dataset) and (texts := leading(dataset)):
+    elif has_spread(dataset) and (texts := leading(dataset, in_words=True)):
         found.append(Answer(f"Most of the spread of {texts[0]}."))
     return found
 

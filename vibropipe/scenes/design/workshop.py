@@ -21,7 +21,7 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
 )
 from vibropipe.words.designs import ToleranceResult
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import series
 
 # A design of which so many parts keep all that is wanted, with 95 % confidence, can be made.
 MADE = 0.95
@@ -155,15 +155,19 @@ def makeable(dataset: xr.Dataset) -> Answer:
     """Return how many designs can be made."""
     low = dataset["yield_low"].values
     n, made = low.size, int((low >= MADE).sum())
+    parts = f"at least {percent(MADE)} of the parts"
+    keep = f"scattered by the {scatter_words(dataset)}, keep {kept_words(dataset)}."
+    if (dataset["yield_high"].values < MADE).all():
+        lead = f"None of {n} designs can be made." if n > 1 else "The design cannot be made."
+        return Answer(lead, f"Fewer than {percent(MADE)} of the parts of each, {keep}")
+    if not made:
+        lead = f"Whether any of {n} designs can be made is not known."
+        return Answer(lead, f"It is not shown of any that {parts}, {keep}")
     if made == n:
         lead = f"All {n} designs can be made." if n > 1 else "The design can be made."
     else:
-        lead = f"{made or 'None'} of {count(n, 'design')} can be made."
-    each = "each of them" if made else "none"
-    return Answer(
-        lead, f"At least {percent(MADE)} of the parts of {each}, scattered by the {scatter_words(dataset)}, keep "
-        f"{kept_words(dataset)}.",
-    )  # fmt: skip
+        lead = f"{made} of {n} designs can be made."
+    return Answer(lead, f"A{parts[1:]} of each, {keep}")
 
 
 def nearest_limit_text(dataset: xr.Dataset) -> str:

@@ -60,7 +60,8 @@ def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
     """Write each parameter that was found, with its standard deviation, or that it is not determined."""
     texts = []
     for name, result in zip(map(str, dataset["parameter"].values), results(dataset), strict=True):
-        value = format_number(float(dataset[name]), 5)
+        number, std = float(dataset[name]), float(dataset[f"{name}_std"])
+        value = format_number(number, digits_for(number, std))
         if result == FoundResult.UNDETERMINED:
             texts.append(f"{plain_symbol(name)} not determined")
         elif result == FoundResult.AT_RANGE:
@@ -73,6 +74,14 @@ def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
             )
             texts.append(f"{plain_symbol(name)} = {with_units(dataset[name], value + sigma)}")
     return texts
+
+
+def digits_for(value: float, std: float) -> int:
+    """Return the significant digits of a value up to the second one of its standard deviation, from 3 to 9."""
+    if not (value and 0 < std < np.inf):
+        return 5
+    digits = int(np.floor(np.log10(abs(value))) - np.floor(np.log10(std))) + 2
+    return min(max(digits, 3), 9)
 
 
 def results(dataset: xr.Dataset) -> list[FoundResult]:

@@ -114,6 +114,20 @@ def test_csv_holds_every_digit(sweep, folder, capsys):
     assert len(pd.read_csv(io.StringIO(capsys.readouterr().out))) == 12
 
 
+def test_what_has_no_number_is_empty(sweep):
+    """The impacts of a chatter, and the stability of a motion without an orbit."""
+    dims = sweep["regime"].dims
+    edited = sweep.copy(deep=True)
+    edited["rests_per_orbit"].loc[{"support": 1}] = 1.0
+    edited["period_multiple"][...] = 0
+    frame = vp.table(edited)
+    assert frame["impacts_per_orbit_1"].isna().all()
+    assert frame["impacts_per_period_1"].isna().all()
+    assert not frame["impacts_per_orbit_2"].isna().any()
+    assert frame["stable"].isna().all()
+    assert len(frame) == np.prod([sweep.sizes[dim] for dim in dims])
+
+
 def test_mistakes_are_said_and_leave_nothing(folder, capsys):
     assert run("table", "results/s/maps.nc", "-o", "x.csv") == 2
     assert run("table", "results/s", "-o", "x.csv") == 2

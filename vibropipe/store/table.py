@@ -33,6 +33,8 @@ COMPONENTS = (
 )
 # States at the section of an attractor fill more columns than a table is read with.
 MAX_COMPONENTS = 64
+# Quantities that a chatter, which has infinitely many impacts, has no number of.
+OF_CHATTER = ("impacts_per_orbit", "impacts_per_period")
 # Dimensions whose length differs from row to row, or that list events.
 RAGGED = ("impact", "rest", "grazing", "turn", "stick", "orbit_impact")
 
@@ -56,7 +58,8 @@ def table(
         first, then those that are the same in every row, then the quantities. Codes such as regimes stand by their
         names. A quantity over support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a
         complex one has two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts,
-        the states at the section, and attractors at values of the parameter where they are not. With `impacts`, a row
+        the states at the section, and attractors at values of the parameter where they are not. Empty, or NaN, are the
+        numbers of impacts where a mass comes to rest, and `stable` of a motion without an orbit. With `impacts`, a row
         for each impact, at its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
 
     Raises
@@ -76,6 +79,7 @@ def table(
         dataset = load(dataset)
     elif isinstance(dataset, xr.DataTree):
         dataset = dataset.to_dataset()
+    dataset = _with_gaps(dataset)
     grid = _grid_dims(dataset)
     columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
     sizes = [values.size for values in columns.values()]
@@ -88,6 +92,23 @@ def table(
     if is_physical(dataset):
         frame.attrs["units"] = {name: _units(dataset, name) for name in columns}
     return frame
+
+
+def _with_gaps(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset without what has no number: the impacts of a chatter, and the stability without an orbit."""
+    masked: dict[str, xr.DataArray] = {}
+    if "rests_per_orbit" in dataset:
+        moves = dataset["rests_per_orbit"] == 0
+        masked |= {name: moves for name in OF_CHATTER if name in dataset}
+    if "stable" in dataset and "period_multiple" in dataset:
+        has_orbit = dataset["period_multiple"] > 0
+        masked |= {} if bool(has_orbit.all()) else {"stable": has_orbit}
+    return dataset.assign(
+        {
+            name: dataset[name].where(mask).assign_attrs(dataset[name].attrs)
+            for name, mask in masked.items()
+        }
+    )
 
 
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:
@@ -161,7 +182,7 @@ def _ordered(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[str]:
 
 
 def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
-    """Return the columns of a quantity: codes by name, the parts of complex numbers apart."""
+    """Return the columns of a quantity: codes by name, None for none; the parts of complex numbers apart."""
     flat = np.asarray(values.values).ravel()
     if flat.dtype == np.float32:
         # A text of fewer digits would be read as another number.
@@ -174,5 +195,5 @@ def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
         names = dict(
             zip(np.atleast_1d(values.attrs["flag_values"]).tolist(), meanings, strict=True)
         )
-        return [(name, np.array([names.get(code, "") for code in flat.tolist()], dtype=object))]
+        return [(name, np.array([names.get(code) for code in flat.tolist()], dtype=object))]
     return [(name, flat)]

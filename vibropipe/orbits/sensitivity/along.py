@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit_allocating, jit_inline
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.sensitivity.errors import ULP
 from vibropipe.orbits.sensitivity.flights import fill_transfer, new_flights, restitution_at
 from vibropipe.physics.contact import support_position
@@ -32,6 +32,8 @@ PHASE, SPEED, PHASE_BY_PARAMETERS, SPEED_BY_PARAMETERS, LEAVING = range(5)
 COLUMNS = 5
 # Share of the rounding of a phase in turns that is within a step; growth of the rounding of a flight per unit of tau.
 IN_STEP, PER_TAU = 0.25, 0.1
+# Growth of a rounding by a second harmonic, which turns twice as fast, from a phase of its own.
+SECOND = 1.5
 
 
 @jit_inline
@@ -67,8 +69,14 @@ def acceleration_at(p, support, position, velocity, second):
     return sigma * push - p.h * velocity
 
 
+@jit
+def longer_by(nu, t):
+    """Return how many times the rounding of a step a flight of the length t rounds: all steps have the same matrix."""
+    return 1.0 + PER_TAU * t * max(1.0, nu)
+
+
 @jit_inline
-def rounding_of(p, flights, j):
+def rounding_of(p, flights, j, second):
     """Return the standard deviations of phase and speed of the impact that ends flight j, by its own rounding.
 
     As `errors.fill_record` for orbits; but a march rounds a phase in its step alone, and a long flight in many steps.
@@ -78,7 +86,8 @@ def rounding_of(p, flights, j):
     t = (end - start) * period
     far = 0.0 if flights.support[j] == home else 2.0 * p.l
     push = abs(support_position(p, home)) + largest_force(p) + far
-    short, longer = min(1.0, t), ULP * (1.0 + PER_TAU * t)
+    turned = 1.0 if second is None else SECOND
+    short, longer = min(1.0, t), turned * ULP * longer_by(p.nu, t)
     height = far + t * (w0 + u1) + short * short * push
     of_phase = IN_STEP * (1.0 + start + end) + height / (u1 * period)
     of_speed = w0 + u1 + short * push + height * abs(flights.at_end[j, 0]) / u1
@@ -125,7 +134,7 @@ def follow_errors(p, first, position, velocity, support, out, second) -> None:
             if i == 1:
                 sine, cosine = sincos_turns(start)
             sine, cosine = fill_transfer(p, flights, 1, sine, cosine, work, second)
-            t, (of_phase, of_speed) = flights.transfer[1], rounding_of(p, flights, 1)
+            t, (of_phase, of_speed) = flights.transfer[1], rounding_of(p, flights, 1, second)
             new_tt = t[0] * t[0] * tt + 2.0 * t[0] * t[1] * tu + t[1] * t[1] * uu
             new_tu = t[0] * t[2] * tt + (t[0] * t[3] + t[1] * t[2]) * tu + t[1] * t[3] * uu
             new_uu = t[2] * t[2] * tt + 2.0 * t[2] * t[3] * tu + t[3] * t[3] * uu

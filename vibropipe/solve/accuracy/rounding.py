@@ -16,9 +16,11 @@ from vibropipe.orbits.sensitivity.along import (
     LEAVING,
     PHASE,
     PHASE_BY_PARAMETERS,
+    SECOND,
     SPEED,
     SPEED_BY_PARAMETERS,
     follow_errors,
+    longer_by,
 )
 from vibropipe.orbits.sensitivity.errors import ULP
 from vibropipe.physics.exciter import Exciter
@@ -27,7 +29,7 @@ from vibropipe.physics.load_harmonics import force_values
 from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver
 from vibropipe.words.status import Status
 
-# Standard deviations of the roundings that an estimate covers: none of some thousand quantities was off by more than 1.
+# Standard deviations of the roundings that an estimate covers.
 COVERED = 2.0
 # Largest error, relative to the motion, that is followed to first order; beyond it the motion is solved again.
 SMALL = 1e-12
@@ -134,7 +136,8 @@ def _first_flight(
         max(ULP * abs(request.v), request.v_uncertainty),
     )
     moved = abs(request.v) + _acceleration(exciter, request.x, request.v, run.turns[0])
-    return start + ULP * size * (1.0 + 0.1 * span) + slip * moved, slip
+    turned = SECOND**2 if exciter.f2 else 1.0
+    return start + turned * ULP * size * longer_by(exciter.nu, span) + slip * moved, slip
 
 
 def _end_error(
@@ -153,5 +156,5 @@ def _end_error(
     span = max(0.0, tau_end - tau[-1])
     e11, e12, e21, e22 = free_flow(exciter.h, span)
     to_x, to_v = math.hypot(e11, e12) * leaving, math.hypot(e21, e22) * leaving
-    own = (own + ULP * abs(run.contacts["impact_velocity"][-1])) * (1.0 + 0.1 * span)
+    own = (own + ULP * abs(run.contacts["impact_velocity"][-1])) * longer_by(exciter.nu, span)
     return to_x + own + abs(v) * late, to_v + own + acceleration * late

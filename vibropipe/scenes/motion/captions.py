@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import at_most
 from vibropipe.figures.stability import stability_text
 from vibropipe.figures.text import (
     NO_IMPACTS,
@@ -112,7 +113,7 @@ def rest_text(dataset: xr.Dataset, is_shaded: bool) -> str:
     length = (
         "without release"
         if np.isinf(longest)
-        else f"for up to {with_units(dataset['rest_end'], format_number(longest))}"
+        else f"for up to {with_units(dataset['rest_end'], at_most(longest, 4))}"
     )
     text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
     return f"{text} (shaded)" if is_shaded else text

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from figures.sample_datasets import motion, steady
 
+from vibropipe.report.exciter import side_of
 from vibropipe.report.table import ZERO_WIDTH_SPACE
-from vibropipe.scenes.motion.findings import findings
+from vibropipe.scenes.motion.captions import steady_text
+from vibropipe.scenes.motion.findings import exponent_text, findings, orbit_text
 from vibropipe.scenes.motion.report import (
     comparison,
     sections,
@@ -139,3 +142,23 @@ def test_forces_of_soft_supports_stand_in_the_table(datasets):
     assert "largest force of each soft support" in table.note
     (table,) = steady_tables({"rigid": datasets["symmetric"]})
     assert "force" not in table.note
+
+
+def test_a_motion_without_a_force_has_no_forcing_period():
+    values = {
+        "regime": 0,
+        "period_multiple": 1,
+        "lyapunov_exponent": -0.05,
+        "lyapunov_exponent_error": 0.0,
+    }
+    still = describe(xr.Dataset(values, {"nu": 1.0, "f": 0.0, "h": 0.1, "l": 0.5}))
+    forced = describe(xr.Dataset(values, {"nu": 1.0, "f": 0.1, "h": 0.1, "l": 0.5}))
+    assert orbit_text(still) == "no impact"
+    assert orbit_text(forced) == "no impact, of 1 forcing period"
+    assert steady_text(still) == "The steady state is no impact"
+    assert [row.symbol for row in side_of({"still": still}).rows] == ["h", "l"]
+    assert exponent_text({"s": still}) == "The Lyapunov exponent is −0.05"
+    assert (
+        exponent_text({"a": still, "b": forced})
+        == "The Lyapunov exponents are −0.05 (a) and −0.05 (b)"
+    )

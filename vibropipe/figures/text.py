@@ -248,6 +248,12 @@ def parameter_names(dataset: xr.Dataset) -> list[str]:
     return [name for name in names if name in dataset.variables]
 
 
+def is_forced(dataset: xr.Dataset) -> bool:
+    """Return whether a force acts anywhere in a dataset; without one no period of it is a period of the motion."""
+    forces = [dataset[name] for name in ("f", "F", "f2", "F2") if name in dataset.variables]
+    return any(bool((force != 0.0).any()) for force in forces)
+
+
 def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
     """Return the parameters of the exciter that are not swept in a dataset."""
     return {

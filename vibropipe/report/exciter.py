@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.figures.text import format_number, with_units
+from vibropipe.figures.text import format_number, is_forced, with_units
 from vibropipe.report.parts import Row, Side
 from vibropipe.report.table import SYMBOLS, Datasets
 from vibropipe.words.parameters import FURTHER
@@ -27,13 +27,16 @@ WORDS = {
     "load": "constant force", "friction": "dry friction",
     "f2": "second harmonic", "F2": "second harmonic", "phi2": "its phase",
 }  # fmt: skip
+OF_FORCE = ("nu", "omega", "f", "F")
 LETTERS = SYMBOLS | {"load": "q", "friction": "d"}
 SOFT = (("k1", "C1"), ("k2", "C2"))
 
 
 def side_of(datasets: Datasets) -> Side:
     """Return the parameters of the exciter in some datasets; equal ones of both supports share a row."""
-    texts = {name: text for name in WORDS if (text := values_text(name, datasets))}
+    forced = any(is_forced(data) for data in datasets.values())
+    names = [name for name in WORDS if forced or name not in OF_FORCE]
+    texts = {name: text for name in names if (text := values_text(name, datasets))}
     rows = []
     for name, text in texts.items():
         twin = f"{name[:-1]}2"

@@ -17,6 +17,7 @@ from vibropipe.figures.text import (
     clock,
     departure,
     format_number,
+    is_forced,
     plain_symbol,
     regime_name,
     sentences,
@@ -130,7 +131,8 @@ def steady_text(dataset: xr.Dataset) -> str:
     stability = ""
     if "stable" in dataset:
         stability = f", and {stability_text(dataset)}"
-    return f"The steady state is {regime}, of period multiple {multiple}{stability}"
+    period = f", of period multiple {multiple}" if is_forced(dataset) else ""
+    return f"The steady state is {regime}{period}{stability}"
 
 
 def exact_text(dataset: xr.Dataset) -> str:

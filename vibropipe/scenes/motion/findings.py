@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.stability import stability_text
-from vibropipe.figures.text import REGIME_TEXT, regime_name, window_text
+from vibropipe.figures.text import REGIME_TEXT, is_forced, regime_name, window_text
 from vibropipe.report.findings import Finding, value_text
 from vibropipe.report.table import Datasets, breakable
 from vibropipe.words.regimes import Regime
@@ -56,7 +56,8 @@ def orbit_text(dataset: xr.Dataset) -> str:
     stability = ""
     if "stable" in dataset:
         stability = f", {stability_text(dataset)}"
-    return f"{text}, of {count(multiple, 'forcing period')}{stability}"
+    period = f", of {count(multiple, 'forcing period')}" if is_forced(dataset) else ""
+    return f"{text}{period}{stability}"
 
 
 def names_text(names: Iterable[str]) -> str:

@@ -311,7 +311,10 @@ def _methods(
     study: Study, parts: Mapping[Kind, Datasets], datasets: Datasets, sidecars: Sidecars
 ) -> list[Line]:
     """Return the lines on methods and provenance, at most MAX_LINES; a description of the study comes first."""
-    about = [Line("About", text, plain=True) for text in paragraphs(study.description or "")]
+    about = [
+        Line("" if n else "About", text, plain=True)
+        for n, text in enumerate(paragraphs(study.description or ""))
+    ]
     own = [line for kind, data in parts.items() for line in kind.report.methods(data)]
     source = Path(study.source).name if study.source else ""
     last = [

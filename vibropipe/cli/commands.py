@@ -231,7 +231,8 @@ def report(
     ] = False,
 ) -> None:
     """Typeset the report of a study from its datasets and figures."""
-    from vibropipe.jobs.reporting import build_partial_report, build_report
+    from vibropipe.jobs.partial_report import build_partial_report
+    from vibropipe.jobs.reporting import build_report
     from vibropipe.study import load_study
 
     study = load_study(file)

@@ -76,7 +76,7 @@ def measured(factor, high=0.1, **noise):
     nu = np.linspace(0.9, 1.1, 12)
     means = factor * vp.sweep(TRUE, over={"nu": nu}).displacement_mean.values
     table = {"nu": nu, "displacement_mean": means}
-    known = vp.Exciter(l=0.5, f=-0.7, h=0.2, R1=0.75, R2=0.65)
+    known = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, R1=0.75, R2=0.65)
     dataset = vp.identify(known, table, {"delta": (0.0, high)}, noise=noise, samples=16)
     return dataset, answers({"found": dataset})["found"]
 
@@ -115,7 +115,9 @@ def test_what_is_not_determined_is_named():
     table = {"nu": nu, "displacement_amplitude_1": 0.2 / np.hypot(1 - nu**2, 0.1 * nu)}
     noise = {"displacement_amplitude_1": 1e-4}
     vary = {"f": (0.1, 0.3), "R2": (0.5, 0.9)}
-    dataset = vp.identify(vp.Exciter(l=5.0, f=0.2, h=0.1), table, vary, noise=noise, samples=16)
+    dataset = vp.identify(
+        vp.Exciter(l=5.0, nu=1.0, f=0.2, h=0.1), table, vary, noise=noise, samples=16
+    )
     verdict, blind = answers({"found": dataset})["found"]
     assert "R₂ not determined" in verdict.lead
     assert blind.lead == "The measurements do not determine R₂."

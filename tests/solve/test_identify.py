@@ -124,7 +124,7 @@ def linear_response(nu, seed=3):
     }
 
 
-LINEAR = vp.Exciter(l=5.0, f=0.2, h=0.1)
+LINEAR = vp.Exciter(l=5.0, nu=1.0, f=0.2, h=0.1)
 
 
 def test_a_parameter_without_effect_is_not_determined():

@@ -24,6 +24,9 @@ from vibropipe.orbits.shooting import Orbit, Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import DEGREE
 
+UNIT = vp.Exciter(l=1, nu=1, f=1)
+
+
 TWO_SIDED = vp.Exciter(l=0.5, nu=1.6, f=1.0, h=0.1, R1=0.7, R2=0.7)
 ONE_SIDED = vp.Exciter(l=0.5, delta=-0.2, nu=1.2, f=0.2, h=0.1, R1=0.8, R2=0.6)
 # A symmetric orbit after its pitchfork, and a one-sided one after its flip (offset by far more than it moves).
@@ -245,8 +248,8 @@ def test_mirrored_exciters_have_mirrored_orbits(e: vp.Exciter, m: int) -> None:
             "f: must not be 0, since these orbits have the period of the force "
             "(free motions: amplitude_frequency), got 0.0",
         ),
-        (lambda: vp.one_sided_orbit(vp.Exciter(l=1, f=1), 3), "support: must be a whole number from 1 to 2, got 3"),
-        (lambda: vp.one_sided_orbit(vp.Exciter(l=1, f=1), 1, 0), "m: must be a whole number from 1 to 1000, got 0"),
+        (lambda: vp.one_sided_orbit(UNIT, 3), "support: must be a whole number from 1 to 2, got 3"),
+        (lambda: vp.one_sided_orbit(UNIT, 1, 0), "m: must be a whole number from 1 to 1000, got 0"),
         (
             lambda: vp.symmetric_orbit_boundaries(vp.Exciter(l=1), [1.0, -1.0]),
             "nu: must be a list of finite numbers > 0, got [1.0, -1.0]",

@@ -39,6 +39,7 @@ class ToleranceResult(IntEnum):
     ON_BOUND = 1
     LAW_CHANGES = 2
     NOT_MET = 3
+    GOAL_MISSED = 4
 
     @property
     def reason(self) -> str:
@@ -51,6 +52,7 @@ _NO_TOLERANCE = {
     ToleranceResult.ON_BOUND: "on the bound",
     ToleranceResult.LAW_CHANGES: "at a change of law",
     ToleranceResult.NOT_MET: "not all that is wanted holds",
+    ToleranceResult.GOAL_MISSED: "a tenth of the deviations misses a goal",
 }
 
 

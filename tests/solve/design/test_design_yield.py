@@ -127,6 +127,15 @@ def test_a_design_that_cannot_leave_its_bound_has_no_tolerance():
     assert float(found["yield"][0]) == pytest.approx(0.5, abs=2e-3)
 
 
+def test_a_target_that_may_hardly_be_off_is_not_called_a_bound():
+    found = vp.design(
+        LINEAR, {"f": (0.05, 1.0)}, {AMPLITUDE: 0.3}, {"velocity_amplitude_1": "< 0.3"},
+        tolerance={"f": 0.01}, allow={AMPLITUDE: 1e-4}, samples=16, designs=1,
+    )  # fmt: skip
+    assert int(found.tolerance_result[0]) == ToleranceResult.GOAL_MISSED
+    assert np.isnan(found.f_tolerance[0])
+
+
 def test_tolerances_are_shared_by_contributions():
     effects = np.array([1.0, 3.0, 0.0, 6.0])
     # Room for all: each takes the part of it that it has in the sum.

@@ -128,7 +128,8 @@ def design(
             the smallest contributions are kept and the largest cut. Without a deviation in `tolerance` the 0.1 % above
             take its place.
         tolerance_result
-            Whether there are tolerances or, where they are NaN, why not: on a bound, at a change of law, a goal missed.
+            Whether there are tolerances or, where they are NaN, why not: a bound or a change of law within a tenth of a
+            deviation, that tenth misses a goal, or the design itself does.
         displacement_misfit
             Root mean square distance from the wanted curve; designs are ranked by it.
         <name>_target, <name>_lower, <name>_upper

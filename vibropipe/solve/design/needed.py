@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.design.problem import Problem
-from vibropipe.solve.design.scatter import kept_goals
+from vibropipe.solve.design.scatter import ON_LIMIT, kept_goals
 from vibropipe.solve.design.search import Candidate
 from vibropipe.solve.points import clipped
 from vibropipe.solve.tolerance import box
@@ -16,8 +16,8 @@ from vibropipe.words.designs import ToleranceResult
 
 # Largest tolerance, as a share of a parameter (of l, of a length near 0); a box that fails shrinks by a factor.
 LARGEST, SHRINK, MAX_TRIES = 0.2, 0.8, 40
-# A design is on a bound nearer to it than this share of its quantity's deviation, or of the bound.
-ON_BOUND, ON_BOUND_SHARE = 0.01, 1e-6
+# A design is on a bound nearer to it than this share of the bound, however small its quantity's deviation is.
+ON_BOUND = 1e-6
 
 
 def needed_tolerances(
@@ -51,11 +51,11 @@ def needed_tolerances(
         if room < 0:
             return nothing, ToleranceResult.NOT_MET
         least = max(
-            ON_BOUND * float(np.linalg.norm(effects)),
-            ON_BOUND_SHARE * bound.scale(problem.exciter.l),
+            ON_LIMIT * float(np.linalg.norm(effects)), ON_BOUND * bound.scale(problem.exciter.l)
         )
         if room < least:
-            return nothing, ToleranceResult.ON_BOUND
+            is_target = bound.is_target
+            return nothing, ToleranceResult.GOAL_MISSED if is_target else ToleranceResult.ON_BOUND
         widths = np.minimum(widths, sigma * shared(effects, room))
     corners = box(len(columns), 1.0)
     for _ in range(MAX_TRIES):
@@ -70,7 +70,9 @@ def needed_tolerances(
             tolerances[columns] = widths
             return tolerances, ToleranceResult.FOUND
         widths = widths * SHRINK
-    return nothing, ToleranceResult.LAW_CHANGES
+        if (widths < ON_LIMIT * sigma).all():
+            break
+    return nothing, ToleranceResult.GOAL_MISSED if kept[0].all() else ToleranceResult.LAW_CHANGES
 
 
 def shared(effects: np.ndarray, room: float) -> np.ndarray:

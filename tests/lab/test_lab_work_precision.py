@@ -12,19 +12,23 @@ from textbook import Parameters, digits
 
 import vibropipe as vp
 from vibropipe.lab import work_precision
+from vibropipe.lab.motion_reference import MotionReference, pair_impacts
 from vibropipe.lab.peers import recorder
 from vibropipe.lab.peers.recorder import Recorder
 from vibropipe.lab.peers.solve_ivp import scipy_peer
-from vibropipe.lab.work_precision import MotionReference, build_method, solve_accuracy
+from vibropipe.lab.peers.solve_nivp import is_for_nivp
+from vibropipe.lab.work_precision import build_method, solve_accuracy
 from vibropipe.lab.work_precision_methods import (
     SAMPLES,
     BenchmarkMotion,
     MethodResult,
+    effects_of_motion,
     exact,
     newmark,
     newmark_crude,
 )
-from vibropipe.scenes.accuracy.summary import orders
+from vibropipe.march.grid import newmark_grid
+from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import Outcome
 
 SYMMETRIC = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
@@ -38,16 +42,16 @@ def comparison():
         ("crude", "newmark", "exact", "DOP853"),
         steps=(64, 256, 1024, 4096),
         tolerances=(1e-5, 1e-9),
-        peer_periods=2,
+        accuracies=(1e-6, 1e-15),
         repeats=3,
     )
 
 
-def test_newmark_converges_with_order_2_and_crude_with_order_1(comparison):
-    order_of = orders(comparison).sel(motion="symmetric")
-    assert 1.9 < float(order_of.sel({"method": "newmark"})) < 2.1
-    assert 0.7 < float(order_of.sel({"method": "crude"})) < 1.3
-    assert np.isnan(order_of.sel({"method": "exact"}))
+@pytest.mark.parametrize(("method", "low", "high"), [("newmark", 1.9, 2.1), ("crude", 0.7, 1.3)])
+def test_newmark_converges_with_order_2_and_crude_with_order_1(comparison, method, low, high):
+    one = comparison.sel({"motion": "symmetric", "method": method})
+    steps, error = np.log(one.setting_value.values), np.log(one.error_impact_tau.values)
+    assert low < -np.polyfit(steps, error, 1)[0] < high
 
 
 def test_the_exact_method_is_at_rounding(comparison):
@@ -71,8 +75,31 @@ def test_a_reference_package_is_accurate_without_chatter_and_does_not_end_with_i
     assert float(peer.sel(motion="symmetric").error_end) < 1e-7
     assert int(peer.sel(motion="chatter").outcome) == Outcome.DID_NOT_END
     assert np.isnan(peer.sel(motion="chatter").time_per_period)
-    assert comparison.periods_run.sel({"method": "DOP853"}).values.tolist() == [2, 2]
-    assert comparison.periods_run.sel({"method": "exact"}).values.tolist() == [6, 2]
+
+
+def test_all_methods_run_the_same_periods_of_a_motion_that_strikes(comparison):
+    assert comparison.periods_run.dims == ("motion",)
+    assert comparison.periods_run.values.tolist() == [6, 2]
+    assert comparison.impacts_per_period.values.tolist() == [2, 17.5]
+    steps = comparison.work_steps.sel({"motion": "symmetric", "method": "DOP853"}).values
+    assert steps[0] * 6 > 6  # counted over the whole motion
+
+
+def test_what_is_asked_is_reached_or_refused(comparison):
+    one = comparison.sel(motion="symmetric")
+    assert one.accuracy.values.tolist() == [1e-6, 1e-15]
+    assert (one.asked_error <= one.asked_estimate).all()
+    assert one.asked_status.values.tolist() == [Status.OK, Status.INACCURATE]
+    assert (one.asked_steps == 0).all()
+    assert 0 < float(one.plain_time) < float(one.asked_time[0])
+
+
+def test_a_step_costs_more_where_its_force_is_in_no_table(comparison):
+    """The largest table of sines, of which a step of more per period has none."""
+    assert comparison.attrs["tabulated_steps"] == 8192
+    for steps, size in ((8192, 8192), (8193, 0)):
+        p = SYMMETRIC.exciter.parameters()
+        assert newmark_grid(effects_of_motion(SYMMETRIC), p, steps).table_1.size == size
 
 
 def test_missing_settings_are_reported_as_not_tried(comparison):
@@ -152,6 +179,56 @@ def test_a_missed_impact_is_detected():
     assert reference.errors(incomplete)[0] == Outcome.MISSED_IMPACT
 
 
+def test_a_lag_is_an_error_of_time_and_no_missed_impact():
+    """Impacts that come later and later, the last of them after the end: by a whole interval in the end."""
+    reference = MotionReference(SYMMETRIC)
+    result = changed_result()
+    late = result.impact_tau * 1.1
+    inside = late < SYMMETRIC.tau_end
+    assert inside.sum() == inside.size - 1
+    lagging = changed_result(
+        impact_tau=late[inside],
+        impact_support=result.impact_support[inside],
+        impact_velocity=result.impact_velocity[inside],
+    )
+    outcome, errors = reference.errors(lagging)
+    assert outcome == Outcome.OK
+    assert errors[1] == pytest.approx(0.1 * result.impact_tau[-2] / SYMMETRIC.exciter.period)
+    leading = changed_result(impact_tau=result.impact_tau * 0.95)
+    assert reference.errors(leading)[0] == Outcome.OK
+
+
+@pytest.mark.parametrize(
+    ("other", "is_same"),
+    [
+        ([1.0, 2.0, 3.0, 4.0, 5.0], True),
+        ([1.1, 2.2, 3.3, 4.4, 5.5], True),
+        ([1.3, 2.6, 3.9, 5.2], True),  # the fifth comes at 6.5
+        ([1.0, 3.0, 4.0, 5.0], False),
+        ([1.0, 2.0, 3.0, 4.0], False),
+        ([1.0, 2.0, 2.5, 3.0, 4.0, 5.0], False),
+        ([0.9, 1.8, 2.7, 3.6, 4.5, 5.4], True),  # the sixth of the reference comes after the end
+        ([], False),
+    ],
+)
+def test_impacts_are_paired_in_order(other, is_same):
+    taus = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    pairs = pair_impacts(taus, np.array(other), np.zeros(len(other), bool), 5.7)
+    assert pairs.is_same == is_same
+
+
+def test_a_chatter_that_comes_late_has_missed_nothing():
+    """Intervals of a chatter shrink below the lag, and its slow impacts need no counterpart."""
+    taus = np.cumsum(0.5 ** np.arange(8)) + np.array([0, 0, 0, 0, 9, 9, 9, 9])
+    late = np.append(taus[:4] * 1.08, taus[4:] * 1.01)
+    slow = np.insert(late, 4, late[3] + 0.01)
+    is_slow = np.zeros(9, bool)
+    is_slow[4] = True
+    pairs = pair_impacts(taus, slow, is_slow, 20.0)
+    assert pairs.is_same
+    assert pairs.partner.tolist() == [0, 1, 2, 3, 5, 6, 7, 8]
+
+
 def test_errors_equal_imposed_deviations():
     reference = MotionReference(SYMMETRIC)
     result = changed_result()
@@ -201,10 +278,12 @@ def test_crude_is_accurate_with_more_steps_than_a_table_holds():
     assert np.abs(np.array(ends[-1]) - expected).max() < 2e-3
 
 
-def test_a_missing_package_is_reported_by_its_outcome(monkeypatch):
-    monkeypatch.setattr(work_precision, "is_installed", lambda method: False)
-    ds = solve_accuracy({"one": SYMMETRIC._replace(periods=1)}, ("heyoka",), tolerances=(1e-6,))
-    assert ds.outcome.values.ravel().tolist() == [Outcome.NOT_INSTALLED]
+def test_a_missing_package_is_not_listed(monkeypatch):
+    monkeypatch.setattr(work_precision, "is_installed", lambda method: method == "exact")
+    short = {"one": SYMMETRIC._replace(periods=1)}
+    ds = solve_accuracy(short, ("exact", "heyoka", "solve_nivp"), tolerances=(1e-6,), repeats=1)
+    assert ds.method.values.tolist() == ["exact"]
+    assert build_method("heyoka", 1e-6, SYMMETRIC) == Outcome.NOT_INSTALLED
 
 
 def test_heyoka_agrees_with_the_reference_if_installed():
@@ -215,3 +294,20 @@ def test_heyoka_agrees_with_the_reference_if_installed():
     outcome, errors = MotionReference(SYMMETRIC).errors(candidate.show())
     assert outcome == Outcome.OK
     assert max(errors) < 1e-9
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("solve_nivp") is None, reason="solve_nivp is not installed"
+)
+def test_nonsmooth_time_stepping_finds_the_impacts_of_the_reference():
+    short = SYMMETRIC._replace(periods=2)
+    outcome, errors = MotionReference(short).errors(build_method("solve_nivp", 256, short).show())
+    assert outcome == Outcome.OK
+    assert max(errors) < 0.1
+
+
+def test_nonsmooth_time_stepping_is_tried_on_rigid_supports_alone():
+    soft = SYMMETRIC._replace(exciter=vp.Exciter(l=0.5, nu=1, f=-1, k1=100.0))
+    assert not is_for_nivp(soft, 64)
+    assert not is_for_nivp(SYMMETRIC, 10_000)
+    assert is_for_nivp(SYMMETRIC, 64)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.lab.motion_reference import MotionReference, reference_motion
 from vibropipe.lab.peers.recorder import Recorder
-from vibropipe.lab.work_precision import MotionReference, build_method, reference_motion
+from vibropipe.lab.work_precision import build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.words.measurements import Outcome
 

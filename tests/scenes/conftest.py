@@ -86,7 +86,8 @@ def work_precision() -> xr.Dataset:
         "error_harmonics": (WORK_PRECISION_DIMS, error),
         "outcome": (WORK_PRECISION_DIMS, outcome),
         "setting_value": (WORK_PRECISION_DIMS[1:], setting),
-        "periods_run": (WORK_PRECISION_DIMS[:2], np.full((2, 4), 4)),
+        "periods_run": ("motion", [4, 4]),
+        "impacts_per_period": ("motion", [2.0, 2.0]),
     }
     coords = {name: ("motion", [1.0, 1.0]) for name in PARAMETERS}
     coords |= {

@@ -1,4 +1,4 @@
-"""Work-precision diagrams and their conclusions follow from the data."""
+"""Pictures, answers and the table of work-precision data follow from the data."""
 
 from __future__ import annotations
 
@@ -7,88 +7,195 @@ import pytest
 from drawing import draw, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import Scene
+from sentence_numbers import missing, numbers_in
 
+from vibropipe.figures.canvas import MIN_TYPE
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, house_style, save
-from vibropipe.scenes.accuracy.text import conclusion
+from vibropipe.report.table import DASH
+from vibropipe.scenes.accuracy.asked import asked_answer
+from vibropipe.scenes.accuracy.report import answers_of_scenes, tables
+from vibropipe.scenes.accuracy.text import answers, title_of
 from vibropipe.words.measurements import Outcome
+from vibropipe.words.status import Status
 
 
-def draw_times(dataset):
-    with house_style():
-        return picture_of("accuracy", dataset, "times").draw(dataset, None, {})
+@pytest.fixture
+def one(work_precision):
+    """One motion, on which all methods end."""
+    return work_precision.isel(motion=[0])
 
 
-def test_each_motion_has_a_panel_two_beside_each_other(work_precision):
-    figure = draw("accuracy", work_precision)
-    assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["plain", "with chatter"]
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert set(labels) == {
-        "crude: impact at end of step",
-        "Newmark, event location",
-        "exact",
-        "scipy RK45, events by hand",
+@pytest.fixture
+def asked(one):
+    """Four accuracies that are asked of the program, the last of which it refuses."""
+    dims = ("motion", "accuracy")
+    columns = {
+        "asked_estimate": np.full((1, 4), 2e-12),
+        "asked_error": np.full((1, 4), 3.14e-13),
+        "asked_steps": np.zeros((1, 4)),
+        "asked_status": np.array([[Status.OK] * 3 + [Status.INACCURATE]], np.int8),
+        **{f"asked_time{side}": np.full((1, 4), 5000.0) for side in ("", "_low", "_high")},
     }
+    plain = {f"plain_time{side}": ("motion", [2000.0]) for side in ("", "_low", "_high")}
+    return one.assign(
+        {name: (dims, values) for name, values in columns.items()} | plain
+    ).assign_coords(accuracy=[1e-3, 1e-6, 1e-9, 1e-15])
 
 
-def test_panels_of_eight_motions_fill_a_page_and_can_be_read(work_precision):
-    eight = work_precision.isel(motion=[0, 1] * 4)
-    figure = draw("accuracy", eight)
-    with house_style():
-        figure.draw_without_rendering()
+def lines_of(ax, marker):
+    return [line for line in ax.lines if line.get_marker() == marker]
+
+
+def test_one_motion_has_every_method_with_its_name_at_its_line(one):
+    figure = draw("accuracy", one)
+    written = words(figure)
+    for name in ("exact", "Newmark, impacts located", "RK45", "impact at the\nend of a step"):
+        assert name in written
+    ax = figure.axes[0]
+    (newmark,) = lines_of(ax, "s")
+    # 5/steps^2 at 20 ns a step: times in seconds
+    assert newmark.get_xdata() == pytest.approx(5 / np.array([16, 64, 256.0]) ** 2)
+    assert newmark.get_ydata() == pytest.approx(20e-9 * np.array([16, 64, 256.0]))
+    assert ax.get_xlim()[0] > ax.get_xlim()[1]  # more accurate to the right
+    assert "times the exact method" in written
+
+
+def test_steps_whose_force_is_in_no_table_are_drawn_apart(one):
+    one.attrs["tabulated_steps"] = 64
+    figure = draw("accuracy", one)
+    hollow = [
+        line for line in lines_of(figure.axes[0], "s") if line.get_markerfacecolor() == "white"
+    ]
+    assert [line.get_xdata().tolist() for line in hollow] == [[5 / 256**2]]
+    caption = picture_of("accuracy", one).describe(one, None, {})
+    assert "Hollow (*): above 64 steps a period" in caption
+    # the price of a digit is that of steps from the table
+    assert answers(one)[1].rest == "The most accurate of these runs leaves 0.0013."
+
+
+def test_several_motions_have_a_panel_each_and_what_fails_is_a_cross(work_precision):
+    work_precision["outcome"][0, 1] = Outcome.MISSED_IMPACT
+    figure = draw("accuracy", work_precision)
+    first, second, key = figure.axes
+    crosses = [line.get_ydata().tolist() for line in lines_of(first, "x") if line.get_xdata().size]
+    assert crosses == [pytest.approx([320e-9, 1280e-9, 5120e-9])]
+    assert any("no run ends:\nRK45" in text.get_text() for text in second.texts)
+    assert not any("no run ends" in text.get_text() for text in first.texts)
+    assert "4 periods, 2 impacts a period" in words(figure)
+    assert {text.get_text() for text in key.texts} == {
+        "impact at step's end", "Newmark", "exact", "RK45", "failed",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("amount", [1, 2, 4, 7, 8])
+def test_a_page_holds_the_panels_and_no_type_is_too_small(work_precision, amount):
+    many = work_precision.isel(motion=([0, 1] * 4)[:amount])
+    figure = draw("accuracy", many)
     width, height = figure.get_size_inches() * CM_PER_INCH
     assert width == pytest.approx(PRINT_WIDTH_CM)
-    assert height <= 20.3  # what the report gives a picture before it is scaled down
-    boxes = [ax.get_window_extent() for ax in figure.axes]
-    assert min(box.width for box in boxes) / figure.dpi * CM_PER_INCH > 6
-    assert min(box.height for box in boxes) / figure.dpi * CM_PER_INCH > 3
+    assert height <= 11
+    with house_style():
+        figure.draw_without_rendering()
+    for ax in figure.axes:
+        for text in ax.texts:
+            box = text.get_window_extent()
+            assert text.get_fontsize() >= MIN_TYPE
+            assert box.x0 >= 0
+            assert box.x1 <= figure.bbox.x1
 
 
-def test_times_are_a_picture_in_which_what_is_not_reached_is_hollow(work_precision):
-    figure = draw_times(work_precision)
-    coarse, fine, median = figure.axes
-    assert coarse.get_title() == "error at most 0.0001"
-    assert median.get_title() == "all motions, median"
-    labels = [text.get_text() for text in coarse.get_yticklabels()]
-    assert labels == ["plain", "with chatter"]
-
-    def times(ax, hollow):
-        lines = [line for line in ax.lines if line.get_marker() not in ("None", "")]
-        kept = [line for line in lines if (line.get_markerfacecolor() == "white") == hollow]
-        return [[x for x in line.get_xdata() if np.isfinite(x)] for line in kept]
-
-    # crude reaches no error of 1e-4; newmark: 5/steps^2 at 256 steps of 20 ns; exact; RK45 on the first motion
-    assert times(coarse, hollow=False) == [[], [5120, 5120], [100, 100], [2e5]]
-    assert [len(found) for found in times(coarse, hollow=True)] == [2, 0, 0, 1]
-    assert [len(found) for found in times(fine, hollow=True)] == [2, 2, 0, 1]
+def test_the_times_are_multiples_interpolated_between_settings(one):
+    (table,) = tables({"one": one})
+    assert table.head[1:] == ["10⁻²", "10⁻⁴", "10⁻⁸", "10⁻¹²"]
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["The exact method"] == ["1"] * 4
+    # 5/steps^2 = 1e-2 at 22.4 steps of 20 ns: 447 ns, 4.5 times 100 ns; 1e-4 at 223.6 steps
+    assert rows["Newmark's method"] == ["4.5", "45", DASH, DASH]
+    # 1e-3, 1e-6, 1e-9 at 1e5, 2e5, 4e5 ns: one third of the way from 1e-3 to 1e-6
+    assert rows["scipy's RK45"][:2] == ["1,000", "1,300"]
+    assert table.picture == "work_precision"
 
 
-def test_methods_that_are_not_installed_are_left_out_of_the_pictures(work_precision):
-    work_precision["outcome"][:, 3] = Outcome.NOT_INSTALLED
-    for figure in (draw("accuracy", work_precision), draw_times(work_precision)):
-        labels = [text.get_text() for text in figure.legends[0].get_texts()]
-        assert "scipy RK45, events by hand" not in labels
-        assert "not installed" not in words(figure)
-    assert "RK45 was not installed." in conclusion(work_precision)
+def test_answers_say_what_accuracy_costs(one):
+    exact, steps, packages = answers(one)
+    assert exact.lead == "Exact: 0.1 µs a period, whatever the error."
+    # 10 ns a step: ten steps would take as long, of which none was tried
+    assert exact.rest == ""
+    # from 5/16^2 to 5/256^2, 16 times the time: sqrt(10) for each digit
+    assert steps.lead == "Newmark's method: 3.2 times the time for each further digit."
+    assert packages.lead == "scipy's RK45: at least 1,000 times as long."
+    one["time_per_period"][0, 2, 0] = 170.0
+    assert answers(one)[0].rest == (
+        "In that time, an impact at the end of a step leaves an error of 3.2 %."
+    )
 
 
-def test_both_pictures_are_drawn_by_default():
-    assert Scene("accuracy").figure.chosen() == ("work_precision", "times")
+def test_another_race_has_another_answer(work_precision):
+    (several,) = answers(work_precision)
+    assert several.lead == "On 1 of 2 motions, no run of scipy's RK45 ends."
+    assert title_of(work_precision) == "Only the exact method reaches ten digits on all 2 motions"
+    work_precision["outcome"][:, 2] = Outcome.MISSED_IMPACT
+    assert title_of(work_precision) == "No method reaches ten digits on all 2 motions"
+    lone = work_precision.isel(motion=[0])
+    assert answers(lone)[0].lead == "The exact method does not solve this motion."
+    assert answers(work_precision.isel(method=[0, 1])) == []
 
 
-def test_orders_stand_at_lines_and_failures_are_named(work_precision):
-    plain, chatter = draw("accuracy", work_precision).axes[:2]
-    said = [[text.get_text() for text in ax.texts] for ax in (plain, chatter)]
-    assert {"1.0", "2.0"} <= set(said[0])
-    assert "did not finish: RK45" in said[1]
-    assert "did not finish: RK45" not in said[0]
+def test_a_race_that_nobody_finished_can_be_drawn(work_precision):
+    work_precision["outcome"][:] = Outcome.DID_NOT_END
+    for name in work_precision.data_vars:
+        if str(name).startswith(("error", "time")):
+            work_precision[name][:] = np.nan
+    for amount in (1, 2):
+        draw("accuracy", work_precision.isel(motion=slice(amount)))
+    assert tables({"one": work_precision.isel(motion=[0])}) == []
 
 
-def test_a_run_that_fell_through_is_a_cross_at_its_time(work_precision):
-    work_precision["outcome"][0, 1] = Outcome.FELL_THROUGH
-    ax = draw("accuracy", work_precision).axes[0]
-    crosses = [line for line in ax.lines if line.get_marker() == "x"]
-    assert len(crosses) == 1
-    assert crosses[0].get_xdata().tolist() == [320.0, 1280.0, 5120.0]
+def test_what_is_asked_is_drawn_beside_what_is_estimated_and_reached(asked):
+    with house_style():
+        picture = picture_of("accuracy", asked, "asked")
+        errors, times = picture.draw(asked, None, {}).axes
+    kept, refused = (
+        [line.get_xdata().tolist() for line in lines_of(errors, "D") if is_hollow(line) == hollow]
+        for hollow in (False, True)
+    )
+    assert (kept, refused) == ([[1e-3, 1e-6, 1e-9]], [[1e-15]])
+    assert [line.get_ydata().tolist() for line in lines_of(times, "D")] == [[5.0] * 3, [5.0]]
+    assert picture.title(asked, None, {}) == "What is asked for is reached, or refused"
+    assert "Hollow: refused" in picture.describe(asked, None, {})
+    answer = asked_answer(asked)
+    assert answer.lead == "Asking for less saves nothing."
+    assert answer.rest == (
+        "The true error is at most 3.2 × 10⁻¹³; the estimate makes a call 2.5 times as long."
+    )
+    asked["asked_steps"][0, 0] = 60.0
+    assert asked_answer(asked).lead == "Newmark's method is taken where it is enough."
+    asked["asked_error"][0, 2] = 1e-8
+    assert picture.title(asked, None, {}) == "Asked, estimated and reached"
+
+
+def is_hollow(line) -> bool:
+    return line.get_markerfacecolor() == "white"
+
+
+def test_every_number_of_a_sentence_is_in_the_data(work_precision, one, asked):
+    for dataset in (work_precision, one, asked):
+        given = answers_of_scenes({"scene": dataset})["scene"]
+        time = dataset["time_per_period"].values[0]
+        ratios = [
+            time[3].min() / time[2, 0],
+            10 ** np.log(16) / 1,
+            (16) ** (1 / np.log10(256)),
+            2.5,
+        ]
+        texts = [f"{answer.lead} {answer.rest}" for answer in given]
+        assert missing([*texts, title_of(dataset)], dataset, ratios) == []
+        for text in texts:
+            assert len(numbers_in(text)) <= 2, text
+
+
+def test_both_pictures_can_be_chosen_and_time_over_error_is_the_default():
+    assert Scene("accuracy").figure.chosen() == ()
 
 
 def test_two_runs_of_the_drawing_give_the_same_bytes(work_precision, tmp_path):
@@ -100,37 +207,3 @@ def test_two_runs_of_the_drawing_give_the_same_bytes(work_precision, tmp_path):
                 [path.read_bytes() for path in save(figure, tmp_path / folder, "work_precision")]
             )
     assert written[0] == written[1]
-
-
-def test_the_conclusion_comes_from_the_data(work_precision):
-    text = conclusion(work_precision)
-    assert "The exact method has a median error of 1 × 10⁻¹⁴ (largest: 1 × 10⁻¹⁴, plain)" in text
-    assert "takes 100 ns per forcing period (median)" in text
-    assert "newmark 51 (2 motions)" in text
-    assert "RK45 2 × 10³ (1 motion)" in text
-    assert "crude 1.0 (from 1.0 to 1.0) and newmark 2.0 (from 2.0 to 2.0)" in text
-    assert "RK45 does not finish on with chatter, at every tested setting." in text
-
-
-def test_another_race_draws_another_conclusion(work_precision):
-    work_precision["time_per_period"][:, 2] = 1e7
-    work_precision["outcome"][:, 0] = Outcome.MISSED_IMPACT
-    text = conclusion(work_precision)
-    assert "faster than exact: RK45 on plain, newmark on plain and newmark on with chatter" in text
-    assert "crude misses impacts, at every tested setting" in text
-    assert "crude 1.0" not in text
-
-
-def test_a_race_without_the_exact_method_compares_with_nothing(work_precision):
-    text = conclusion(work_precision.isel(method=[0, 1]))
-    assert "exact" not in text
-    assert "newmark 2.0" in text
-
-
-def test_a_race_that_nobody_finished_can_be_drawn(work_precision):
-    work_precision["outcome"][:] = Outcome.DID_NOT_END
-    for name in work_precision.data_vars:
-        if str(name).startswith(("error", "time")):
-            work_precision[name][:] = np.nan
-    assert "finished none" in conclusion(work_precision)
-    draw("accuracy", work_precision)

@@ -59,6 +59,8 @@ def test_data_depend_on_motions_and_settings(study):
         ("methods: [newmark, RK46]", None, ", got 'RK46'"),
         ("methods: [exact, exact]", None, "scenes.race.methods: must have each name once, got exact, exact"),
         ("tolerances: [0]", None, "tolerances[0]"),
+        ("accuracies: [1e-16]", None, "accuracies[0]"),
+        ("accuracies: [1e-3, 0.001]", None, "accuracies: must have each name once"),
         ("steps_per_period: [1.5]", None, "a whole number from 1"),
         ("repeats: 0", None, "scenes.race.repeats"),
         ("repeat: 3", None, "did you mean 'repeats'?"),

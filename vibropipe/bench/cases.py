@@ -14,9 +14,10 @@ import numpy as np
 
 from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target
 from vibropipe.bench.textbook import textbook
+from vibropipe.lab.motion_reference import MotionReference
 from vibropipe.lab.simulate_rows import march_rows
 from vibropipe.lab.timing import repeated
-from vibropipe.lab.work_precision import MotionReference, build, build_method
+from vibropipe.lab.work_precision import build, build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.branch import branch

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from decimal import Decimal
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,21 +17,15 @@ import numpy as np
 
 from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab import work_precision_methods as own_methods
+from vibropipe.lab.asked_accuracy import ask
+from vibropipe.lab.motion_reference import ERRORS, MotionReference
 from vibropipe.lab.peers.heyoka import heyoka_peer
-from vibropipe.lab.peers.recorder import is_installed
 from vibropipe.lab.peers.solve_ivp import scipy_peer
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
-from vibropipe.lab.reference_solver import ReferenceSolver, period_of
+from vibropipe.lab.peers.solve_nivp import is_for_nivp, nivp_peer
 from vibropipe.lab.timing import Timer, time_in_rounds
-from vibropipe.lab.work_precision_methods import (
-    SAMPLES,
-    BenchmarkMotion,
-    Candidate,
-    MethodResult,
-    effects_of_motion,
-)
-from vibropipe.solve.accuracy.motion_errors import match_contacts
-from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome
+from vibropipe.lab.work_precision_methods import BenchmarkMotion, Candidate
+from vibropipe.physics.load_steps import MAX_TABLE
+from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome, is_installed
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
@@ -40,12 +33,8 @@ from vibropipe.words.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
-HARMONICS = 4
-# Impacts slower than this fraction of the largest velocity count as chatter, in which methods need not agree.
-SLOW_IMPACT_RATIO = 0.05
 # Steps of a motion above which a method of this package is not tried: at some ns per step, a run takes 0.1 s.
 MAX_STEPS = 20_000_000
-ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
 WORK = ("work_steps", "work_evaluations", "work_iterations")
 TIMES = ("time_per_period", "time_per_period_low", "time_per_period_high")
 
@@ -58,81 +47,11 @@ class Entry(NamedTuple):
     value: float
 
 
-class MotionReference:
-    """The 40-digit reference of one motion, and the errors of results against it."""
-
-    def __init__(self, motion: BenchmarkMotion) -> None:
-        motion = motion.about_equilibrium()
-        self.motion, period = motion, period_of(motion.exciter.nu)
-        start = period * (motion.periods - 1)
-        times = [start + period * k / SAMPLES for k in range(SAMPLES + 1)]
-        states, impacts = reference_motion(motion, times)
-        self.samples, self.end = states[:-1, 0], states[-1]
-        self.speed = max(np.abs(states[:, 1]).max(), np.abs(impacts[:, 2]).max(initial=0.0))
-        self.size = np.abs(states[:, 0]).max()
-        is_fast = np.abs(impacts[:, 2]) > SLOW_IMPACT_RATIO * self.speed
-        self.tau, self.support, self.velocity = impacts[is_fast].T
-
-    def errors(self, result: MethodResult) -> tuple[Outcome, list[float]]:
-        """Return the outcome and the errors of a result.
-
-        Parameters
-        ----------
-        result : MethodResult
-            Result of a method on the motion.
-
-        Returns
-        -------
-        outcome : Outcome
-            Outcome of the method; MISSED_IMPACT if it lacks an impact of the reference.
-        errors : list of float
-            ERRORS: of displacement and velocity, relative to their largest magnitudes in the last period and at
-            impacts; of impact times, relative to the forcing period; of harmonics. nan where not comparable.
-        """
-        if result.outcome == Outcome.DID_NOT_END:
-            return result.outcome, [math.nan] * len(ERRORS)
-        end_error = np.abs(np.array(result.end) - self.end) / (self.size, self.speed)
-        harmonics = np.abs(np.fft.rfft(result.samples - self.samples)[:HARMONICS]) * 2 / SAMPLES
-        outcome, tau_error, speed_error = result.outcome, math.nan, math.nan
-        if self.tau.size:
-            is_fast = np.abs(result.impact_velocity) > 0.5 * SLOW_IMPACT_RATIO * self.speed
-            tau, support = result.impact_tau[is_fast], result.impact_support[is_fast]
-            partners = match_contacts(self.tau, self.support, tau, support)
-            if any((support == number).sum() < (self.support == number).sum() for number in (1, 2)):
-                outcome = max(outcome, Outcome.MISSED_IMPACT)
-            if (partners >= 0).all():
-                tau_error = np.abs(tau[partners] - self.tau).max() / self.motion.exciter.period
-                speed_error = (
-                    np.abs(result.impact_velocity[is_fast][partners] - self.velocity).max()
-                    / self.speed
-                )
-        errors = end_error.max(), tau_error, speed_error, harmonics.max() / self.size
-        return outcome, [float(error) for error in errors]
-
-
-def reference_motion(
-    motion: BenchmarkMotion, times: Sequence[Decimal]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return (x, x') at the times, and (tau, support, velocity) of impacts and beginnings of soft contacts."""
-    if effects_of_motion(motion).has_pieces:
-        pieces = PieceReferenceSolver(motion.exciter).run_pieces(motion.x0, motion.v0, times)
-        states = pieces.states
-        impacts = [
-            (tau, support, velocity)
-            for tau, kind, support, velocity in pieces.events
-            if kind in ("in", "impact")
-        ]
-    else:
-        exact_motion = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
-        states, impacts = exact_motion.states, [impact[:3] for impact in exact_motion.impacts]
-    return np.array(states, dtype=float), np.array(impacts, dtype=float).reshape(-1, 3)
-
-
 def entries(
     methods: Sequence[str], steps: Sequence[int], tolerances: Sequence[float]
 ) -> list[Entry]:
     """Return all settings of all methods."""
-    settings = {"crude": steps, "newmark": steps, "exact": [math.nan]}
+    settings = {"crude": steps, "newmark": steps, "solve_nivp": steps, "exact": [math.nan]}
     return [
         Entry(method, setting, float(value))
         for method in methods
@@ -144,8 +63,10 @@ def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidat
     """Return a method with its setting on a motion, or the outcome that states why it cannot run."""
     if method in OWN_METHODS and value * motion.periods > MAX_STEPS:
         return Outcome.NOT_TRIED
-    if method not in OWN_METHODS and not is_installed(method):
+    if not is_installed(method):
         return Outcome.NOT_INSTALLED
+    if method == "solve_nivp" and not is_for_nivp(motion, value):
+        return Outcome.NOT_TRIED
     return build(method, value, motion)
 
 
@@ -159,11 +80,13 @@ def build(method: str, value: float, motion: BenchmarkMotion) -> Candidate:
         return own_method(motion, int(value))
     if method == "heyoka":
         return heyoka_peer(motion, value)
+    if method == "solve_nivp":
+        return nivp_peer(motion, int(value))
     return scipy_peer(motion, method, value)
 
 
 def run_methods(
-    motion: BenchmarkMotion, listed: Sequence[Entry], repeats: int
+    motion: BenchmarkMotion, reference: MotionReference, listed: Sequence[Entry], repeats: int
 ) -> dict[Entry, dict[str, float]]:
     """Run each method on one motion.
 
@@ -171,6 +94,8 @@ def run_methods(
     ----------
     motion : BenchmarkMotion
         Motion to solve.
+    reference : MotionReference
+        Its reference.
     listed : sequence of Entry
         Methods with their settings.
     repeats : int
@@ -181,7 +106,7 @@ def run_methods(
     dict
         Outcome, errors, work and times of each entry, by the names of the dataset.
     """
-    reference, results, timers = MotionReference(motion), {}, {}
+    results, timers = {}, {}
     for entry in listed:
         candidate = build_method(entry.method, entry.value, motion)
         if isinstance(candidate, Outcome):
@@ -225,24 +150,24 @@ def solve_accuracy(
     methods: Sequence[str] = COMPARED_METHODS,
     steps: Sequence[int] = (16, 64, 256, 1024, 4096, 16384),
     tolerances: Sequence[float] = (1e-4, 1e-7, 1e-10),
-    peer_periods: int = 4,
+    accuracies: Sequence[float] = (),
     repeats: int = 7,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Measure error, run time and work of methods over (motion, method, setting).
+    """Measure error, run time and work of methods over (motion, method, setting), all over the same periods.
 
     Parameters
     ----------
     motions : mapping of str to BenchmarkMotion
         Motions by name.
     methods : sequence of str
-        Any of METHODS, each once.
+        Any of METHODS, each once; packages that are not installed are left out.
     steps : sequence of int
-        Steps per forcing period of crude and newmark.
+        Steps per forcing period of crude, newmark and solve_nivp.
     tolerances : sequence of float
-        Relative and absolute tolerances of the reference packages.
-    peer_periods : int
-        Largest number of forcing periods of a motion that reference packages solve.
+        Relative and absolute tolerances of the other packages.
+    accuracies : sequence of float
+        Accuracies that `simulate` is asked for on each motion.
     repeats : int
         Timings of each.
     progress : callable, optional
@@ -251,39 +176,58 @@ def solve_accuracy(
     Returns
     -------
     xarray.Dataset
-        Errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`,
-        `periods_run`. Only times differ from run to run with the same versions of the packages.
+        Errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`; of each
+        motion `periods_run` and `impacts_per_period`. With `accuracies`, those of `ask` over (motion, accuracy). Only
+        times differ from run to run with the same versions of the packages. The attribute `tabulated_steps` is the
+        largest number of steps per period whose force is read from a table: with more, a step costs several times as
+        much, since sine and cosine are computed in each.
     """
     import xarray as xr
 
+    methods = [m for m in methods if is_installed(m)]
     compile_methods(methods, motions.values())
     listed = entries(methods, steps, tolerances)
     dims = ("motion", "method", "setting")
     shape = (len(motions), len(methods), max(entry.setting for entry in listed) + 1)
     columns = {name: np.full(shape, np.nan) for name in (*ERRORS, *WORK, *TIMES)}
     columns["outcome"] = np.full(shape, Outcome.NOT_TRIED, np.int8)
-    values, periods = np.full(shape[1:], np.nan), np.zeros(shape[:2], np.int64)
-    run = 0
+    values = np.full(shape[1:], np.nan)
+    impacts, asked = [], []
     for i, motion in enumerate(motions.values()):
-        short = motion._replace(periods=min(motion.periods, peer_periods))
-        for solved, is_own in ((motion, True), (short, False)):
-            tried = [entry for entry in listed if (entry.method in OWN_METHODS) == is_own]
-            for entry, measured in run_methods(solved, tried, repeats).items():
-                index = (i, methods.index(entry.method), entry.setting)
-                values[index[1:]], periods[index[:2]] = entry.value, solved.periods
-                for name, value in measured.items():
-                    columns[name][index] = value
-            run += len(tried)
-            if progress is not None:
-                progress(run, len(motions) * len(listed))
+        reference = MotionReference(motion)
+        impacts.append(reference.tau.size / motion.periods)
+        for entry, measured in run_methods(motion, reference, listed, repeats).items():
+            index = (i, methods.index(entry.method), entry.setting)
+            values[index[1:]] = entry.value
+            for name, value in measured.items():
+                columns[name][index] = value
+        if accuracies:
+            asked.append(ask(motion, reference, accuracies, repeats))
+        if progress is not None:
+            progress((i + 1) * len(listed), len(motions) * len(listed))
     variables: dict[str, Any] = {name: (dims, column) for name, column in columns.items()}
-    variables |= {"setting_value": (dims[1:], values), "periods_run": (dims[:2], periods)}
-    coords = {**motion_coordinates(motions), "method": ("method", list(methods))}
+    variables |= {
+        "setting_value": (dims[1:], values),
+        "periods_run": ("motion", [motion.periods for motion in motions.values()]),
+        "impacts_per_period": ("motion", impacts),
+    }
+    coords = {**motion_coordinates(motions), "method": ("method", methods)}
+    if accuracies:
+        coords["accuracy"] = ("accuracy", np.array(accuracies, float))
+        for name in asked[0]:
+            column = np.array([each[name] for each in asked])
+            variables[name] = (("motion", "accuracy")[: column.ndim], column)
+        variables["asked_status"] = (
+            ("motion", "accuracy"),
+            variables["asked_status"][1].astype(np.int8),
+        )
     comment = (
-        "time_per_period* differ from run to run; all else is the same with the same versions of the "
-        "packages, since methods that do not end are stopped by their work, not by time"
+        "time_per_period*, asked_time* and plain_time* differ from run to run; all else is the same with the same "
+        "versions of the packages, since methods that do not end are stopped by their work, not by time"
     )
-    return describe(xr.Dataset(variables, coords, {"comment": comment}))
+    return describe(
+        xr.Dataset(variables, coords, {"comment": comment, "tabulated_steps": MAX_TABLE})
+    )
 
 
 def motion_coordinates(motions: Mapping[str, BenchmarkMotion]) -> dict[str, Any]:

@@ -17,6 +17,8 @@ from vibropipe.words.measurements import OWN_METHODS, Outcome
 
 # Seconds of the 40-digit reference for a motion and for each of its impacts.
 REFERENCE_SECONDS, REFERENCE_IMPACT_SECONDS = 5e-3, 7e-4
+# Seconds of a call of `simulate` beside the march, and marches of one that estimates its error.
+CALL_SECONDS, ASKED_RUNS = 2e-3, 6
 # Runs of a method of this package in addition to its timings: with samples, without, and to warm up.
 EXTRA_RUNS = 3
 # Seconds and work of a sampled run of a reference package; None if it is not installed.
@@ -28,14 +30,14 @@ def work_precision_seconds(
     methods: Sequence[str],
     steps: Sequence[int],
     tolerances: Sequence[float],
-    peer_periods: int,
+    accuracies: Sequence[float],
     repeats: int,
 ) -> float:
     """Estimate the CPU seconds of `solve_accuracy` with these arguments.
 
     Parameters
     ----------
-    motions, methods, steps, tolerances, peer_periods, repeats
+    motions, methods, steps, tolerances, accuracies, repeats
         As of `solve_accuracy`.
 
     Returns
@@ -57,17 +59,18 @@ def work_precision_seconds(
     samples = [sample_run(plain, entry) for entry in listed if entry.method not in OWN_METHODS]
     seconds = 0.0
     for motion, run, has_rest in zip(motions.values(), runs, has_rests, strict=True):
-        periods = min(motion.periods, peer_periods)
-        seconds += own_seconds(run, motion.periods, own, repeats) + reference_seconds(run, 1.0)
-        if samples:
-            seconds += reference_seconds(run, periods / motion.periods)
-        seconds += sum(peer_seconds(sample, periods, has_rest, repeats) for sample in samples)
+        seconds += own_seconds(run, motion.periods, own, repeats) + reference_seconds(run)
+        seconds += sum(
+            peer_seconds(sample, motion.periods, has_rest, repeats) for sample in samples
+        )
+        call = CALL_SECONDS + ASKED_RUNS * least_cost(1, motion.periods, run) * 1e-9
+        seconds += len(accuracies) * (call + expected_timing(call, repeats))
     return seconds
 
 
-def reference_seconds(run: MotionResult, fraction: float) -> float:
-    """Return the seconds of the reference on a fraction of a motion; closed forms need no time for impacts."""
-    impacts = fraction * run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
+def reference_seconds(run: MotionResult) -> float:
+    """Return the seconds of the reference of a motion; closed forms need no time for impacts."""
+    impacts = run.contacts["impact_tau"].size if run.counts[STEPS] > 0 else 0.0
     return REFERENCE_SECONDS + REFERENCE_IMPACT_SECONDS * impacts
 
 

@@ -17,7 +17,7 @@ class Recomputed(NamedTuple):
     not_compared: str = ""
 
 
-TIMES = ("time_", "kernel_time", "target_ratio", "target_met")
+TIMES = ("time", "asked_time", "plain_time")
 TIMES_NOT_COMPARED = "times, which differ from run to run"
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from vibropipe.lab.work_precision_methods import (
     MethodResult,
     failed,
 )
-from vibropipe.words.measurements import SCIPY, Outcome
+from vibropipe.words.measurements import Outcome
 
 # Largest work per forcing period: evaluations of the equation, or steps of heyoka. It is counted, not timed, so that
 # the same runs are stopped on every machine.
@@ -32,12 +30,6 @@ OFFSET = 1e-14
 
 class WorkError(Exception):
     """The work that a run may do is used up."""
-
-
-@cache
-def is_installed(method: str) -> bool:
-    """Return whether the package of a method is installed."""
-    return importlib.util.find_spec("scipy" if method in SCIPY else method) is not None
 
 
 def sample_times(motion: BenchmarkMotion) -> np.ndarray:

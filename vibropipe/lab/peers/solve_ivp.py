@@ -83,18 +83,28 @@ def pass_event(recorder: Recorder, event: str, tau: float, state: np.ndarray) ->
 
 
 def solve_by_scipy(
-    motion: BenchmarkMotion, method: str, tolerance: float, *, timed: bool = False
+    motion: BenchmarkMotion,
+    method: str,
+    tolerance: float,
+    *,
+    timed: bool = False,
+    recorder: Recorder | None = None,
+    longest: float = math.inf,
 ) -> MethodResult:
     """Solve one motion by solve_ivp.
 
-    `timed` leaves out samples and the limit of work, which a user would not have either.
+    `timed` leaves out samples and the limit of work, which a user would not have either; `recorder` takes the impacts;
+    `longest` is the longest step.
     """
     from scipy.integrate import solve_ivp
 
-    exciter, recorder = motion.exciter, Recorder(motion, bounded=not timed)
+    exciter = motion.exciter
+    if recorder is None:
+        recorder = Recorder(motion, bounded=not timed)
     nu, f, f2, phi2 = exciter.nu, exciter.f, exciter.f2, exciter.phi2
     stiffness, damping, constant = recorder.coefficients()
-    longest = exciter.period / STEPS_WITH_FRICTION if exciter.friction > 0.0 else math.inf
+    if exciter.friction > 0.0:
+        longest = min(longest, exciter.period / STEPS_WITH_FRICTION)
 
     def equation(tau: float, state: Any) -> Any:
         if not recorder.spend():

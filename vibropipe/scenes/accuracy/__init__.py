@@ -4,5 +4,10 @@ from vibropipe.scenes.accuracy.keys import CHECKS, AccuracyScene
 from vibropipe.scenes.kind import Kind
 
 KIND = Kind(
-    __name__, AccuracyScene, CHECKS, unit="runs", is_timed=True, packages=("scipy", "heyoka")
+    __name__,
+    AccuracyScene,
+    CHECKS,
+    unit="runs",
+    is_timed=True,
+    packages=("scipy", "heyoka", "solve_nivp"),
 )

@@ -6,27 +6,29 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.limits import STEPS_PER_PERIOD
+from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.values import Name, NumberRange
-from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod
+from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod, is_installed
 
 Methods = Annotated[list[ComparedMethod], Field(min_length=1), AfterValidator(each_once)]
 Steps = Annotated[int, NumberRange(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
+Accuracy = Annotated[float, NumberRange(*ACCURACY)]
+BY_STEPS = ("crude", "newmark", "solve_nivp")
 
 
 class AccuracyFigure(FigureOptions):
     """Options of the pictures of an accuracy scene."""
 
-    pictures: Annotated[
-        list[Literal["work_precision", "times"]], Field(min_length=1), AfterValidator(each_once)
-    ] = Field(
-        default=["work_precision", "times"],
-        description="Pictures: error against time for each motion, and the times to reach an accuracy.",
+    pictures: Annotated[list[Literal["work_precision", "asked"]], AfterValidator(each_once)] = (
+        Field(
+            default=[],
+            description="Pictures: time over error, and what is asked of the program and reached (default: what fits).",
+        )
     )
 
     show: Annotated[
@@ -49,18 +51,18 @@ class AccuracyScene(SetOfMotions):
     )
     methods: Methods = Field(
         default=list(COMPARED_METHODS),
-        description="Methods to compare; the last four are other packages.",
+        description="Methods to compare; the last five are of other packages, left out where not installed.",
     )
     steps_per_period: Annotated[list[Steps], Field(min_length=1)] = Field(
         default=[16, 64, 256, 1024, 4096, 16384],
-        description="Settings of crude and newmark: steps per forcing period.",
+        description="Settings of crude, newmark and solve_nivp: steps per forcing period.",
     )
     tolerances: Annotated[list[Tolerance], Field(min_length=1)] = Field(
         default=[1e-4, 1e-7, 1e-10],
         description="Settings of the other packages: relative tolerances.",
     )
-    peer_periods: Annotated[int, NumberRange(1, 10**6, whole=True)] = Field(
-        default=4, description="Maximum number of forcing periods for the other packages."
+    accuracies: Annotated[list[Accuracy], AfterValidator(each_once)] = Field(
+        default=[], description="Accuracies to ask of the program, on each motion."
     )
     repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(
         default=7, description="Number of timing rounds."
@@ -72,13 +74,13 @@ class AccuracyScene(SetOfMotions):
         return len(self.motions) * sum(len(self.settings(method)) for method in self.methods)
 
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
-        return ", ".join(self.methods)
+        return ", ".join(method for method in self.methods if is_installed(method))
 
     def settings(self, method: ComparedMethod) -> list[float]:
         """Return the settings of a method; the exact method has none, written as 0."""
         if method == "exact":
             return [0.0]
-        return [*(self.steps_per_period if method in COMPARED_METHODS[:2] else self.tolerances)]
+        return [*(self.steps_per_period if method in BY_STEPS else self.tolerances)]
 
 
 CHECKS = (Check((*EXCITER, ("motions",)), check_motions),)

@@ -1,85 +1,56 @@
-"""Part of the report on accuracy scenes: time of each method to reach an accuracy."""
+"""Part of the report on accuracy scenes: answers, the times to errors of one motion, and how it is measured."""
 
 from __future__ import annotations
 
-import numpy as np
-import xarray as xr
+from dataclasses import replace
 
-from vibropipe.figures.text import digits, format_number
-from vibropipe.report.findings import Finding
-from vibropipe.report.parts import answers_of, tables_of
-from vibropipe.report.section import Section
-from vibropipe.report.table import Datasets, Table, breakable
-from vibropipe.scenes.accuracy.summary import time_to_reach
-from vibropipe.scenes.accuracy.text import conclusions
+from vibropipe.report.exciter import side_of
+from vibropipe.report.parts import Answers, Line, Side
+from vibropipe.report.table import Datasets, Table
+from vibropipe.scenes.accuracy.asked import asked_answer, has_asked
+from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.measurements import Outcome
-
-NOT_REACHED = "not reached"
-MEDIAN_OF_ALL = "median of all"
-CAPTION = (
-    "Shortest time per forcing period (ns, one core), among the tested settings, with an error up to the column "
-    "heading; the error is the largest of end state, impact times, impact velocities and harmonics. A method that "
-    "reaches none is left out; in brackets: motions that reach an error, where not all do. Other packages run "
-    "over fewer periods (periods_run in the dataset)."
-)
 
 
-def work_precision_tables(datasets: Datasets) -> list[Table]:
-    """Return the table of each scene."""
-    return [work_precision_table(data) for data in datasets.values() if "setting_value" in data]
+def answers_of_scenes(datasets: Datasets) -> Answers:
+    """Return the answers of each scene."""
+    return {
+        label: [*([] if data["method"].size == 1 else answers(data)),
+                *([asked_answer(data)] if has_asked(data) else [])]
+        for label, data in datasets.items()
+    }  # fmt: skip
 
 
-def work_precision_table(dataset: xr.Dataset) -> Table:
-    """Return a table of the time to reach each accuracy, in ns per forcing period.
-
-    It has one row per motion and method that reaches any of them, then one row per installed method with the
-    median over the motions that reach the accuracy, and their number if not all do.
-    """
-    times = time_to_reach(dataset)
-    absent = (dataset["outcome"] == int(Outcome.NOT_INSTALLED)).any("setting").all("motion").values
-    methods = [(i, str(m)) for i, m in enumerate(dataset["method"].values) if not absent[i]]
-    rows = []
-    for motion, by_method in zip(dataset["motion"].values, times.values, strict=True):
-        for index, method in methods:
-            if np.isfinite(by_method[index]).any():
-                rows.append([breakable(str(motion)), method, *map(reached_text, by_method[index])])
-    for index, method in methods:
-        cells = [median_text(column) for column in times.values[:, index].T]
-        rows.append([MEDIAN_OF_ALL, method, *cells])
-    accuracies = [format_number(float(a), 1) for a in times["accuracy"].values]
-    widths = ("auto", "auto", *["1fr"] * len(accuracies))
-    return Table(["motion", "method", *accuracies], rows, CAPTION, widths, left=2)
+def tables(datasets: Datasets) -> list[Table]:
+    """Return the times to errors of each scene of one motion."""
+    found = ((label, times_table(data)) for label, data in datasets.items())
+    return [
+        replace(table, scene=label, picture="work_precision")
+        for label, table in found
+        if table is not None
+    ]
 
 
-def reached_text(time: float) -> str:
-    """Write a time in ns, or NOT_REACHED."""
-    return digits(float(time)) if np.isfinite(time) else NOT_REACHED
+def side(datasets: Datasets) -> Side:
+    """Return the numbers of the motion of the first scene, or the ranges of its motions."""
+    return side_of(dict(list(datasets.items())[:1]))
 
 
-def median_text(times: np.ndarray) -> str:
-    """Write the median of the finite times, with their number if some are not finite."""
-    finite = times[np.isfinite(times)]
-    if not finite.size:
-        return NOT_REACHED
-    text = digits(float(np.median(finite)))
-    return text if finite.size == times.size else f"{text} ({finite.size}/{times.size})"
-
-
-def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on the time to reach an accuracy."""
-    tables = work_precision_tables(datasets)
-    return [Section("Time to reach an accuracy", tables=tables)] if tables else []
-
-
-def findings(datasets: Datasets) -> list[Finding]:
-    """Return the conclusion of each scene."""
-    return [Finding(conclusions(dataset), name) for name, dataset in datasets.items()]
+def methods(datasets: Datasets) -> list[Line]:
+    """Return the lines on errors and times, and on other packages."""
+    timed = (
+        "CPU time of one core without compilation, median of rounds in which all methods take turns; errors: end state "
+        "and impact velocities over their sizes, impact times over the period, harmonics over the amplitude; impacts "
+        "slower than 5 % of the fastest are not compared"
+    )
+    return [Line("Measured", timed), Line("Others", packages_of(datasets.values()))]
 
 
 REPORT = ReportPart(
-    "Accuracy and time",
+    "Accuracy",
     "How long does a forcing period take, for the error that I accept?",
-    answers_of(findings),
-    tables_of(sections),
+    answers_of_scenes,
+    tables,
+    methods,
+    side,
 )

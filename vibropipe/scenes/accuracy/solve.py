@@ -28,6 +28,6 @@ def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:
         "methods": scene.methods,
         "steps": scene.steps_per_period,
         "tolerances": scene.tolerances,
-        "peer_periods": scene.peer_periods,
+        "accuracies": scene.accuracies,
         "repeats": scene.repeats,
     }

@@ -1,19 +1,20 @@
-"""Summary of work-precision data: time to reach an accuracy, orders of convergence, failures."""
+"""Summary of work-precision data: error of each run, time to an error, price of a digit."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.words.measurements import Outcome
 
-ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
-# Errors from which an order is fitted: smaller ones contain rounding, larger ones are not asymptotic.
-CLEAN = (1e-12, 5e-2)
-MIN_POINTS, MAX_POINTS = 3, 4
+# Largest error of a run that counts as having solved its motion at all.
+LARGEST_ERROR = 1.0
+
+Floats = NDArray[np.float64]
 
 
 def of_errors(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
@@ -42,58 +43,49 @@ def worst_error(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def succeeded(dataset: xr.Dataset) -> xr.DataArray:
-    """Return which runs finished with all impacts."""
-    return dataset["outcome"] == int(Outcome.OK)
+    """Return which runs finished with all impacts, and no error as large as the motion."""
+    return (dataset["outcome"] == int(Outcome.OK)) & (worst_error(dataset) < LARGEST_ERROR)
 
 
-def time_to_reach(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the shortest time per forcing period (ns) with an error of at most each of ACCURACIES.
+def curve(dataset: xr.Dataset, method: str) -> tuple[Floats, Floats]:
+    """Return errors and times (ns) of the successful runs of a method on one motion, in the order of its settings."""
+    one = dataset.sel({"method": method})
+    good = succeeded(one).values & np.isfinite(one["time_per_period"].values)
+    return worst_error_of(one)[good], one["time_per_period"].values[good]
 
-    The result is over (motion, method, accuracy); nan where no successful run is that accurate.
+
+def worst_error_of(one: xr.Dataset) -> Floats:
+    """Return the errors of a single motion and method."""
+    return np.asarray(worst_error(one).values, float)
+
+
+def time_to_error(error: Floats, time: Floats, wanted: float) -> float:
+    """Return the shortest time with an error, interpolated between settings on logarithmic axes; nan if none has it.
+
+    Between a setting that is not accurate enough and the next that is, error and time follow a power law.
     """
-    error, time = worst_error(dataset), dataset["time_per_period"]
-    least = [
-        time.where(succeeded(dataset) & (error <= accuracy)).min("setting")
-        for accuracy in ACCURACIES
-    ]
-    joined = xr.concat(least, xr.DataArray(list(ACCURACIES), dims="accuracy", name="accuracy"))
-    return joined.transpose("motion", "method", "accuracy")
+    reached = np.flatnonzero(error <= wanted)
+    if not reached.size:
+        return float("nan")
+    times = [float(time[reached].min())]
+    for k in reached[reached > 0]:
+        if error[k - 1] > wanted:
+            part = np.log(wanted / error[k - 1]) / np.log(error[k] / error[k - 1])
+            times.append(float(np.exp(np.interp(part, [0, 1], np.log(time[[k - 1, k]])))))
+    return min(times)
 
 
-def error_of_order(dataset: xr.Dataset) -> str:
-    """Return the error from which orders are fitted: that of the impact times, unless the data lack it."""
-    return "error_impact_tau" if "error_impact_tau" in dataset else errors_in(dataset)[0]
+def times_to_errors(dataset: xr.Dataset, wanted: Sequence[float]) -> dict[str, list[float]]:
+    """Return the time (ns) of each method to each error on one motion, nan where no setting has it."""
+    return {
+        str(method): [time_to_error(*curve(dataset, str(method)), error) for error in wanted]
+        for method in dataset["method"].values
+    }
 
 
-def orders(dataset: xr.Dataset) -> xr.DataArray:
-    """Return orders of convergence over (motion, method), fitted by least squares.
-
-    The fit uses the MAX_POINTS finest successful runs with an error within CLEAN. The result is nan for
-    fewer than MIN_POINTS of them and for methods with a tolerance. Without impacts, the error of the
-    end state is used, if the data have it.
-    """
-    values, setting = dataset[error_of_order(dataset)].values, dataset["setting_value"].values
-    if "error_end" in dataset:
-        values = np.where(np.isnan(values), dataset["error_end"].values, values)
-    good = succeeded(dataset).values & (values > CLEAN[0]) & (values < CLEAN[1])
-    order = np.full(values.shape[:2], np.nan)
-    for index in np.ndindex(order.shape):
-        kept = np.flatnonzero(good[index] & (setting[index[1]] > 1))[-MAX_POINTS:]
-        if kept.size >= MIN_POINTS:
-            steps, errors = np.log(setting[index[1]][kept]), np.log(values[index][kept])
-            order[index] = -np.polyfit(steps, errors, 1)[0]
-    return xr.DataArray(order, {n: dataset[n] for n in ("motion", "method")}, ("motion", "method"))
-
-
-def failures(dataset: xr.Dataset) -> dict[str, dict[Outcome, list[str]]]:
-    """Return {method: {outcome of its last setting: motions on which all its settings failed}}."""
-    methods: dict[str, dict[Outcome, list[str]]] = {}
-    for method in dataset["method"].values:
-        runs = dataset.sel({"method": method})["outcome"]
-        for motion in dataset["motion"].values:
-            codes = runs.sel(motion=motion).values
-            tried = codes[codes != Outcome.NOT_TRIED]
-            if tried.size and (tried != Outcome.OK).all():
-                outcome = Outcome(int(tried[-1]))
-                methods.setdefault(str(method), {}).setdefault(outcome, []).append(str(motion))
-    return methods
+def price_of_digit(error: Floats, time: Floats) -> float:
+    """Return how the time grows for a tenth of the error, from the first run to the last; nan without a trade."""
+    if error.size < 2 or not error[-1] < 0.1 * error[0]:
+        return float("nan")
+    digits = np.log10(error[0] / error[-1])
+    return float((time[-1] / time[0]) ** (1.0 / digits))

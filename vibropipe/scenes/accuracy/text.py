@@ -1,159 +1,254 @@
-"""Captions and conclusions from work-precision data."""
+"""Captions, answers and the table of work-precision data."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.accuracy.summary import (
-    ACCURACIES,
-    error_of_order,
-    errors_in,
-    failures,
-    of_errors,
-    orders,
-    succeeded,
-    time_to_reach,
-    worst_error,
+from vibropipe.figures.canvas import power
+from vibropipe.figures.text import sentences
+from vibropipe.report.parts import Answer
+from vibropipe.report.table import DASH, Table
+from vibropipe.scenes.accuracy.marks import (
+    NAMES,
+    capital,
+    error_text,
+    motion_title,
+    multiple_text,
+    time_text,
 )
-from vibropipe.words.measurements import Outcome
+from vibropipe.scenes.accuracy.summary import (
+    curve,
+    errors_in,
+    of_errors,
+    price_of_digit,
+    succeeded,
+    times_to_errors,
+)
+from vibropipe.words.measurements import OWN_METHODS, Outcome
 from vibropipe.words.wording import count, series
 
-# Texts for one method and for several.
-OUTCOME_TEXT = {
-    Outcome.MISSED_IMPACT: ("misses impacts", "miss impacts"),
-    Outcome.FELL_THROUGH: ("falls through a support", "fall through a support"),
-    Outcome.DID_NOT_END: ("does not finish", "do not finish"),
-    Outcome.NOT_INSTALLED: ("was not installed", "were not installed"),
-}
-# What an error is of.
 ERROR_TEXT = {
     "error_end": "end state",
     "error_impact_tau": "impact times",
     "error_impact_velocity": "impact velocities",
     "error_harmonics": "harmonics",
 }
-COARSE, FINE = ACCURACIES[1], ACCURACIES[3]  # accuracies at which times are compared
-
-
-def error_text(dataset: xr.Dataset, show: Collection[str]) -> str:
-    """Write which error is drawn, if it is not the largest of all."""
-    texts = [ERROR_TEXT[name] for name in errors_in(of_errors(dataset, show))] if show else []
-    return (
-        "error"
-        + (f" of {series(texts)}" if texts else "")
-        + (" (the largest)" if texts[1:] else "")
-    )
+# Errors of the table of times.
+WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
+TEN_DIGITS = 1e-10
 
 
 def left_out_text(dataset: xr.Dataset, show: Collection[str]) -> str:
     """Write which motions have no error that is drawn."""
     drawn = of_errors(dataset, show)["motion"].values
-    names = [str(n).replace("_", " ") for n in dataset["motion"].values if n not in drawn]
-    return f" Left out, without this error: {series(names)}." if names else ""
+    names = [motion_title(name) for name in dataset["motion"].values if name not in drawn]
+    return f"Left out, without this error: {series(names)}" if names else ""
+
+
+def compared_text(dataset: xr.Dataset, show: Collection[str]) -> str:
+    """Write which errors are compared."""
+    texts = [ERROR_TEXT[name] for name in errors_in(of_errors(dataset, show))]
+    return f"of {series(texts)}" if len(texts) == 1 else f"the largest of {series(texts)}"
 
 
 def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return the caption: what is plotted, then the conclusion."""
-    text, left_out = error_text(dataset, show).capitalize(), left_out_text(dataset, show)
-    dataset = of_errors(dataset, show)
-    return (
-        f"{text} against time per forcing period on one core, for "
-        f"{count(dataset.sizes['motion'], 'motion')}; numbers: orders of convergence; "
-        f"crosses: failed runs.{left_out} {conclusion(dataset)}"
-    )
+    """Return the caption: what is drawn."""
+    left_out = left_out_text(dataset, show)
+    shown = of_errors(dataset, show)
+    error = f"Error: {compared_text(dataset, show)}, against a solution of 40 digits"
+    if shown.sizes["motion"] == 1:
+        motion = motion_title(shown["motion"].values[0])
+        periods = count(int(shown["periods_run"][0]), "forcing period")
+        first = (
+            f"The motion of {motion}"
+            if motion.startswith("figure")
+            else motion[:1].upper() + motion[1:]
+        )
+        return sentences(
+            f"{first}, {periods} for every method; each point is a step or a tolerance",
+            error, steps_text(shown), left_out,
+        )  # fmt: skip
+    return sentences(
+        "Every method runs the same number of periods of a motion, and every motion strikes"
+        if bool((shown["impacts_per_period"] > 0).all())
+        else "Every method runs the same number of periods of a motion",
+        "Grey, with a cross: runs that miss an impact, pass through a support, or leave an error as large as the "
+        "motion, at the time that they took",
+        error, left_out,
+    )  # fmt: skip
 
 
-def conclusion(dataset: xr.Dataset) -> str:
-    """Return the conclusion from the data as one text."""
-    return sentences(*conclusions(dataset))
-
-
-def conclusions(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return the sentences of the conclusion: errors, times, orders of convergence and failures."""
-    return (
-        exact_text(dataset),
-        *(time_ratio_text(dataset, accuracy) for accuracy in (COARSE, FINE)),
-        order_text(dataset),
-        *failure_text(dataset),
-    )
-
-
-def exact_text(dataset: xr.Dataset) -> str:
-    """Write error and time of the exact method."""
-    if "exact" not in dataset["method"].values:
+def steps_text(dataset: xr.Dataset) -> str:
+    """Write why some runs of step methods are drawn apart, if there are any."""
+    limit = dataset.attrs.get("tabulated_steps")
+    names = [m for m in ("crude", "newmark") if m in dataset["method"].values]
+    settings = dataset["setting_value"].sel({"method": names}).values if names else np.empty(0)
+    if limit is None or not (settings > limit).any():
         return ""
-    one = dataset.sel({"method": ["exact"]})
-    errors, times = worst_error(one).values[:, 0, 0], one["time_per_period"].values[:, 0, 0]
-    good = succeeded(one).values[:, 0, 0] & np.isfinite(errors)
-    if not good.any():
-        return "The exact method finished none of the motions"
-    worst = int(np.nanargmax(np.where(good, errors, -1.0)))
     return (
-        f"The exact method has a median error of {format_number(float(np.median(errors[good])), 2)} (largest: "
-        f"{format_number(float(errors[worst]), 2)}, {motion_name(dataset, worst)}) and takes "
-        f"{format_number(float(np.median(times[good])), 3)} ns per forcing period (median)"
+        f"Hollow (*): above {limit:,} steps a period a step is dearer, since its force is computed in each and not "
+        "read from a table"
     )
 
 
-def motion_name(dataset: xr.Dataset, index: int) -> str:
-    """Return the name of a motion, without underscores."""
-    return str(dataset["motion"].values[index]).replace("_", " ")
-
-
-def time_ratio_text(dataset: xr.Dataset, accuracy: float) -> str:
-    """Write the times of the methods to reach an accuracy, relative to that of the exact method."""
+def answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return the answers of one scene."""
     if "exact" not in dataset["method"].values:
+        return []
+    found = one_motion(dataset.isel(motion=0)) if dataset.sizes["motion"] == 1 else several(dataset)
+    return [answer for answer in found if answer.lead]
+
+
+def one_motion(one: xr.Dataset) -> list[Answer]:
+    """Return what accuracy costs on one motion: by the exact method, by steps, by other packages."""
+    error, time = curve(one, "exact")
+    if not error.size:
+        return [Answer("The exact method does not solve this motion.")]
+    lead = f"Exact: {time_text(time[0])} a period, whatever the error."
+    return [
+        Answer(lead, in_that_time(one, time[0])),
+        price_of_steps(one),
+        price_of_packages(one, float(time[0])),
+    ]
+
+
+def in_that_time(one: xr.Dataset, time: float) -> str:
+    """Write what the crude method leaves in a time: the error of its finest run that takes no longer."""
+    if "crude" not in one["method"].values:
         return ""
-    times = time_to_reach(dataset).sel(accuracy=accuracy)
-    exact = times.sel({"method": "exact"}).values
-    ratios, faster = [], set[str]()
-    for method in dataset["method"].values:
-        other = times.sel({"method": method}).values
-        both = np.isfinite(exact) & np.isfinite(other)
-        if method == "exact" or not both.any():
-            continue
-        ratio = other[both] / exact[both]
-        indices = np.flatnonzero(both)[ratio < 1]
-        faster |= {f"{method} on {motion_name(dataset, int(index))}" for index in indices}
-        n_motions = count(int(both.sum()), "motion")
-        ratios.append(f"{method} {format_number(float(np.median(ratio)), 2)} ({n_motions})")
+    error, times = curve(one, "crude")
+    within = np.flatnonzero(times <= time)
+    if not within.size:
+        return ""
+    return f"In that time, {NAMES['crude']} leaves an error of {error_text(error[within[-1]])}."
+
+
+def price_of_steps(one: xr.Dataset) -> Answer:
+    """Return what Newmark's method asks for each digit, while its force is read from a table."""
+    if "newmark" not in one["method"].values:
+        return Answer("")
+    limit = one.attrs.get("tabulated_steps", np.inf)
+    cheap = one.isel(setting=~(one["setting_value"].sel({"method": "newmark"}).values > limit))
+    error, time = curve(cheap, "newmark")
+    factor = price_of_digit(error, time)
+    if not np.isfinite(factor):
+        return Answer("")
+    lead = f"Newmark's method: {multiple_text(factor)} times the time for each further digit."
+    return Answer(lead, f"The most accurate of these runs leaves {error_text(error.min())}.")
+
+
+def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
+    """Return how many times as long the fastest run of another package takes."""
+    ratios = {
+        str(m): curve(one, str(m))[1].min() / exact_time
+        for m in one["method"].values
+        if m not in OWN_METHODS and curve(one, str(m))[1].size
+    }
     if not ratios:
-        return f"No other method reaches an error of {format_number(accuracy, 1)}"
-    exceptions = f"; faster than exact: {series(sorted(faster))}" if faster else ""
-    return (
-        f"Time to reach an error of {format_number(accuracy, 1)} relative to the exact method (median over "
-        f"the motions that reach it): {series(ratios)}{exceptions}"
+        return Answer("")
+    name, least = min(ratios.items(), key=lambda item: item[1])
+    lead = f"{capital(NAMES[name])}: at least {multiple_text(least)} times as long."
+    others = [m for m in ratios if m != name]
+    verb = "takes" if len(others) == 1 else "take"
+    return Answer(lead, f"{names_text(others)} {verb} longer still." if others else "")
+
+
+def names_text(methods: Iterable[str]) -> str:
+    """Write the names of packages: scipy's once, for all its methods."""
+    names = [NAMES[m] for m in methods]
+    seen = False
+    for k, name in enumerate(names):
+        if name.startswith("scipy's "):
+            names[k] = name.removeprefix("scipy's ") if seen else name
+            seen = True
+    return series(names)
+
+
+def several(dataset: xr.Dataset) -> list[Answer]:
+    """Return on how many motions no other package ends a run; which methods are accurate says the title."""
+    return [Answer(lost_text(dataset))]
+
+
+def accurate_text(dataset: xr.Dataset) -> str:
+    """Write which methods reach ten digits on all motions."""
+    amount, reach = dataset.sizes["motion"], []
+    for method in map(str, dataset["method"].values):
+        best = [curve(dataset.isel(motion=k), method)[0].min(initial=np.inf) for k in range(amount)]
+        if max(best) <= TEN_DIGITS:
+            reach.append(method)
+    where = f"on all {amount} motions"
+    if reach == ["exact"]:
+        return f"Only the exact method reaches ten digits {where}"
+    if not reach:
+        return f"No method reaches ten digits {where}"
+    names = capital(series(NAMES[m] for m in reach))
+    return f"{names} {'reach' if len(reach) > 1 else 'reaches'} ten digits {where}"
+
+
+def lost_text(dataset: xr.Dataset) -> str:
+    """Write on how many motions no run of another package ends."""
+    peers = [str(m) for m in dataset["method"].values if m not in OWN_METHODS]
+    if not peers:
+        return ""
+    outcome = dataset["outcome"].sel({"method": peers}).values
+    tried = outcome != Outcome.NOT_TRIED
+    lost = int(
+        (
+            tried.any(axis=(1, 2)) & ~(tried & (outcome != Outcome.DID_NOT_END)).any(axis=(1, 2))
+        ).sum()
     )
+    amount = dataset.sizes["motion"]
+    return f"On {lost} of {amount} motions, no run of {names_text(peers)} ends." if lost else ""
 
 
-def order_text(dataset: xr.Dataset) -> str:
-    """Write the orders of convergence of the impact times, or of the error that stands for them."""
-    by_method, what = orders(dataset), ERROR_TEXT[error_of_order(dataset)]
+def packages_of(datasets: Iterable[xr.Dataset]) -> str:
+    """Write how other packages are used, those that were run."""
+    run = {str(m) for data in datasets for m in data["method"].values} - set(OWN_METHODS)
     texts = []
-    for method in dataset["method"].values:
-        values = by_method.sel({"method": method}).values
-        values = values[np.isfinite(values)]
-        if values.size:
-            low, middle, high = (float(q) for q in np.quantile(values, [0, 0.5, 1]))
-            texts.append(f"{method} {middle:.1f} (from {low:.1f} to {high:.1f})")
-    return f"Orders of convergence of the {what}: {series(texts)}" if texts else ""
+    if run & {"RK45", "DOP853", "Radau"}:
+        texts.append(
+            "`scipy`: `solve_ivp` with a terminal event for each support and a restart after it"
+        )
+    if "heyoka" in run:
+        texts.append("`heyoka`: the same with its own events")
+    if "solve_nivp" in run:
+        texts.append(
+            "`solve_nivp`: trapezoidal steps with both supports as constraints on the velocity"
+        )
+    stop = "a run is stopped after 10,000 evaluations a period"
+    return "; ".join([*texts, stop]) if texts else ""
 
 
-def failure_text(dataset: xr.Dataset) -> list[str]:
-    """Return a sentence on each way in which methods failed at every setting, with the motions."""
-    groups: dict[tuple[Outcome, tuple[str, ...]], list[str]] = {}
-    for method, outcomes in failures(dataset).items():
-        for outcome, motions in outcomes.items():
-            groups.setdefault((outcome, tuple(motions)), []).append(method)
-    texts = []
-    for (outcome, names), methods in groups.items():
-        everywhere = len(names) == dataset.sizes["motion"]
-        where = "" if everywhere else f" on {series(name.replace('_', ' ') for name in names)}"
-        text = OUTCOME_TEXT[outcome][len(methods) > 1]
-        setting = "" if outcome == Outcome.NOT_INSTALLED else ", at every tested setting"
-        texts.append(f"{series(methods)} {text}{where}{setting}")
-    return texts
+def title_of(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return what the picture shows, as a sentence."""
+    if "exact" not in dataset["method"].values:
+        return "Time over error"
+    if dataset.sizes["motion"] > 1:
+        return accurate_text(dataset)
+    _error, time = curve(dataset.isel(motion=0), "exact")
+    if not time.size:
+        return "Time over error"
+    return f"The exact method costs the same at every error: {time_text(time[0])} a period"
+
+
+def times_table(dataset: xr.Dataset) -> Table | None:
+    """Return the times to errors as multiples of the exact method's time; None without it, or for several motions."""
+    methods = dataset["method"].values
+    if dataset.sizes["motion"] != 1 or methods.size < 2 or "exact" not in methods:
+        return None
+    one = dataset.isel(motion=0)
+    _error, exact_time = curve(one, "exact")
+    if not exact_time.size:
+        return None
+    rows = []
+    for method, times in times_to_errors(one, WANTED).items():
+        if bool(succeeded(one.sel({"method": method})).any()):
+            cells = [multiple_text(t / exact_time[0]) if np.isfinite(t) else DASH for t in times]
+            rows.append([capital(NAMES[method]), *cells])
+    head = ["error at most", *(power(round(np.log10(error))) for error in WANTED)]
+    note = f"Interpolated between settings, on logarithmic axes. {DASH}: reached by no setting that was tried."
+    title = f"Time to an error, as multiples of {time_text(exact_time[0])}"
+    return Table(head, rows, note, ("1fr", *["2.2cm"] * len(WANTED)), title=title)

@@ -1,4 +1,4 @@
-"""Figure, caption and tables of timed scenes follow from the data."""
+"""Price list, answers and caption of timed scenes follow from the data."""
 
 from __future__ import annotations
 
@@ -6,79 +6,111 @@ import numpy as np
 import pytest
 import xarray as xr
 from drawing import draw, picture_of
+from figures.figure_text import words
+from sentence_numbers import missing, numbers_in
 
-from vibropipe.figures.style import house_style, save
-from vibropipe.scenes.accuracy.report import NOT_REACHED, work_precision_table
+from vibropipe.figures.canvas import MIN_TYPE
+from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, house_style, save
 from vibropipe.scenes.effects.pictures import describe_effects
-from vibropipe.scenes.effects.report import effect_table, findings
-from vibropipe.words.measurements import Outcome
+from vibropipe.scenes.effects.prices import prices
+from vibropipe.scenes.effects.report import answers_of_scenes, side
+from vibropipe.scenes.effects.text import title_of
 from vibropipe.words.vocabulary import describe
-
-DIMS = ("motion", "kernel")
 
 
 @pytest.fixture
 def costs() -> xr.Dataset:
-    """Three motions: the full one, one that misses its target, one that meets that against another."""
-    time = np.array([[400.0, 400, 400], [85, 100, 400], [40, 41, 400]])
-    ratio = time[:, :1] / time
+    """A motion, four with one thing more or less, and two rows; times of two timings differ by 2 %."""
+    names = ["plain", "offset", "friction", "chatter", "no_force", "row", "row_energy"]
+    ratio = np.array([1.01, 1.03, 39.2, 54.0, 0.05, 1.0, 1.62])
+    time = np.array([220.0, 227, 8624, 11880, 11, 7300, 11826])
     columns = {
-        f"kernel_time{s}": (DIMS, time * k) for s, k in (("", 1), ("_low", 0.9), ("_high", 1.1))
-    }
-    columns |= {
-        f"time_ratio{s}": (DIMS, ratio * k) for s, k in (("", 1), ("_low", 0.9), ("_high", 1.1))
-    }
-    measured = np.array([1.0, 0.85, 40 / 85])
-    columns |= {
-        f"target_ratio{s}": ("motion", measured * k) for s, k in (("", 1), ("_low", 0.9), ("_high", 1.1))
-    }  # fmt: skip
-    columns |= {
-        "bytes_per_row": (DIMS, np.array([[200.0, 200, 200], [50, 50, 200], [25, 25, 200]])),
-        "bytes_ratio": (DIMS, np.array([[1.0, 1, 1], [1, 1, 0.25], [1, 1, 0.125]])),
-        "target": ("motion", np.array([np.nan, 0.7, 0.5])),
-        "target_met": ("motion", np.array([2, 0, 1], np.int8)),
-        "target_against": ("motion", ["all effects", "all effects", "no_force"]),
-        "effects_present": (
-            "motion",
-            ["damping, forcing, support_1, support_2, restitution, rest", "damping, support_1", ""],
+        "time_per_unit": time,
+        "time_ratio": ratio,
+        "time_ratio_low": ratio * 0.99,
+        "time_ratio_high": ratio * 1.01,
+        "time_scatter": np.full(7, 0.02),
+        "impacts_per_period": np.array([2.0, 2, 2, 102, 2.3, 2, 2]),
+        "bytes_per_row": np.array([50.0, 50, 114, 2533, 57, 111, 151]),
+        "unit": np.array(["period"] * 5 + ["row"] * 2),
+        "compared_with": np.array(["plain"] * 5 + ["row"] * 2),
+        "group": np.array(["Motion", *["Physics"] * 3, "Less", *["Outputs"] * 2]),
+        "label": np.array(
+            ["the motion", "offset, 0.01", "dry friction, 0.1", "chatter", "no force: closed", "a row", "energy"]
         ),
-        "outputs_asked": ("motion", ["impacts", "impacts", "steady state"]),
-    }
-    coords = {"motion": ["full", "no_force", "bare"], "kernel": ["own", "all", "full"]}
-    return describe(xr.Dataset(columns, coords))
+        "nu": np.array([1.0, 1, 1, 0.3, 1, 1, 1]),
+        "f": np.full(7, -1.0),
+    }  # fmt: skip
+    data = {name: ("motion", values) for name, values in columns.items()}
+    return describe(xr.Dataset(data, {"motion": names}))
 
 
-def test_every_motion_has_a_row_and_every_target_a_bar(costs):
-    left, right = draw("effects", costs).axes
-    assert [text.get_text() for text in left.get_yticklabels()] == ["full", "no force", "bare"]
-    (bars,) = (c for c in left.collections if c.get_linewidth()[0] == 2)
-    assert [segment[0][0] for segment in bars.get_segments()] == [0.7, 0.5]
-    circles, squares, diamonds = (
-        next(line for line in left.lines if line.get_marker() == marker) for marker in "osD"
-    )
-    assert circles.get_xdata().tolist() == pytest.approx([1, 0.85, 40 / 41])
-    assert squares.get_xdata().tolist() == pytest.approx([1, 85 / 400, 0.1])
-    assert diamonds.get_xdata().tolist() == pytest.approx([40 / 85])
-    sizes = next(line for line in right.lines if line.get_marker() == "P")
-    assert sizes.get_xdata().tolist() == [200, 50, 25]
+def test_prices_are_in_words(costs):
+    assert [price.text for price in prices(costs)] == [
+        "nothing", "nothing", "39 times", "54 times", "1/20", "nothing", "1.6 times",
+    ]  # fmt: skip
+    costs["time_ratio"][4] = 0.61
+    assert prices(costs)[4].text == "0.61 of it"
 
 
-def test_words_come_from_the_data(costs):
-    text = describe_effects(costs)
-    assert text == (
-        "3 motions; 1 of 2 targets are met. Missed: no force (0.85 of the all-effects kernel, target 0.7)."
-    )
-    costs["target_met"][:] = [2, 1, 0]
-    text = describe_effects(costs)
-    assert "1 of 2 targets" in text
-    assert "bare (0.47 of no force, target 0.5)" in text
+def test_what_is_nothing_grows_with_the_scatter(costs):
+    costs["time_ratio"][1] = 1.08
+    assert not prices(costs)[1].is_nothing
+    costs["time_scatter"][:] = 0.04
+    assert prices(costs)[1].is_nothing
+    assert "“nothing”: within 9 %" in describe_effects(costs)
 
 
-def test_the_report_says_them_too(costs):
-    (found,) = findings({"law": xr.Dataset(), "costs": costs})
-    assert found.scene == "costs"
-    assert found.sentences[0] == describe_effects(costs)
-    assert findings({"law": xr.Dataset()}) == []
+def test_every_entry_is_a_bar_with_words_impacts_and_bytes(costs):
+    figure = draw("effects", costs)
+    (ax,) = figure.axes
+    # from 1; nothing has none
+    assert {bar.get_x() for bar in ax.patches} == {1.0}
+    ends = sorted(bar.get_x() + bar.get_width() for bar in ax.patches)
+    assert ends == pytest.approx([0.05, 1.62, 39.2, 54.0])
+    written = words(figure)
+    for text in ("Physics", "39 times", "1/20", "nothing", "102", "2,533", "1 = 0.22 µs a period"):
+        assert text in written
+    assert "1 = 7.3 µs a row" in written
+    assert "Motion" not in written  # that the others are compared with stands in the caption
+    assert "that of the motion and of a row" in describe_effects(costs)
+
+
+def test_the_answers_are_of_the_same_motion(costs):
+    physics, less, outputs = answers_of_scenes({"costs": costs})["costs"]
+    assert physics.lead == "Physics: dry friction 39 times."
+    assert physics.rest == "Offset costs nothing."
+    assert less.lead == "Less: nothing costs more."
+    assert outputs.lead == "Outputs: energy 1.6 times."
+    assert title_of(costs) == "Price list: dry friction and energy are dearest"
+    costs["time_ratio"][2] = 1.01
+    assert answers_of_scenes({"costs": costs})["costs"][0].lead == "Physics: nothing costs more."
+
+
+def test_every_number_of_a_sentence_is_in_the_data(costs):
+    texts = [f"{a.lead} {a.rest}" for a in answers_of_scenes({"costs": costs})["costs"]]
+    assert missing([*texts, title_of(costs)], costs) == []
+    assert max(len(numbers_in(text)) for text in texts) <= 2
+    # of the caption, all but what counts as nothing
+    assert missing([describe_effects(costs).replace("within 7 %", "")], costs) == []
+
+
+def test_the_numbers_beside_the_exciter_are_of_the_motion_of_the_others(costs):
+    assert [row.value for row in side({"costs": costs}).rows] == ["1", "−1"]
+
+
+def test_the_list_fits_a_page_and_no_type_is_too_small(costs):
+    many = costs.isel(motion=[0, 1, 2, 3, 4, 5, *[6] * 20])
+    figure = draw("effects", many)
+    width, height = figure.get_size_inches() * CM_PER_INCH
+    assert width == pytest.approx(PRINT_WIDTH_CM)
+    assert height < 15
+    with house_style():
+        figure.draw_without_rendering()
+    for text in figure.axes[0].texts:
+        assert text.get_fontsize() >= MIN_TYPE
+        assert text.get_window_extent().x0 >= -1
+        assert text.get_window_extent().x1 <= figure.bbox.x1 + 1
 
 
 def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):
@@ -88,42 +120,3 @@ def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):
             figure = picture_of("effects", costs).draw(costs, None, {})
             written.append([path.read_bytes() for path in save(figure, tmp_path / folder, "costs")])
     assert written[0] == written[1]
-
-
-def test_a_scene_without_targets_is_drawn(costs):
-    costs["target"][:], costs["target_met"][:], costs["target_against"][:] = (
-        np.nan,
-        2,
-        "all effects",
-    )
-    labels = [text.get_text() for text in draw("effects", costs).legends[0].get_texts()]
-    assert len(labels) == 2
-
-
-def test_the_table_tells_targets_and_verdicts(costs):
-    table = effect_table(costs).as_data()
-    rows = {row[0].replace("\u200b", ""): row[1:] for row in table["rows"]}
-    assert rows["full"][:2] == ["all", "impacts"]
-    assert rows["full"][-3:] == ["–", "–", "–"]
-    assert rows["no_force"][3] == "0.85 (0.765 to 0.935)"
-    assert rows["no_force"][-3:] == ["0.7 of all effects", "0.85 (0.765 to 0.935)", "missed"]
-    assert rows["bare"][0] == "–"
-    assert rows["bare"][-1] == "met"
-
-
-def test_the_table_of_work_precision_tells_times_and_what_is_not_reached(work_precision):
-    table = work_precision_table(work_precision).as_data()
-    assert table["head"][2:] == ["0.01", "0.0001", "1 × 10⁻⁶", "1 × 10⁻⁸", "1 × 10⁻¹⁰"]
-    rows = {(row[0].replace("\u200b", ""), row[1]): row[2:] for row in table["rows"]}
-    assert rows["plain", "exact"] == ["100"] * 5
-    # an error of 5/steps^2 at 16, 64 and 256 steps, 20 ns each
-    assert rows["plain", "newmark"] == ["1280", "5120", *[NOT_REACHED] * 3]
-    # a method that reaches none has no row of its motion, but one of the medians
-    assert ("with_chatter", "RK45") not in rows
-    assert rows["median of all", "RK45"][0] == "100000 (1/2)"
-    assert rows["median of all", "crude"] == ["640", *[NOT_REACHED] * 4]
-
-
-def test_a_method_that_is_not_installed_has_no_rows(work_precision):
-    work_precision["outcome"][:, 3] = Outcome.NOT_INSTALLED
-    assert all(row[1] != "RK45" for row in work_precision_table(work_precision).rows)

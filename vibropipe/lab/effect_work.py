@@ -1,4 +1,4 @@
-"""Timed work of effects and outputs: a motion or a row, with its own kernel and with the kernel of all effects."""
+"""Timed work of effects and outputs: a motion or a row, with its own kernel or with the kernel of all effects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vibropipe.lab.work_precision_methods import BenchmarkMotion, March, effects
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects, effects_of
+from vibropipe.physics.effects import Effects, all_effects, effects_of
 from vibropipe.solve.row_results import (
     ORBIT_LOG_CAPACITY,
     new_impact_buffer,
@@ -33,16 +33,18 @@ SAMPLES = 256
 class TimingCase(NamedTuple):
     """What is timed: a motion over its periods or, with `row`, the steady state that it settles to.
 
-    `outputs` of a motion: any of motion, impacts; of a row: any of harmonics, impacts, stability, energy. `against`
-    names the case whose time is the reference of the target ratio, "" for the all-effects kernel on the same motion.
-    `at_most` is the target, nan for none.
+    `outputs` of a motion: any of motion, impacts; of a row: any of a steady state's. `kernel`: "own", of the motion's
+    effects, or "all", of all effects. `against` names the case whose time is the 1 of its ratio, "" for
+    itself. `group`, `title`: words for readers.
     """
 
     motion: BenchmarkMotion
     row: bool = False
     outputs: tuple[str, ...] = ("impacts",)
+    kernel: str = "own"
     against: str = ""
-    at_most: float = math.nan
+    group: str = ""
+    title: str = ""
 
     @property
     def effects(self) -> Effects:
@@ -69,9 +71,6 @@ class TimedWork(NamedTuple):
     periods: int
     impacts: float
     rests: float
-
-
-Work = Callable[[TimingCase, BenchmarkMotion, Effects], TimedWork]
 
 
 def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> TimedWork:
@@ -123,30 +122,19 @@ def motion_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> 
     return TimedWork(repeated(solve), about.periods, 1, impact_tau.size / about.periods, 0.0)
 
 
-def kernel_calls(case: TimingCase) -> list[Callable[[], object]]:
-    """Return calls that compile each kernel of a case with a minimum of work."""
+def kernel_call(case: TimingCase) -> Callable[[], object]:
+    """Return a call that compiles the kernel of a case with a minimum of work."""
 
-    def call(work: Work, effects: Effects) -> None:
-        work(case, case.motion, effects).repeat(1)
+    def call() -> None:
+        timed_work(case).repeat(1)
 
-    own, reference = works_of(case)
-    return [partial(call, own, case.effects), partial(call, reference, case.all_effects)]
-
-
-def works_by_kernel(case: TimingCase, full: BenchmarkMotion) -> dict[str, TimedWork]:
-    """Return the work of a case for each kernel.
-
-    "own": the kernel of its effects, or a closed form where there is one; "all": the all-effects kernel on the same
-    motion, marched; "full": as "all", on the motion that contains all effects. Rows are solved as a sweep does.
-    """
-    own, reference = works_of(case)
-    return {
-        "own": own(case, case.motion, case.effects),
-        "all": reference(case, case.motion, case.all_effects),
-        "full": reference(case, full, ALL_EFFECTS),
-    }
+    return call
 
 
-def works_of(case: TimingCase) -> tuple[Work, Work]:
-    """Return the function of the work with a case's own kernel, and that with the kernel of all effects."""
-    return (row_work, row_work) if case.row else (motion_work, march_work)
+def timed_work(case: TimingCase) -> TimedWork:
+    """Return the work of a case by its kernel: in closed form where its own kernel has one; rows as a sweep does."""
+    is_own = case.kernel == "own"
+    effects = case.effects if is_own else case.all_effects
+    if case.row:
+        return row_work(case, case.motion, effects)
+    return (motion_work if is_own else march_work)(case, case.motion, effects)

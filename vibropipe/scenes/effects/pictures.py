@@ -1,140 +1,123 @@
-"""Cost of effects and outputs: ratios of run times, and stored bytes, in one row per motion."""
+"""Price list of effects and outputs: bars from 1, in words, with impacts and bytes beside."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import math
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from vibropipe.figures.style import (
-    BLACK,
-    GREY,
-    NEUTRAL,
-    SMALL_FONT_SIZE,
-    legend,
-    line_style,
-    new_figure,
-)
+from vibropipe.figures.canvas import BODY, SMALL, WHITE_GROUND, axes, new_canvas, ticks
+from vibropipe.figures.palette import BAND, GREY, HAIRLINE, INK, METHODS, SUPPORT_COLOURS
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.kind import Picture, showing
-from vibropipe.words.measurements import Passed
-from vibropipe.words.wording import count, series, share
+from vibropipe.scenes.effects.prices import Price, base_times, groups, largest_limit, prices
+from vibropipe.scenes.effects.text import title_of
+from vibropipe.scenes.kind import Picture
 
-ROW_CM = 0.62
-# Kernel of the dataset -> marker and legend text of its ratio.
-AGAINST: dict[str, tuple[str, str]] = {
-    "all": ("o", "all-effects kernel, same motion"),
-    "full": ("s", "all-effects kernel, motion with all effects"),
-}
-OFFSET = 0.22  # of a row, between kinds of ratios
-REFERENCE = ("D", "reference motion of the target")
-TARGET = "target (upper limit)"
-# Quantity of each panel -> its width, relative to the others.
-PANELS = {"time_ratio": 3, "bytes_per_row": 1}
+ROW_CM = 0.37
+MARGIN_CM = 0.65
+LEFT_CM, WIDTH_CM = 6.2, 7.7  # of the axes; words stand left of them, columns right
+DEARER, CHEAPER = SUPPORT_COLOURS[1], METHODS["newmark"].colour
+COLUMNS = (("impacts", 8.6), ("bytes", 9.8))  # right edges, in cm of the axes
 
 
-def draw_effects(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
-    """Draw ratios of run times with quartiles, targets as bars, and stored bytes, or one of both."""
-    names = [str(name).replace("_", " ") for name in dataset["motion"].values]
-    figure = new_figure(3.4 + ROW_CM * len(names))
-    widths = {name: width for name, width in PANELS.items() if name in (show or PANELS)}
-    row_of_axes = figure.subplots(
-        1, len(widths), sharey=True, squeeze=False, width_ratios=[*widths.values()]
-    )[0]
-    panels: dict[str, Axes] = dict(zip(widths, row_of_axes, strict=True))
-    for ax in panels.values():
-        for row in range(len(names)):
-            ax.axhline(row, color=NEUTRAL, linewidth=0.4, zorder=0)
-        ax.tick_params(axis="y", length=0)
-        ax.set_xscale("log")
-    if left := panels.get("time_ratio"):
-        handles = draw_ratios(left, dataset)
-        left.axvline(1.0, color=BLACK, linewidth=0.8, zorder=0)
-        left.set_xlabel("ratio of run times")
-        legend(figure, handles, "upper", "Run time of the specialised kernel relative to")
-    row_of_axes[0].set_yticks(range(len(names)), names, fontsize=SMALL_FONT_SIZE)
-    row_of_axes[0].set_ylim(len(names) - 0.4, -0.6)
-    if right := panels.get("bytes_per_row"):
-        sizes = dataset["bytes_per_row"].sel(kernel="own").values
-        right.plot(sizes, range(len(names)), "P", color=BLACK)
-        right.set_xlabel("bytes stored")
+def draw_effects(dataset: xr.Dataset) -> Figure:
+    """Draw the price list: a bar for each entry on a logarithmic scale, by groups."""
+    found = prices(dataset)
+    by_group = groups(found)
+    rows = sum(len(entries) + 1.4 for entries in by_group.values()) + 0.4
+    figure = new_canvas(rows * ROW_CM + MARGIN_CM)
+    ax = axes(figure, LEFT_CM, 0.1, WIDTH_CM, rows * ROW_CM)
+    drawn = [price for entries in by_group.values() for price in entries]
+    scale(ax, drawn, rows)
+    times, y = base_times(dataset), 0.45
+    for group, entries in by_group.items():
+        write_group(ax, y, group, *times[group])
+        y += 1.0
+        for price in entries:
+            draw_price(ax, y, price)
+            y += 1.0
+        y += 0.4
+    for title, right in COLUMNS:
+        at: dict[str, Any] = {"transform": ax.transAxes, "ha": "right", "va": "baseline"}
+        ax.text(
+            right / WIDTH_CM, 1.0 + 0.12 / (rows * ROW_CM), title, fontsize=SMALL, color=GREY, **at
+        )
     return figure
 
 
-def draw_ratios(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
-    """Draw the ratios of all motions and return the legend entries."""
-    handles = []
-    rows = np.arange(dataset.sizes["motion"])
-    for index, (kernel, (marker, text)) in enumerate(AGAINST.items()):
-        style = {"marker": marker, "color": line_style(index)["color"], "linestyle": "none"}
-        draw_spread(
-            ax, dataset.sel(kernel=kernel), "time_ratio", rows + OFFSET * (index - 1), style
-        )
-        handles.append(Line2D([], [], label=text, **style))
-    compared = dataset["target_against"].values != "all effects"
-    style = {"marker": REFERENCE[0], "color": line_style(2)["color"], "linestyle": "none"}
-    if compared.any():
-        draw_spread(
-            ax, dataset.isel(motion=compared), "target_ratio", rows[compared] + OFFSET, style
-        )
-        handles.append(Line2D([], [], label=REFERENCE[1], **style))
-    target = dataset["target"].values
-    has_target = np.isfinite(target)
-    if has_target.any():
-        at = rows[has_target]
-        ax.vlines(target[has_target], at - 0.4, at + 0.4, color=GREY, linewidth=2)
-        bar: dict[str, Any] = {"marker": "|", "markersize": 9, "markeredgewidth": 2.5}
-        handles.append(Line2D([], [], label=TARGET, color=GREY, linestyle="none", **bar))
-    return handles
+def scale(ax: Axes, drawn: list[Price], rows: float) -> None:
+    """Set the logarithmic scale of the ratios, with room for the words beside the longest bars."""
+    low = min([p.ratio for p in drawn] + [0.5])
+    high = max([p.ratio for p in drawn] + [2.0])
+    room = (high / low) ** 0.28
+    ax.set(xscale="log", xlim=(low / room, high * room), ylim=(rows, 0.0))
+    ax.spines[["left", "bottom"]].set_visible(False)
+    ax.xaxis.tick_top()
+    first, last = math.ceil(math.log10(low / room)), math.floor(math.log10(high * room))
+    powers = range(first, last + 1)
+    words = ["1" if n == 0 else f"{10**n:,}" if n > 0 else f"1/{10**-n:,}" for n in powers]
+    ticks(ax, "x", [10.0**n for n in powers], words)
+    ax.set_yticks([])
+    ax.tick_params(axis="x", which="both", length=0, labeltop=True)
+    ax.tick_params(axis="x", which="minor", labeltop=False)
+    for n in powers:
+        ax.axvline(10.0**n, color=BAND if n else INK, lw=0.5 if n else 0.6, zorder=0 if n else 5)
 
 
-def draw_spread(
-    ax: Axes, dataset: xr.Dataset, name: str, rows: np.ndarray, style: dict[str, Any]
-) -> None:
-    """Draw medians with quartiles."""
-    middle = dataset[name].values
-    spread = np.abs([dataset[f"{name}_{side}"].values - middle for side in ("low", "high")])
-    ax.errorbar(middle, rows, xerr=spread, elinewidth=0.8, **style)
+def write_group(ax: Axes, y: float, group: str, time: float, unit: str) -> None:
+    """Write the title of a group over a line, with the time that a ratio of 1 stands for."""
+    beside: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"}
+    ax.text(-LEFT_CM / WIDTH_CM, y, group, weight="bold", fontsize=BODY, zorder=7,
+            bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.1"}, **beside)  # fmt: skip
+    size = f"{format_number(float(f'{time / 1e3:.2g}'))} µs" if time >= 100 else f"{time:.2g} ns"
+    ax.text(
+        1.15, y, f"1 = {size} a {unit}", va="center", fontsize=SMALL, color=GREY,
+        bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.15"}, zorder=6,
+    )  # fmt: skip
+    ax.plot(
+        [-LEFT_CM / WIDTH_CM, COLUMNS[-1][1] / WIDTH_CM], [y + 0.5] * 2, color=HAIRLINE, lw=0.5,
+        transform=ax.get_yaxis_transform(), clip_on=False, zorder=1,
+    )  # fmt: skip
 
 
-def describe_effects(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return the caption: number of targets met, and measured ratios of those that are missed, or stored bytes."""
-    if show and "time_ratio" not in show:
-        return bytes_text(dataset)
-    met = dataset["target_met"].values
-    n_met, total = int((met == Passed.PASSED).sum()), int((met != Passed.NOT_ASKED).sum())
-    missed = [
-        missed_text(dataset.isel(motion=index))
-        for index in np.flatnonzero(met == Passed.NOT_PASSED)
-    ]
+def draw_price(ax: Axes, y: float, price: Price) -> None:
+    """Draw the bar of an entry with its quartiles, what it costs in words, and its impacts and bytes."""
+    beside: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"}
+    ax.text(-0.02, y, price.label, ha="right", fontsize=BODY, **beside)
+    for (_title, right), value in zip(COLUMNS, (price.impacts, price.bytes), strict=True):
+        text = f"{value:,.0f}" if value >= 100 else format_number(value, 2)
+        ax.text(right / WIDTH_CM, y, text, ha="right", color=GREY, fontsize=BODY, **beside)
+    wide = ax.get_xlim()[1] / ax.get_xlim()[0]
+    gap = wide**0.012
+    if price.is_nothing:
+        ax.plot([1, 1], [y - 0.31, y + 0.31], color=GREY, lw=2.4, solid_capstyle="butt", zorder=6)
+        ax.text(gap, y, price.text, va="center", color=GREY, fontsize=BODY)
+        return
+    colour = DEARER if price.ratio > 1.0 else CHEAPER
+    ax.barh(y, price.ratio - 1.0, left=1.0, height=0.62, color=colour, lw=0, zorder=2)
+    ax.plot([price.low, price.high], [y, y], color=INK, lw=0.6, zorder=4)
+    is_dear = price.ratio > 1.0
+    at = max(price.ratio, price.high) * gap if is_dear else min(price.ratio, price.low) / gap
+    ha = "left" if is_dear else "right"
+    ax.text(at, y, price.text, ha=ha, va="center", weight="bold", fontsize=BODY)
+
+
+def describe_effects(dataset: xr.Dataset) -> str:
+    """Return the caption: what the bars are relative to, and what counts as nothing."""
+    found = prices(dataset)
+    references = [price.label for price in found if price.is_reference]
+    limit = math.ceil(100 * largest_limit(found))
     return sentences(
-        f"{count(dataset.sizes['motion'], 'motion')}; {share(n_met, total, 'target')} met",
-        f"Missed: {series(missed)}" if missed else "",
+        f"Time of each entry over that of {' and of '.join(references)}: medians, and quartiles as lines"
+        if references
+        else "Time of each entry",
+        f"“nothing”: within {limit} %, of which the scatter of two times of the same is a part",
+        "Where the number of impacts differs, the motion is another one",
+        "Impacts: per forcing period; bytes: stored for a period, or for a row, before compression",
     )
 
 
-def bytes_text(dataset: xr.Dataset) -> str:
-    """Return the caption of the stored bytes alone: the fewest and the most."""
-    own = dataset["bytes_per_row"].sel(kernel="own")
-    least, most = (
-        f"{format_number(float(own[index]))} ({str(own['motion'].values[index]).replace('_', ' ')})"
-        for index in (int(own.values.argmin()), int(own.values.argmax()))
-    )
-    motions = count(dataset.sizes["motion"], "motion")
-    return sentences(f"Bytes stored of {motions}: from {least} to {most}")
-
-
-def missed_text(one: xr.Dataset) -> str:
-    """Write the measured ratio and the target of a motion."""
-    name, against = (str(one[key].item()).replace("_", " ") for key in ("motion", "target_against"))
-    reference = "the all-effects kernel" if against == "all effects" else against
-    ratio = format_number(float(one["target_ratio"]), 2)
-    return f"{name} ({ratio} of {reference}, target {format_number(float(one['target']), 3)})"
-
-
-PICTURES = (Picture("costs", draw_effects, describe_effects, keywords=showing),)
+PICTURES = (Picture("costs", draw_effects, describe_effects, titled=title_of),)

@@ -1,8 +1,7 @@
-"""Solution of effects scenes: each motion timed by several kernels."""
+"""Solution of effects scenes: each motion timed beside the one it is compared with."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -19,16 +18,16 @@ if TYPE_CHECKING:
 
 def solve(scene: EffectsScene, progress: Progress | None = None) -> xr.Dataset:
     """Time the motions of a scene; times differ from run to run."""
-    motions = {name: BenchmarkMotion(*start) for name, start in scene.starts().items()}
-    trials = {
-        name: TimingCase(
-            motions[name],
+    starts, group, cases = scene.starts(), "", {}
+    for name, timed in scene.motions.items():
+        group, reference = timed.group or group, scene.reference_of(name)
+        cases[name] = TimingCase(
+            BenchmarkMotion(*starts[name]),
             timed.of == "row",
             tuple(timed.outputs),
-            timed.against or "",
-            math.nan if timed.at_most is None else timed.at_most,
+            timed.kernel,
+            "" if reference == name else reference,
+            group,
+            timed.title,
         )
-        for name, timed in scene.motions.items()
-    }
-    dataset = solve_effects(trials, motions[scene.full], scene.repeats, progress)
-    return stored(dataset, scene.mass_and_stiffness)
+    return stored(solve_effects(cases, scene.repeats, progress), scene.mass_and_stiffness)

@@ -1,0 +1,113 @@
+"""Prices of effects and outputs: what a ratio of times means in words, and which costs most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
+
+# Deviation of a ratio from 1 that is nothing even without scatter: rounded to two digits the ratio is 1.0.
+LEAST = 0.05
+
+
+@dataclass(frozen=True)
+class Price:
+    """The price of one entry, relative to the time of another; `limit`: a deviation from 1 up to it is nothing.
+
+    `is_same_motion`: it has as many impacts per period as the other.
+    """
+
+    label: str
+    group: str
+    ratio: float
+    low: float
+    high: float
+    limit: float
+    impacts: float
+    bytes: float
+    time: float
+    unit: str
+    is_reference: bool
+    is_same_motion: bool
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether the ratio is 1 within the scatter."""
+        return abs(self.ratio - 1.0) <= self.limit
+
+    @property
+    def text(self) -> str:
+        """The price in words: nothing, 39 times, 0.64 of it, 1/20."""
+        if self.is_nothing:
+            return "nothing"
+        if self.ratio > 1.0:
+            return f"{ratio_text(self.ratio)} times"
+        return f"1/{1.0 / self.ratio:.0f}" if self.ratio < 0.2 else f"{self.ratio:.2g} of it"
+
+
+def ratio_text(ratio: float) -> str:
+    """Write a ratio to two digits."""
+    return f"{ratio:.0f}" if ratio >= 10 else format_number(float(f"{ratio:.2g}"), 2)
+
+
+def prices(dataset: xr.Dataset) -> list[Price]:
+    """Return the prices of a dataset, in its order."""
+    found = []
+    names = dataset["motion"].values.tolist()
+    for k, name in enumerate(names):
+        one = dataset.isel(motion=k)
+        other = float(dataset["impacts_per_period"][names.index(str(one["compared_with"].values))])
+        found.append(
+            Price(
+                label=str(one["label"].values),
+                group=str(one["group"].values),
+                ratio=float(one["time_ratio"]),
+                low=float(one["time_ratio_low"]),
+                high=float(one["time_ratio_high"]),
+                limit=LEAST + float(one["time_scatter"]),
+                impacts=float(one["impacts_per_period"]),
+                bytes=float(one["bytes_per_row"]),
+                time=float(one["time_per_unit"]),
+                unit=str(one["unit"].values),
+                is_reference=str(one["compared_with"].values) == name,
+                is_same_motion=abs(float(one["impacts_per_period"]) - other) <= 0.05 * other,
+            )
+        )
+    return found
+
+
+def groups(found: list[Price]) -> dict[str, list[Price]]:
+    """Return the prices by group, without the entries that others are compared with."""
+    by_group: dict[str, list[Price]] = {}
+    for price in found:
+        by_group.setdefault(price.group, [])
+        if not price.is_reference:
+            by_group[price.group].append(price)
+    return {group: entries for group, entries in by_group.items() if entries}
+
+
+def base_times(dataset: xr.Dataset) -> dict[str, tuple[float, str]]:
+    """Return the time (ns) that a ratio of 1 stands for, and of what, by group."""
+    names = dataset["motion"].values.tolist()
+    times: dict[str, tuple[float, str]] = {}
+    for k in range(len(names)):
+        one = dataset.isel(motion=k)
+        other = names.index(str(one["compared_with"].values))
+        if other != k:
+            time = float(dataset["time_per_unit"][other])
+            times.setdefault(str(one["group"].values), (time, str(one["unit"].values)))
+    return times
+
+
+def dearest(entries: list[Price]) -> list[Price]:
+    """Return the entries that add something to the same motion, the dearest first."""
+    dear = (p for p in entries if p.is_same_motion and not p.is_nothing and p.ratio > 1.0)
+    return sorted(dear, key=lambda price: -price.ratio)
+
+
+def largest_limit(found: list[Price]) -> float:
+    """Return the largest deviation that counts as nothing."""
+    return float(np.max([price.limit for price in found], initial=LEAST))

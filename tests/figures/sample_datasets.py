@@ -9,7 +9,7 @@ import xarray as xr
 
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.registry import kinds
-from vibropipe.words.measurements import Passed
+from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import REGIMES, describe
@@ -239,7 +239,72 @@ def hard_cases() -> xr.Dataset:
         "impacts": (grid, np.full((4, 3), 50)),
         "short_flight_motions": (grid, np.array([[0, 1, 0]] * 4)),
     }
+    data |= {
+        "case_group": ("case", np.array(["chatter", "contact", "labels", "contact"])),
+        "reason": (
+            "case",
+            np.array(["each flight rounded", "yes or no", "rounding times 10⁴", "yes or no"]),
+        ),
+        "group_known": ("group", np.array(["its series", "struck or not", "its law"])),
+    }
     names = ["chatter_complete", "start_on_support", "slow_drift", "grazing_free"]
-    coords = {"case": names, "solver": ["exact", "newmark 8", "newmark 60"]}
-    attrs = {"method": "exact, newmark 8, newmark 60 steps per forcing period"}
+    coords = {
+        "case": names,
+        "solver": ["exact", "newmark 8", "newmark 60"],
+        "group": ["chatter", "contact", "labels"],
+    }
+    attrs = {
+        "method": "exact, newmark 8, newmark 60 steps per forcing period",
+        "distinct_motions": 12,
+        "energy_steps": 60,
+        "steps": 1024,
+    }
     return describe(xr.Dataset(data, coords, attrs))
+
+
+def failures() -> xr.Dataset:
+    """Return hard cases with the four questions, each at two or three values: where common methods fail."""
+    ok, lost, ended, none = (
+        Outcome.OK, Outcome.MISSED_IMPACT, Outcome.DID_NOT_END, Outcome.NOT_TRIED,
+    )  # fmt: skip
+    nan = np.nan
+    methods = ["crude", "newmark", "DOP853", "DOP853_loose", "DOP853_short", "exact", "closed"]
+    energy = [
+        [1e-3, nan, nan], [1e-15, 1e-13, 2e-9], [1e-10, 1e-9, nan], [1e-5, 1e-3, nan], [nan] * 3,
+        [1e-15, 1e-14, 4.21e-10], [0.0, 0, 0],
+    ]  # fmt: skip
+    energy_outcome = [
+        [ok, ended, ended], [ok] * 3, [ok, ok, ended], [ok, ok, ended], [none] * 3, [ok] * 3, [ok] * 3,
+    ]  # fmt: skip
+    grazing = [
+        [1e-2, 0.9, nan], [1e-14, 1e-10, 1e-7], [1e-10, nan, nan], [nan] * 3, [1e-14, 1e-10, 1e-7],
+        [1e-14, 1e-10, 1e-7], [nan] * 3,
+    ]  # fmt: skip
+    grazing_outcome = [
+        [ok, ok, lost], [ok] * 3, [ok, lost, lost], [none] * 3, [ok] * 3, [ok] * 3, [none] * 3,
+    ]  # fmt: skip
+    chatter = [
+        [1e-2, nan], [3e-6, 3e-6], [0.023, 0.01], [nan] * 2, [nan] * 2, [1e-15, 2.24e-14], [nan] * 2,
+    ]  # fmt: skip
+    chatter_outcome = [
+        [ok, ended], [ok] * 2, [ended] * 2, [none] * 2, [none] * 2, [ok] * 2, [none] * 2,
+    ]  # fmt: skip
+    steps = np.full((7, 2), nan)
+    steps[:3], steps[5, 0] = [[16, 64], [16, 64], [6, 40]], 14
+    errors = np.full((7, 2), nan)
+    errors[:3], errors[5, 0] = [[0.4, 0.1], [3e-2, 2e-3], [3e-4, 1e-12]], 2e-15
+    data = {
+        "energy_error": (("method", "impact_count"), np.array(energy)),
+        "energy_outcome": (("method", "impact_count"), np.array(energy_outcome, np.int8)),
+        "grazing_error": (("method", "depth"), np.array(grazing)),
+        "grazing_outcome": (("method", "depth"), np.array(grazing_outcome, np.int8)),
+        "chatter_error": (("method", "restitution"), np.array(chatter)),
+        "chatter_outcome": (("method", "restitution"), np.array(chatter_outcome, np.int8)),
+        "step_count": (("method", "setting"), steps),
+        "step_error": (("method", "setting"), errors),
+    }
+    coords = {
+        "method": methods, "impact_count": [1, 10, 1_000_000], "depth": [1e-2, 1e-6, 1e-9],
+        "restitution": [0.1, 0.9],
+    }  # fmt: skip
+    return hard_cases().assign(describe(xr.Dataset(data, coords)).variables)

@@ -11,6 +11,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.lab.hard_cases import CASES, solve_hard_cases
 from vibropipe.lab.hard_cases.case import Bound, Case, Solver, evaluate_case, solvers
+from vibropipe.lab.hard_cases.groups import GROUPS, YES_OR_NO
 from vibropipe.words.measurements import Passed
 from vibropipe.words.regimes import Regime
 
@@ -41,8 +42,32 @@ def test_the_long_cases_are_passed_by_the_exact_method(name: str) -> None:
     assert evaluate_case(BY_NAME[name], Solver("exact")).passed is True
 
 
+def test_every_case_is_in_one_group_and_has_a_reason_for_its_bound() -> None:
+    listed = [name for group in GROUPS for name in group.reasons]
+    assert sorted(listed) == sorted(case.name for case in CASES)
+    for group in GROUPS:
+        assert group.known
+        for name, reason in group.reasons.items():
+            assert reason
+            assert (reason == YES_OR_NO) == (BY_NAME[name].bound.exact == 0.0)
+
+
+def test_a_motion_that_is_solved_twice_is_counted_once() -> None:
+    def measure(solver: Solver) -> float:
+        for tau_end in (1.0, 1.0, 2.0):
+            solver.motion(vp.Exciter(l=1.0), tau_end)
+        solver.solve_steady(vp.Exciter(l=1.0, nu=1.0, f=0.1, h=0.1))
+        return 0.0
+
+    twice = [Case(name, "", "", measure, Bound(0.0, 0.0)) for name in ("one", "two")]
+    dataset = solve_hard_cases(twice, solvers()[:1])
+    assert dataset.motions.values.tolist() == [[3], [3]]
+    assert dataset.attrs["distinct_motions"] == 3
+
+
 def test_the_dataset_reports_the_effort(results: Any) -> None:
-    assert results.sizes == {"case": len(SHORT), "solver": 4}
+    assert results.sizes == {"case": len(SHORT), "solver": 4, "group": len(GROUPS)}
+    assert results.group.values.tolist() == [group.title for group in GROUPS]
     assert list(results.solver.values) == ["exact", "newmark 8", "newmark 60", "newmark 2000"]
     assert len({case.name for case in CASES}) == len(CASES)
     assert (

@@ -105,7 +105,7 @@ def test_parameters_in_si_have_their_units(solved):
 
 def test_methods_and_provenance(data):
     lines = {line["name"]: line["text"] for line in data["methods"]}
-    assert list(lines) == ["About", "", "Compared with", "Solved by", "Model", "Again"]
+    assert list(lines) == ["About", "", "Compared with", "Known by", "Solved by", "Model", "Again"]
     assert (
         "differ from the exact motion of the same start by at most 0.001" in lines["Compared with"]
     )

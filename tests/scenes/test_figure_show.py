@@ -12,7 +12,6 @@ from pydantic import ValidationError
 from vibropipe.lab.hard_cases import solvers
 from vibropipe.scenes.accuracy.keys import AccuracyFigure
 from vibropipe.scenes.boundary.keys import BoundaryFigure
-from vibropipe.scenes.effects.keys import EffectsFigure
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import StudyError, load_study
@@ -26,7 +25,6 @@ OVER = "over: {x0: [0.1], v0: [0.1]}"
     ("scene", "allowed"),
     [
         (f"kind: accuracy, {MOTION}", "one of error_end, error_impact_tau, error_impact_velocity, error_harmonics"),
-        (f"kind: effects, {MOTION}", "time_ratio or bytes_per_row"),
         ("kind: hard_cases", "one of exact, newmark 8, newmark 60, newmark 2000"),
         (f"kind: basins, {OVER}", "attractor or periods_to_attractor"),
         ("kind: boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}", "one of grazing, fold, flip, pitchfork"),
@@ -82,7 +80,7 @@ def test_forces_are_drawn_in_curves_and_maps():
 
 def test_a_name_stands_once():
     with pytest.raises(ValidationError):
-        EffectsFigure(show=["time_ratio", "time_ratio"])
+        HardCasesFigure(show=["exact", "exact"])
 
 
 def test_the_solvers_of_hard_cases_can_be_shown():
@@ -93,63 +91,29 @@ def test_the_solvers_of_hard_cases_can_be_shown():
 def test_hard_cases_of_one_solver():
     options = HardCasesFigure(show=["newmark 8"])
     figure = draw("hard_cases", hard_cases(), options)
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["newmark 8"]
+    written = [text.get_text() for text in figure.axes[0].texts]
+    assert written == ["Newmark, 8 steps"]
     caption = picture_of("hard_cases", hard_cases()).describe(hard_cases(), options, {})
-    assert caption.startswith("4 cases by newmark 8, not passed: grazing_free. ")
+    assert "Cross: grazing free exceeds its bound" in caption
 
 
-def test_the_error_to_show_is_drawn_and_its_order_is_fitted(work_precision):
+def test_the_error_to_show_is_drawn_alone(work_precision):
     steps = work_precision["setting_value"].values[1]
-    work_precision["error_harmonics"][:, 1] = 7 / steps**3
+    work_precision["error_harmonics"][:, 1] = 7e-2 / steps**3
     work_precision["error_harmonics"][1] = np.nan
     options = AccuracyFigure(show=["error_harmonics"])
     figure = draw("accuracy", work_precision, options)
-    assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["plain"]
-    assert figure.axes[0].get_ylabel() == "error $e_A$"
-    drawn = [line.get_ydata() for line in figure.axes[0].lines if len(line.get_ydata()) == 3]
-    assert any(np.allclose(y, 7 / steps**3) for y in drawn)
-    work, times = (
-        picture_of("accuracy", work_precision, name).describe(work_precision, options, {})
-        for name in ("work_precision", "times")
-    )
-    assert work.startswith("Error of harmonics against time per forcing period on one core, for 1 ")
-    assert "Orders of convergence of the harmonics: crude 1.0" in work
-    assert "newmark 3.0" in work
-    for caption in (work, times):
-        assert "Left out, without this error: with chatter." in caption
+    drawn = [line.get_xdata() for line in figure.axes[0].lines if len(line.get_xdata()) == 3]
+    assert any(np.allclose(x, 7e-2 / steps**3) for x in drawn)
+    caption = picture_of("accuracy", work_precision).describe(work_precision, options, {})
+    assert "Error: of harmonics, against a solution of 40 digits." in caption
+    assert "Left out, without this error: with chatter." in caption
 
 
 def test_the_largest_of_several_errors_is_named(work_precision):
     options = AccuracyFigure(show=["error_end", "error_impact_tau"])
     caption = picture_of("accuracy", work_precision).describe(work_precision, options, {})
-    assert caption.startswith("Error of end state and impact times (the largest) against time")
-
-
-@pytest.fixture
-def costs() -> xr.Dataset:
-    """Return costs of two motions without targets."""
-    both, one = np.array([[400.0, 400], [100, 200]]), np.array([1.0, 0.5])
-    columns = {f"time_ratio{side}": (("motion", "kernel"), both) for side in ("", "_low", "_high")}
-    columns |= {f"target_ratio{side}": (("motion",), one) for side in ("", "_low", "_high")}
-    columns["bytes_per_row"] = (("motion", "kernel"), np.array([[200.0, 200], [50, 200]]))
-    columns |= {
-        "target": (("motion",), one * np.nan),
-        "target_met": (("motion",), np.array([2, 2], np.int8)),
-        "target_against": (("motion",), np.array(["all effects"] * 2)),
-    }
-    kernels = {"motion": ["full", "no_force"], "kernel": ["own", "all"]}
-    return describe(xr.Dataset(columns, kernels))
-
-
-def test_bytes_alone_are_drawn_with_a_caption_of_their_own(costs):
-    options = EffectsFigure(show=["bytes_per_row"])
-    figure = draw("effects", costs, options)
-    (ax,) = figure.axes
-    assert ax.get_xlabel() == "bytes stored"
-    assert not figure.legends
-    assert [text.get_text() for text in ax.get_yticklabels()] == ["full", "no force"]
-    caption = picture_of("effects", costs).describe(costs, options, {})
-    assert caption == "Bytes stored of 2 motions: from 50 (no force) to 200 (full)."
+    assert "Error: the largest of end state and impact times" in caption
 
 
 def boundaries() -> xr.Dataset:

@@ -1,43 +1,39 @@
-"""Figure and table of the hard cases: passed cases lie left of the line, and no check is missing."""
+"""Pictures, table and answers of the hard cases: what fails is drawn, and no check is missing."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from drawing import caption, draw
-from figures.sample_datasets import Scene, hard_cases
+from drawing import draw, picture_of
+from figures.figure_text import words
+from figures.sample_datasets import failures, hard_cases
+from sentence_numbers import missing, numbers_in
 
-from vibropipe.scenes.hard_cases.pictures import LEFT, RIGHT, shares
-from vibropipe.scenes.hard_cases.report import hard_case_table, verdict_summary
+from vibropipe.figures.canvas import MIN_TYPE
+from vibropipe.figures.style import house_style
+from vibropipe.scenes.hard_cases.keys import HardCasesFigure
+from vibropipe.scenes.hard_cases.pictures import shares, title_of_margins
+from vibropipe.scenes.hard_cases.report import answers_of, groups_table, side
+from vibropipe.words.measurements import Outcome
 
-
-@pytest.fixture(scope="module")
-def points():
-    """Return the points drawn, by solver: (x, y, whether filled)."""
-    ax = draw("hard_cases", hard_cases()).axes[0]
-    found: dict[str, list[tuple[float, float, bool]]] = {}
-    for line in ax.lines:
-        if line.get_linestyle() == "None":
-            filled = line.get_markerfacecolor() != "white"
-            places = zip(line.get_xdata(), line.get_ydata(), strict=True)
-            found.setdefault(line.get_marker(), []).extend((x, y, filled) for x, y in places)
-    return found
+ALL = HardCasesFigure(show=["exact", "newmark 8", "newmark 60"])
 
 
-def test_every_check_is_a_point_and_nothing_else_is(points):
-    assert {marker: len(drawn) for marker, drawn in points.items()} == {"o": 4, "s": 3, "D": 3}
-    for drawn in points.values():
-        for x, y, filled in drawn:
-            assert filled == (round(y) != 3)
-            assert filled == (x <= 1)
+def margins(dataset, options=ALL):
+    with house_style():
+        return picture_of("hard_cases", dataset, "margins").draw(dataset, options, {})
 
 
-def test_what_is_exactly_right_and_what_is_off_the_scale_are_drawn(points):
-    at = {(marker, round(y)): x for marker, drawn in points.items() for x, y, _ in drawn}
-    assert at["o", 1] == at["s", 1] == LEFT
-    assert at["s", 3] == at["D", 3] == at["o", 3] == RIGHT
-    assert at["o", 0] == pytest.approx(2e-3)
-    assert at["D", 0] == pytest.approx(0.8)
+def test_every_check_is_a_mark_and_nothing_else_is():
+    ax = margins(hard_cases()).axes[0]
+    drawn = [line for line in ax.lines if line.get_linestyle() == "None" and line.get_clip_on()]
+    marks = {
+        marker: sum(len(line.get_xdata()) for line in drawn if line.get_marker() == marker)
+        for marker in "Dosx"
+    }
+    assert marks == {"D": 3, "o": 2, "s": 2, "x": 3}
+    crosses = [x for line in drawn if line.get_marker() == "x" for x in line.get_xdata()]
+    assert min(crosses) > 1
 
 
 def test_shares_of_wrong_counts_and_of_no_numbers():
@@ -47,37 +43,97 @@ def test_shares_of_wrong_counts_and_of_no_numbers():
     assert found[3].tolist() == [500, np.inf, np.inf]
 
 
-def test_caption_names_what_is_not_passed():
-    assert caption(Scene("hard_cases"), hard_cases(), {}) == (
-        "4 cases, not passed: grazing_free. 4 of 24 motions had flights shorter than the step."
-    )
+def test_caption_and_title_say_what_is_not_passed():
+    picture = picture_of("hard_cases", hard_cases(), "margins")
+    text = picture.describe(hard_cases(), ALL, {})
+    assert text.startswith("A mark for each of 4 cases and method.")
+    assert "Cross: grazing free exceeds its bound." in text
+    assert title_of_margins(hard_cases()) == "One case of 4 exceeds its bound"
     good = hard_cases().isel(case=slice(3))
-    assert caption(Scene("hard_cases"), good, {}).startswith("3 cases, all passed.")
+    assert title_of_margins(good) == "No case of 3 exceeds its bound"
+    assert "Cross" not in picture.describe(good, ALL, {})
 
 
-def test_the_page_has_a_row_per_case_with_its_verdicts():
-    table = hard_case_table(hard_cases())
-    assert table.head == [
-        "case",
-        "description",
-        "known property",
-        "exact",
-        "newmark 8",
-        "newmark 60",
-        "passed",
+def test_the_table_has_a_row_for_each_group_with_its_worst_case():
+    table = groups_table("hard", hard_cases())
+    assert [row[0] for row in table.rows] == ["chatter", "contact", "labels"]
+    chatter, contact, labels = table.rows
+    assert chatter == ["chatter", "its series", "each flight rounded", "2", "2 × 10⁻¹⁵", "10⁻¹²"]
+    # the case that is furthest beyond its bound
+    assert contact == ["contact", "struck or not", "yes or no", "4", "0.5", "0.001"]
+    assert labels[4:] == ["3 × 10⁻¹¹", "10⁻⁹"]
+    assert table.title == "4 cases in 3 groups"
+    assert "12 in all differ" in table.note
+    good = groups_table("hard", hard_cases().isel(case=slice(3)))
+    assert good.title.endswith("nothing is missed, every bound is kept")
+    assert good.rows[1][4:] == ["0 wrong", "–"]
+
+
+def test_what_fails_is_a_cross_in_the_band():
+    dataset = failures()
+    figure = draw("hard_cases", dataset)
+    energy, grazing, chatter, step = figure.axes
+    crosses = [line for line in grazing.lines if line.get_marker() == "x"]
+    assert [line.get_xdata().tolist() for line in crosses] == [[1e-9], [1e-6, 1e-9]]
+    assert all(min(line.get_ydata()) > 10 for line in crosses)
+    rest = [line for line in chatter.lines if line.get_marker() == "x"]
+    assert [len(line.get_xdata()) for line in rest] == [1, 2]
+    ends = [line for line in energy.lines if line.get_marker() in ("x", "|")]
+    assert [line.get_xdata().tolist() for line in ends] == [[1], [10], [10]]
+    assert step.get_xlabel() == "steps per forcing period"
+    for text in ("missed", "no rest", "DOP853: stuck, up to 2.3 % early", "exact: no step"):
+        assert text in words(figure)
+
+
+def test_the_answers_say_where_common_methods_fail():
+    found = answers_of(failures())
+    assert [answer.lead for answer in found] == [
+        "Grazing: every impact is found, down to a depth of 10⁻⁹.",
+        "Chatter: its end is found to 2.3 × 10⁻¹⁴, for a restitution up to 0.9.",
+        "A million impacts: the energy is off by 4.3 × 10⁻¹⁰ if marched.",
     ]
-    chatter, start, drift, graze = table.rows
-    assert chatter[1:3] == ["chatter, R = 0.5", "its series"]
-    assert chatter[3] == "2 × 10⁻¹⁵ ≤\u00a010⁻¹²"
-    assert start[3:] == ["0", "0", "0", "passed"]
-    assert drift[3:] == ["3 × 10⁻¹¹ ≤\u00a010⁻⁹", "–", "–", "passed"]
-    assert graze[3:] == [
-        "not passed: 0.5 >\u00a00.001",
-        "not passed: ∞ >\u00a01",
-        "not passed: 1 >\u00a00",
-        "0 of 3",
-    ]
-    assert verdict_summary({"hard": hard_cases()}).startswith(
-        "7 of 10 checks are passed, over 24 motions with 600 impacts."
+    assert (
+        found[0].rest == "DOP853 with events misses 2 of them, and none once its steps are short."
     )
-    assert verdict_summary({}) == ""
+    assert found[1].rest.startswith("DOP853 with events never comes to rest")
+    assert "does not drift" in found[2].rest
+    assert missing([f"{a.lead} {a.rest}" for a in found], failures(), [2.0]) == []
+    assert max(len(numbers_in(f"{a.lead} {a.rest}")) for a in found) <= 2
+
+
+def test_the_answers_follow_the_data():
+    worse = failures()
+    worse["grazing_outcome"][5, 2] = Outcome.MISSED_IMPACT
+    worse["chatter_outcome"][5, 1] = Outcome.DID_NOT_END
+    worse["energy_error"][6, :] = 1e-9
+    leads = [answer.lead for answer in answers_of(worse)]
+    assert leads[0] == "Grazing: the exact method misses 1 of 3 impacts."
+    assert leads[1] == "Chatter: its end is not found for every restitution."
+    assert answers_of(worse)[2].rest == ""
+    title = picture_of("hard_cases", worse).title(worse, None, {})
+    assert title == "Common methods and the exact one: energy, grazing, chatter and step"
+
+
+def test_a_scene_without_questions_answers_with_its_cases():
+    (answer,) = answers_of(hard_cases())
+    assert answer.lead == "4 cases: 1 bound exceeded."
+    assert picture_of("hard_cases", hard_cases()).name == "margins"
+    assert side({"hard": hard_cases()}).rows[0].words == "has its own exciter"
+    assert [row.symbol for row in side({"hard": failures()}).rows] == ["a", "b", "c", "d"]
+
+
+@pytest.mark.parametrize(
+    "questions", [["grazing"], ["energy", "step"], ["energy", "grazing", "chatter"]]
+)
+def test_some_questions_alone_can_be_drawn(questions):
+    dataset = failures()
+    left_out = {"energy", "grazing", "chatter"} - set(questions)
+    dataset = dataset.drop_vars([f"{q}_{n}" for q in left_out for n in ("error", "outcome")])
+    if "step" not in questions:
+        dataset = dataset.drop_vars(["step_error", "step_count"])
+    figure = draw("hard_cases", dataset)
+    assert len(figure.axes) == len(questions)
+    assert picture_of("hard_cases", dataset).describe(dataset, None, {})
+    for ax in figure.axes:
+        for text in ax.texts:
+            assert text.get_fontsize() >= MIN_TYPE

@@ -10,7 +10,7 @@ from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import Verdict
 from vibropipe.scenes.costs import PlanError
-from vibropipe.scenes.hard_cases.report import verdict_summary
+from vibropipe.scenes.hard_cases.report import on_cases
 from vibropipe.scenes.recompute import part_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.cut import row_range
@@ -74,11 +74,7 @@ def test_one_row_of_a_sweep_has_no_orbit():
     assert row_kinds_text(one).startswith("Of 2 rows, 1 has no periodic orbit;")
 
 
-def test_checks_of_one_motion():
-    data = {
-        "measured": 0.0, "passed": 1, "motions": 1, "impacts": 1, "short_flight_motions": 0,
-        "worst_status": 0,
-    }  # fmt: skip
-    assert "1 of 1 check is passed, over 1 motion with 1 impact." in verdict_summary(
-        {"s": xr.Dataset(data)}
-    )
+def test_one_case_and_one_bound():
+    passed = xr.Dataset({"passed": (("case", "solver"), np.array([[1]], np.int8))})
+    assert on_cases(passed).lead == "1 case: every bound is kept."
+    assert on_cases(passed * 0).lead == "1 case: 1 bound exceeded."

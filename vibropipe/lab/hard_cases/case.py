@@ -22,11 +22,13 @@ if TYPE_CHECKING:
 NEWMARK_STEPS = (8, 60, 2000)
 
 Measure = Callable[["Solver"], float]
+# What defines a motion: exciter, x0, v0 and its end, inf for a steady state.
+Motion = tuple[Exciter, float, float, float]
 
 
 @dataclass
 class Solver:
-    """A method that solves cases; `runs` collects status and number of impacts of each motion.
+    """A method that solves cases; `runs` collects status and number of impacts of each motion, by what defines it.
 
     steps : Newmark steps per forcing period, None for the exact method; simulate, steady_state : public functions used.
     """
@@ -35,7 +37,7 @@ class Solver:
     steps: int | None = None
     simulate: Callable[..., xr.Dataset] = simulate
     steady_state: Callable[..., xr.Dataset] = steady_state
-    runs: list[tuple[Status, int]] = field(default_factory=list)
+    runs: dict[Motion, tuple[Status, int]] = field(default_factory=dict)
 
     def motion(
         self, exciter: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0, **settings: Any
@@ -44,17 +46,20 @@ class Solver:
         options: dict[str, Any] = {"samples_per_period": 0, **settings}
         if self.steps is not None:
             options |= {"method": "newmark", "steps_per_period": self.steps}
-        return self._counted(self.simulate(exciter, tau_end=tau_end, x0=x0, v0=v0, **options))
+        dataset = self.simulate(exciter, tau_end=tau_end, x0=x0, v0=v0, **options)
+        return self._counted(dataset, (exciter, x0, v0, tau_end))
 
     def solve_steady(
         self, exciter: Exciter, x0: float = 0.0, v0: float = 0.0, **settings: Any
     ) -> xr.Dataset:
         """Return the steady state from a start."""
-        return self._counted(self.steady_state(exciter, x0=x0, v0=v0, **settings))
+        dataset = self.steady_state(exciter, x0=x0, v0=v0, **settings)
+        return self._counted(dataset, (exciter, x0, v0, math.inf))
 
-    def _counted(self, dataset: xr.Dataset) -> xr.Dataset:
-        """Record status and number of impacts of a dataset."""
-        self.runs.append((Status(int(dataset["status"])), int(dataset.sizes.get("impact", 0))))
+    def _counted(self, dataset: xr.Dataset, motion: Motion) -> xr.Dataset:
+        """Record status and number of impacts of a dataset; a motion that is solved again is counted once."""
+        impacts = int(dataset.sizes.get("impact", 0))
+        self.runs[motion] = Status(int(dataset["status"])), impacts
         return dataset
 
 
@@ -89,7 +94,7 @@ class Case(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Result of a case by a solver; `passed` is None where the case does not apply."""
+    """Result of a case by a solver; `passed` is None where it does not apply; `motions` differ from each other."""
 
     measured: float
     bound: float
@@ -150,7 +155,8 @@ def evaluate_case(case: Case, solver: Solver) -> Measured:
         measured = float(case.measure(solver))
     except (ParameterError, WrongOutcomeError):
         measured = math.inf
-    statuses, impacts = [status for status, _ in solver.runs], [n for _, n in solver.runs]
+    runs = list(solver.runs.values())
+    statuses, impacts = [status for status, _ in runs], [n for _, n in runs]
     return Measured(
         measured,
         bound,

@@ -3,4 +3,4 @@
 from vibropipe.scenes.hard_cases.keys import CHECKS, HardCasesScene
 from vibropipe.scenes.kind import Kind
 
-KIND = Kind(__name__, HardCasesScene, CHECKS, unit="cases")
+KIND = Kind(__name__, HardCasesScene, CHECKS, unit="cases", packages=("scipy",))

@@ -16,11 +16,15 @@ from vibropipe.words.effects import EFFECT_NAMES
 
 
 class HardCasesFigure(FigureOptions):
-    """Options of the picture of hard cases."""
+    """Options of the pictures of hard cases."""
 
+    pictures: Annotated[list[Literal["failures", "margins"]], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Pictures: where common methods fail (needs `compare`), and the share of each bound that is taken.",
+    )
     show: Annotated[
         list[Literal["exact", "newmark 8", "newmark 60", "newmark 2000"]], AfterValidator(each_once)
-    ] = Field(default=[], description="Solvers that are drawn (default: all).")
+    ] = Field(default=[], description="Solvers of the shares (default: exact and newmark 60).")
 
 
 class HardCasesScene(BaseScene):
@@ -29,9 +33,15 @@ class HardCasesScene(BaseScene):
     kind: Literal["hard_cases"] = Field(
         description="Motions with known properties on which numerical methods fail, by every method."
     )
-    figure: HardCasesFigure = figure_key(HardCasesFigure, "picture")
+    figure: HardCasesFigure = figure_key(HardCasesFigure)
     cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
         default=[], description="Names of the cases (default: all)."
+    )
+    compare: Annotated[
+        list[Literal["energy", "grazing", "chatter", "step"]], AfterValidator(each_once)
+    ] = Field(
+        default=[],
+        description="Questions that are put to common methods as well: where they fail.",
     )
 
     def resolved_exciter(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Hard cases: measured deviation of each solver from the known property, relative to its bound."""
+"""Pictures of hard cases: where common methods fail, and the share of its bound that each case takes."""
 
 from __future__ import annotations
 
@@ -9,24 +9,33 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from vibropipe.figures.style import (
-    BLACK,
-    LINE_MARKERS,
-    NEUTRAL,
-    SMALL_FONT_SIZE,
-    legend,
-    line_style,
-    new_figure,
+from vibropipe.figures.canvas import BODY, axes, label, new_canvas, power, ticks
+from vibropipe.figures.palette import BAND, EXACT, FAILED, INK, METHODS
+from vibropipe.figures.text import sentences
+from vibropipe.scenes.hard_cases.failures import (
+    describe_failures,
+    draw_failures,
+    has_failures,
+    title_of_failures,
 )
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
 
-LEFT, RIGHT = 1e-9, 1e2  # abscissae of no deviation and of deviations beyond the scale
-ROW_CM = 0.42
-SPREAD = 0.5  # of a row, over which the markers of its solvers are spread
+LEAST = 6e-8  # share below which a deviation is drawn as none
+FIRST, STEP = 1.2e-8, 1.19  # place of the first mark without deviation, and from one to the next
+EDGE = 8e-9
+RIGHT = 3.0  # right end: what exceeds its bound is drawn at its middle
+ROW_CM = 0.52
+# Solver -> colour, marker and name.
+SOLVERS = {
+    "exact": (EXACT, "D", "exact"),
+    "newmark 8": (METHODS["crude"].colour, "o", "Newmark, 8 steps"),
+    "newmark 60": (METHODS["newmark"].colour, "s", "Newmark, 60 steps"),
+    "newmark 2000": ("#1D5B8F", "^", "Newmark, 2000 steps"),
+}
+DRAWN = ("exact", "newmark 60")
 
 
 def shares(dataset: xr.Dataset) -> np.ndarray:
@@ -42,72 +51,101 @@ def shares(dataset: xr.Dataset) -> np.ndarray:
 
 
 def by_solvers(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
-    """Return the results of the solvers to show (default: all), in the order of the data."""
-    return dataset.isel(solver=np.isin(dataset["solver"].values, list(show))) if show else dataset
+    """Return the results of the solvers to show (default: DRAWN), in the order of the data."""
+    return dataset.isel(solver=np.isin(dataset["solver"].values, list(show or DRAWN)))
 
 
-def draw_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
-    """Draw measured/bound on a log axis, one row per case and one marker per solver.
-
-    Markers at the left edge have no deviation; those right of 1 do not pass. Of the solvers, those of `show` are drawn.
-    """
+def draw_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw deviation over bound on a log axis, a line for each group of cases and a mark for each case and solver."""
     dataset = by_solvers(dataset, show)
-    cases = [str(name).replace("_", " ") for name in dataset["case"].values]
-    figure = new_figure(2.6 + ROW_CM * len(cases))
-    ax = figure.subplots()
-    ax.axvspan(1.0, RIGHT * 4, color=NEUTRAL, linewidth=0)
-    ax.axvline(1.0, color=BLACK, linewidth=0.8)
-    for row in range(len(cases)):
-        ax.axhline(row, color=NEUTRAL, linewidth=0.4, zorder=0)
-    handles = draw_solvers(ax, dataset)
-    ax.set_xscale("log")
-    ax.set_xlim(LEFT / 4, RIGHT * 4)
-    ticks = [LEFT, *(10.0**n for n in range(-7, 1, 1)), RIGHT]
-    tick_labels = ["0", *(rf"$10^{{{n}}}$" for n in range(-7, 0)), "1", "off"]
-    ax.set_xticks(ticks, tick_labels)
-    ax.minorticks_off()
-    ax.set_yticks(range(len(cases)), cases, fontsize=SMALL_FONT_SIZE)
+    groups = [str(group) for group in dataset["group"].values]
+    solvers = [str(solver) for solver in dataset["solver"].values]
+    height = len(groups) * ROW_CM
+    figure = new_canvas(height + 1.6)
+    ax = axes(figure, 4.6, 0.95, 11.2, height)
+    ax.set(xscale="log", xlim=(EDGE, RIGHT), ylim=(len(groups) - 0.5, -0.5))
+    ax.axvspan(1.0, RIGHT, color=BAND, lw=0)
+    ax.axvspan(EDGE, LEAST, color="#F4F4F4", lw=0)
+    ax.axvline(1.0, color=INK, lw=0.8)
+    offsets = np.linspace(-0.18, 0.18, len(solvers)) if len(solvers) > 1 else np.zeros(1)
+    share = shares(dataset)
+    for row, group in enumerate(groups):
+        ax.axhline(row, color=BAND, lw=0.5, zorder=0)
+        own = dataset["case_group"].values == group
+        for k, solver in enumerate(solvers):
+            draw_shares(ax, np.sort(share[own, k]), row + offsets[k], solver)
+    ax.set_yticks(range(len(groups)), groups, fontsize=BODY)
     ax.tick_params(axis="y", length=0)
-    ax.set_ylim(len(cases) - 0.4, -0.6)
-    ax.set_xlabel("measured / allowed deviation (pass up to 1)")
-    legend(figure, handles, "upper")
+    ax.spines["left"].set_visible(False)
+    exponents = (-6, -4, -2)
+    ticks(
+        ax,
+        "x",
+        [2e-8, *(10.0**n for n in exponents), 1.0],
+        ["none", *map(power, exponents), "1: bound"],
+    )
+    ax.set_xlabel("deviation as a share of its bound")
+    x = 1e-4
+    for solver in solvers:
+        colour, marker, name = SOLVERS[solver]
+        top: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False}
+        ax.plot([x], [1 + 0.25 / height], marker, color=colour, ms=3.6, **top)
+        drawn = label(
+            ax, x * 1.4, 1 + 0.25 / height, name, colour, va="center", transform=top["transform"]
+        )
+        x = ax.transData.inverted().transform((drawn.get_window_extent().x1, 0))[0] * 3.0
     return figure
 
 
-def draw_solvers(ax: Axes, dataset: xr.Dataset) -> list[Line2D]:
-    """Draw the markers of every solver, filled if passed, and return the legend entries."""
-    share, passed = shares(dataset), dataset["passed"].values == Passed.PASSED
-    solvers = dataset["solver"].values
-    offsets = np.linspace(-SPREAD / 2, SPREAD / 2, len(solvers)) if len(solvers) > 1 else [0.0]
-    handles = []
-    for index, (solver, offset) in enumerate(zip(solvers, offsets, strict=True)):
-        style: dict[str, Any] = {
-            "linestyle": "none",
-            "marker": LINE_MARKERS[index % len(LINE_MARKERS)],
-            "color": line_style(index)["color"],
-            "markersize": 3.2,
-        }
-        x = np.clip(share[:, index], LEFT, RIGHT)
-        y = np.arange(share.shape[0]) + offset
-        good = passed[:, index] & np.isfinite(x)
-        bad = ~passed[:, index] & np.isfinite(x)
-        ax.plot(x[good], y[good], **style)
-        ax.plot(x[bad], y[bad], **style | {"markerfacecolor": "white", "markersize": 5.0})
-        handles.append(Line2D([], [], **style, label=str(solver)))
-    return handles
+def draw_shares(ax: Axes, share: np.ndarray, row: float, solver: str) -> None:
+    """Draw the shares of one group by one solver: none beside each other at the left edge, the rest at their places."""
+    colour, marker, _name = SOLVERS[solver]
+    style: dict[str, Any] = {"ls": "none", "ms": 3.6, "zorder": 3}
+    filled = {**style, "marker": marker, "color": colour, "mec": "white", "mew": 0.4}
+    share = share[~np.isnan(share)]
+    none = int((share <= LEAST).sum())
+    ax.plot(FIRST * STEP ** np.arange(none), np.full(none, row), **filled)
+    kept = share[(share > LEAST) & (share <= 1.0)]
+    ax.plot(kept, np.full(kept.size, row), **filled)
+    broken = int((share > 1.0).sum())
+    ax.plot([np.sqrt(RIGHT)] * broken, [row] * broken, marker="x", color=FAILED, mew=1.0, **style)
 
 
-def describe_hard_cases(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return the caption: number of cases, by which solvers if not all, and which of them do not pass."""
+def describe_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption: what a mark is, and which cases do not pass by the solvers drawn."""
     dataset = by_solvers(dataset, show)
     failed = np.asarray((dataset["passed"].values == Passed.NOT_PASSED).any(axis=1))
-    names = [str(name) for name in dataset["case"].values[failed]]
-    solvers = f" by {series(map(str, dataset['solver'].values))}" if show else ""
-    total = f"{count(int(dataset.sizes['case']), 'case')}{solvers}"
-    verdict = f"not passed: {series(names)}" if names else "all passed"
-    short = int(dataset["short_flight_motions"].values.sum())
-    motions = count(int(dataset["motions"].values.sum()), "motion")
-    return f"{total}, {verdict}. {short} of {motions} had flights shorter than the step."
+    names = [str(name).replace("_", " ") for name in dataset["case"].values[failed]]
+    verb = "exceeds its bound" if len(names) == 1 else "exceed their bounds"
+    steps = any(solver != "exact" for solver in dataset["solver"].values)
+    return sentences(
+        f"A mark for each of {count(int(dataset.sizes['case']), 'case')} and method",
+        "“none”: no deviation, or less than 6 × 10⁻⁸ of the bound; questions of yes or no have only that",
+        f"Cross: {series(names)} {verb}" if names else "",
+        "Newmark's method is held to the square of its step where the truth is the exact motion, to its own discrete "
+        "solution elsewhere"
+        if steps
+        else "",
+    )
 
 
-PICTURES = (Picture("margins", draw_hard_cases, describe_hard_cases, keywords=showing),)
+def title_of_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return what the picture shows, as a sentence: how many cases exceed their bounds."""
+    share = shares(by_solvers(dataset, show))
+    broken = int((share > 1.0).any(axis=1).sum())
+    total = dataset.sizes["case"]
+    if broken > 1:
+        return f"{broken} of {total} cases exceed their bounds"
+    return f"{'No case' if not broken else 'One case'} of {total} exceeds its bound"
+
+
+PICTURES = (
+    Picture(
+        "failures", draw_failures, describe_failures, fits=has_failures, keywords=showing,
+        titled=title_of_failures,
+    ),
+    Picture(
+        "margins", draw_margins, describe_margins, keywords=showing, titled=title_of_margins,
+        heading="Do all cases keep their bounds?",
+    ),
+)  # fmt: skip

@@ -16,4 +16,4 @@ if TYPE_CHECKING:
 def solve(scene: HardCasesScene, progress: Progress | None = None) -> xr.Dataset:
     """Measure the cases of a scene, or all if it names none, by every method."""
     named = [case for case in CASES if case.name in scene.cases]
-    return solve_hard_cases(named or CASES, progress=progress)
+    return solve_hard_cases(named or CASES, questions=scene.compare, progress=progress)

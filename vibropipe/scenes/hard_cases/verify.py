@@ -1,4 +1,4 @@
-"""Verification of hard cases: a sample of them is recomputed."""
+"""Verification of hard cases: a sample of them is recomputed, and what common methods are asked."""
 
 from __future__ import annotations
 
@@ -20,5 +20,10 @@ def recompute(
     names = [case.name for case in CASES if case.name in scene.cases or not scene.cases]
     indices = sample_indices(len(names), rows, generator)
     part = scene.model_copy(update={"cases": [names[index] for index in indices]})
-    differences = compare(path, solve(part), ("case", indices))
+    differences = compare(path, solve(part), ("case", indices), of_groups)
     return Recomputed(part_text(len(indices), len(names), "case"), differences)
+
+
+def of_groups(name: str) -> bool:
+    """Return whether a quantity is of groups of cases, of which a sample has fewer."""
+    return name in ("group", "group_known")

@@ -147,7 +147,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "answers": [*unit_answers(study), *answers.pop("", [])],
         "side": {
             "rows": [asdict(row) for row in side.rows],
-            "drawing": drawing_of(datasets) if side.has_drawing else None,
+            "drawing": drawing_of(side.drawn or datasets) if side.has_drawing else None,
         },
         "hero": hero,
         "groups": [asdict(group) for group in groups],

@@ -52,10 +52,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Side:
-    """What stands beside the answers: rows, below the drawing of the exciter unless `has_drawing` is false."""
+    """What stands beside the answers: rows, below the drawing of the exciter unless `has_drawing` is false.
+
+    The drawing has the effects of the datasets in `drawn` (default: of all).
+    """
 
     rows: Sequence[Row]
     has_drawing: bool = True
+    drawn: Datasets | None = None
 
 
 def answers_of(findings: Callable[[Datasets], list[Finding]]) -> Callable[[Datasets], Answers]:

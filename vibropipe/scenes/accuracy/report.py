@@ -33,7 +33,8 @@ def tables(datasets: Datasets) -> list[Table]:
 
 def side(datasets: Datasets) -> Side:
     """Return the numbers of the motion of the first scene, or the ranges of its motions."""
-    return side_of(dict(list(datasets.items())[:1]))
+    first = dict(list(datasets.items())[:1])
+    return replace(side_of(first), drawn=first)
 
 
 def methods(datasets: Datasets) -> list[Line]:

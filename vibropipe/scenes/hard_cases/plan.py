@@ -19,6 +19,8 @@ SECONDS_OF_CASES = {
     "ideal_marched": 2.6,
     "million_periods": 2.0,
 }
+# Seconds of the questions that are put to common methods as well.
+SECONDS_OF_QUESTIONS = {"energy": 3.0, "grazing": 2.0, "chatter": 0.6, "step": 0.7}
 SECONDS_PER_CASE, USUAL_CASES = 0.03, 30
 HARD_CASES_BYTES = 40e3
 # Case that is timed on this machine, and its seconds on the machine of the figures above.
@@ -33,7 +35,8 @@ def plan(scene: HardCasesScene) -> Work:
         rows=max(1, cases),
         method="exact, newmark",
         outputs=(),
-        seconds=case_seconds(scene.cases),
+        seconds=case_seconds(scene.cases)
+        + sum(SECONDS_OF_QUESTIONS[question] for question in scene.compare),
         bytes=HARD_CASES_BYTES,
     )
 
@@ -50,7 +53,7 @@ def estimate(scene: HardCasesScene, sampler: Sampler) -> Estimate:
     from vibropipe.scenes.hard_cases.solve import solve
 
     name, seconds = REFERENCE_CASE
-    sample = scene.model_copy(update={"cases": [name]})
+    sample = scene.model_copy(update={"cases": [name], "compare": []})
     solve(sample)  # loads the kernels
     begin = time.thread_time()
     solve(sample)

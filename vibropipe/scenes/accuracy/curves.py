@@ -36,7 +36,7 @@ from vibropipe.scenes.accuracy.marks import (
 from vibropipe.scenes.accuracy.summary import curve, of_errors, succeeded, time_to_error
 from vibropipe.words.measurements import Outcome
 
-HERO_CM = 8.8
+HERO_CM = 9.6
 COLUMNS = 4
 PITCH_CM = 4.2  # of rows of panels
 WORST = 3.0  # left end of the axis of errors
@@ -64,7 +64,7 @@ def table_part(dataset: xr.Dataset, method: str, amount: int) -> np.ndarray:
 def draw_one(dataset: xr.Dataset) -> Figure:
     """Draw all methods on one motion, each line with its name, beside multiples of the exact method."""
     figure = new_canvas(HERO_CM)
-    ax = axes(figure, 1.55, 1.05, 12.9, 7.45)
+    ax = axes(figure, 1.55, 1.05, 12.9, HERO_CM - 1.35)
     dataset = dataset.isel(motion=0)
     error_axis(ax, range(-16, 1, 2), WORST)
     low, high = time_span(dataset)
@@ -104,10 +104,9 @@ def name_lines(ax: Axes, ends: list[tuple[str, float, float, bool]]) -> None:
     for method, error, time, is_dear in sorted(ends, key=lambda end: end[2]):
         style = STYLES[method]
         x, y = (value / inch for value in ax.transData.transform((error, time)))
-        to_left = method in ("crude", "exact") or error < NO_ROOM
+        to_left = method in ("crude", "exact", "heyoka") or error < NO_ROOM
         shift = -0.22 if to_left else 0.22
-        if method == "exact":
-            y -= 0.42
+        y += {"exact": -0.42, "heyoka": 0.32}.get(method, 0.0)
         while any(abs(y - other) < MIN_GAP and abs(x - at) < 3.0 for at, other in taken):
             y += 0.1
         taken.append((x, y))

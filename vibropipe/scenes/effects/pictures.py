@@ -16,7 +16,7 @@ from vibropipe.scenes.effects.prices import Price, base_times, groups, largest_l
 from vibropipe.scenes.effects.text import title_of
 from vibropipe.scenes.kind import Picture
 
-ROW_CM = 0.37
+ROW_CM = 0.35
 MARGIN_CM = 0.65
 LEFT_CM, WIDTH_CM = 6.2, 7.7  # of the axes; words stand left of them, columns right
 DEARER, CHEAPER = SUPPORT_COLOURS[1], METHODS["newmark"].colour

@@ -39,11 +39,13 @@ def table(
         bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
     ] = False,
 ) -> None:
-    """Print a dataset as CSV that spreadsheets open: a row for each point, names for codes, units in the head."""
-    from vibropipe.store import atomic_file, table
+    """Print a dataset as CSV for spreadsheets: a row for each point, names for codes, the study's units in the head."""
+    from vibropipe.figures.units import display_units
+    from vibropipe.store import atomic_file, load, table
     from vibropipe.store.table import with_units
 
-    text = with_units(table(dataset, impacts)).to_csv(index=False)
+    shown = display_units({"": load(dataset)}, prefixes=False)[""]
+    text = with_units(table(shown, impacts)).to_csv(index=False)
     if output is None:
         typer.echo(text, nl=False)
         return

@@ -13,7 +13,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol, with_units
+from vibropipe.figures.text import format_number, plain_symbol, plain_symbol_of, with_units
 from vibropipe.words.wording import series
 
 # Digits beyond which two numbers count as equal: 0.1 + 0.2 is rounded up to 0.3, not to 0.301.
@@ -63,7 +63,7 @@ def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
 def between_text(axis: xr.DataArray, one: float, other: float) -> str:
     """Write that something lies between two values of a coordinate: `between ν = 0.8 and 0.85`."""
     low, high = outwards(min(one, other), max(one, other))
-    return f"between {plain_symbol(str(axis.name))} = {low} and {with_units(axis, high)}"
+    return f"between {plain_symbol_of(axis)} = {low} and {with_units(axis, high)}"
 
 
 def only_between_text(axis: xr.DataArray, mask: np.ndarray) -> str:
@@ -83,7 +83,7 @@ def only_between_text(axis: xr.DataArray, mask: np.ndarray) -> str:
     first, last = kept[0], kept[-1]
     if first == 0 and last == values.size - 1:
         return ""
-    symbol = plain_symbol(str(axis.name))
+    symbol = plain_symbol_of(axis)
     if first == 0:
         return f"only below {symbol} = {with_units(axis, at_most(float(values[last + 1]), DIGITS))}"
     if last == values.size - 1:

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.units import unit_text
+from vibropipe.figures.units import shows_cycles, unit_text
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (
@@ -55,6 +55,7 @@ LINE_DIGITS = (
 )
 # Plain symbols of quantities of a physical dataset that have another name than without units.
 PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
+CYCLES = "/2π"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
@@ -140,7 +141,8 @@ def plain_value(array: xr.DataArray) -> str:
     if isinstance(value, str):
         return f"followed {value}wards" if name == "direction" else value
     units = unit_text(_words(array)["units"])
-    return f"{plain_symbol(name)} = {format_number(float(value))}" + (f" {units}" if units else "")
+    symbol = plain_symbol_of(array)
+    return f"{symbol} = {format_number(float(value))}" + (f" {units}" if units else "")
 
 
 def with_units(array: xr.DataArray, number: str) -> str:
@@ -199,6 +201,11 @@ def flag_texts(flags: str) -> dict[int, str]:
 def plain_symbol(name: str) -> str:
     """Return the symbol of a parameter or coordinate as plain text."""
     return PLAIN_SYMBOLS.get(name, PHYSICAL_SYMBOLS.get(name, name))
+
+
+def plain_symbol_of(array: xr.DataArray) -> str:
+    """Return the plain symbol of an array beside its numbers: of a frequency in cycles, such as Hz, ω/2π."""
+    return plain_symbol(str(array.name)) + (CYCLES if shows_cycles(array) else "")
 
 
 def _words(array: xr.DataArray) -> dict[str, str]:

@@ -140,7 +140,7 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
         for scene in scenes
         for name in figure_names(scene)
     }
-    datasets = display_units(read_scenes(folder, needed, study.fingerprints))
+    datasets = study.shown(read_scenes(folder, needed, study.fingerprints))
     return [
         path
         for scene in scenes
@@ -156,7 +156,7 @@ def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) 
     folder : results of the study
     """
     data = [seal_of(folder / f"{other}.nc") for other in scenes_drawn(study, scene)]
-    return made_from(name, scene.figure.model_dump_json(), *data)
+    return made_from(name, scene.figure.model_dump_json(), study.display_units, *data)
 
 
 def report_fingerprint(study: Study, folder: Path, failed: Collection[str] = ()) -> str:

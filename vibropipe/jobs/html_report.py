@@ -9,7 +9,6 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from vibropipe.figures.units import display_units
 from vibropipe.jobs.run import Run
 from vibropipe.store import StoreError, read_scenes
 from vibropipe.study import Study
@@ -56,8 +55,7 @@ def captions_from_data(study: Study, results: Path) -> dict[str, str]:
         datasets = read_scenes(results / study.name, study.scenes, study.fingerprints)
     except StoreError:
         return {}
-    shown = display_units(datasets)
-    return {entry["name"]: entry["caption"] for entry in figure_entries(study, shown)}
+    return {e["name"]: e["caption"] for e in figure_entries(study, study.shown(datasets))}
 
 
 def write_opening(run: Run) -> str:

@@ -10,7 +10,6 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.figures.units import display_units
 from vibropipe.jobs.drawing import (
     figure_names,
     remove_unchosen,
@@ -120,7 +119,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     datasets, sidecars : mapping
         Dataset and sidecar of each scene by name.
     """
-    datasets = display_units(datasets)
+    datasets = study.shown(datasets)
     labels = scene_labels(study)
     parts = {
         kind: {
@@ -268,7 +267,7 @@ def _methods(
 def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
     """Yield each figure: name, path, scene, picture, title, caption, heading, and the text for screen readers.
 
-    The datasets are in units for display (`display_units`).
+    The datasets are in units for display (`Study.shown`).
     """
     for scene_name, dataset in datasets.items():
         scene: BaseScene = study.scenes[scene_name]

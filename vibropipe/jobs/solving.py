@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.sources import kernel_hash
+from vibropipe.figures.units import DISPLAY_UNITS
 from vibropipe.jobs.estimates import load_estimate
 from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.physics.exciter import ParameterError
@@ -222,4 +223,5 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
             packages=kind.packages,
         ),
         hash_name(kind): kind.code_hash,
+        **({DISPLAY_UNITS: study.display_units} if study.display_units else {}),
     }

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.figures.text import format_number, is_forced, with_units
+from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
+from vibropipe.figures.units import shows_cycles
 from vibropipe.report.parts import Row, Side
 from vibropipe.report.table import SYMBOLS, Datasets
 from vibropipe.words.parameters import FURTHER
@@ -44,6 +45,8 @@ def side_of(datasets: Datasets) -> Side:
             continue
         is_pair = name.endswith("1") and texts.get(twin) == text
         symbol, words = LETTERS.get(name, name), WORDS[name]
+        if any(name in data and shows_cycles(data[name]) for data in datasets.values()):
+            symbol += CYCLES
         if is_pair:
             symbol, words = (
                 f"{symbol}, {LETTERS.get(twin, twin)}",

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, with_units
+from vibropipe.figures.text import format_number, plain_symbol_of, with_units
+from vibropipe.figures.units import shows_cycles
 from vibropipe.words.vocabulary import VOCABULARY
 
 # Symbol in mathtext -> the same in plain text.
@@ -35,6 +36,8 @@ class Finding:
 def symbol_text(array: xr.DataArray) -> str:
     """Return the symbol of a variable in plain text; its name if it has none."""
     symbol = str(array.attrs.get("symbol", array.name))
+    if shows_cycles(array):
+        return plain_symbol_of(array)
     return PLAIN.get(symbol, symbol.strip("$").replace("\\", ""))
 
 

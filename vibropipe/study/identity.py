@@ -37,6 +37,8 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
     head = {
         name: plain(getattr(study, name)) for name in ("title", "question", "description", "hero")
     }
+    if study.display_units:
+        head["units"] = study.display_units
     return canonical_json({**head, "scenes": scenes})
 
 

@@ -8,19 +8,25 @@ from __future__ import annotations
 
 import functools
 import operator
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
+from vibropipe.figures.units import DISPLAY_UNITS, display_units, units_as_text
 from vibropipe.scenes.keys.base import BaseScene, Prose, Question, Title
 from vibropipe.scenes.keys.grids import StudyModel
-from vibropipe.scenes.keys.parts import ExciterKeys, StudyPhysical
+from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
+from vibropipe.study.display import display_units_of
 from vibropipe.study.tables import Files
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Hero(StudyModel):
@@ -55,12 +61,18 @@ class Study(StudyModel):
         default=None,
         description="Parameters with units, in place of those without; datasets, figures and report are then in SI.",
     )
+    units: Annotated[DisplayUnits | None, NotNull] = Field(
+        default=None,
+        description="Units of figures, tables, captions and texts, for a study with `physical` (default: those in "
+        "which it is written).",
+    )
     scenes: Annotated[dict[Name, BaseScene], Field(min_length=1, max_length=1000)] = Field(
         description="The scenes by name; the name becomes the name of files."
     )
     _name: str = PrivateAttr("")
     _source: str = PrivateAttr("")
     _files: Files | None = PrivateAttr(None)
+    _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     def model_post_init(self, context: Any) -> None:
         """Set the name and the shared parameters of each scene."""
@@ -85,6 +97,19 @@ class Study(StudyModel):
         """Text of its file, with the tables that it names at the end; `study_of_text` reads it again."""
         text = Path(self._source).read_text(encoding="utf-8")
         return self._files.after(text) if self._files else text
+
+    @functools.cached_property
+    def display_units(self) -> str:
+        """Units in which a study with `physical` shows its results, as the attribute of datasets; else empty."""
+        if self.physical is None:
+            return ""
+        chosen = {} if self.units is None else self.units.model_dump(exclude_none=True)
+        return units_as_text(display_units_of(self._written, chosen))
+
+    def shown(self, datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+        """Return its datasets in the units in which it shows them."""
+        units = {DISPLAY_UNITS: self.display_units} if self.display_units else {}
+        return display_units({name: data.assign_attrs(units) for name, data in datasets.items()})
 
     @property
     def fingerprints(self) -> dict[str, str]:

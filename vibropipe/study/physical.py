@@ -73,11 +73,13 @@ def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     named = scenes if isinstance(scenes, dict) else {}
     if not is_physical(tree):
         must = "must be left out, since the study has no physical with m and C"
-        return tree, [
-            Problem(("scenes", name, "physical"), "", must=must)
+        paths: list[KeyPath] = [("units",)] if "units" in tree else []
+        paths += [
+            ("scenes", name, "physical")
             for name, scene in named.items()
-            if isinstance(scene, dict) and "physical" in scene and "physical" not in tree
+            if isinstance(scene, dict) and "physical" in scene
         ]
+        return tree, [Problem(path, "", must=must) for path in paths if "physical" not in tree]
     reader = _Reader(tree["physical"])
     plain = {**tree, "exciter": reader.exciter(tree, ())}
     if named:

@@ -16,6 +16,7 @@ from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.motions import MotionKeys
 from vibropipe.scenes.keys.parts import (
+    DisplayUnits,
     ExciterKeys,
     Follow,
     Solver,
@@ -99,6 +100,7 @@ def table_of_keys() -> str:
                 "without `m` and `C`. Also spelled `ω`, `δ`."
             ),
         ),
+        _table("`units` of a study", DisplayUnits, note="For a study with `physical`."),
         _table("`start`", Start),
         _table("One of `motions`", MotionKeys),
         _table("`follow`", Follow),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 
@@ -76,6 +77,7 @@ _OTHER_NAMES = {
     "hertz": "Hz",
 }
 _BETWEEN = re.compile(r"[\s*.\u00b7]+|\^")
+_CYCLE = re.compile(r"Hz|hertz|rpm|turn|rev|cycle|cp[ms]", re.IGNORECASE)
 _CYCLES = ("hertz", "turn", "revolution", "radian", "cycle", "degree", "rpm")
 
 
@@ -142,6 +144,66 @@ def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
     if not math.isfinite(number):
         raise UnitError(allowed)
     return number + 0.0
+
+
+def unit_of_text(text: Any) -> str:
+    """Return the unit of a quantity as it was written, a text or a quantity of pint; empty if it has none."""
+    if hasattr(text, "magnitude") and hasattr(text, "units"):
+        return f"{text.units:~}".replace(" / ", "/")
+    match = _TEXT.fullmatch(text.replace(MINUS, "-")) if isinstance(text, str) else None
+    return " ".join(match[2].split()) if match else ""
+
+
+def allowed_unit(dimension: str) -> str:
+    """Return what a unit of a dimension may be as a noun phrase."""
+    noun, usual = DIMENSIONS[dimension].noun.split()[1], _USUAL[dimension]
+    return f"a unit of {noun}, such as {' or '.join(usual[:2])}"
+
+
+def check_unit(unit: Any, dimension: str) -> str:
+    """Return a unit of a dimension without blanks around it, or raise UnitError.
+
+    Raises
+    ------
+    UnitError
+        If it is no unit, or one of another dimension; the hint suggests the nearest usual one.
+    """
+    usual = _USUAL[dimension]
+    noun = DIMENSIONS[dimension].noun.split()[1]
+    allowed = (
+        f"a unit of {noun}, such as {', '.join(usual[:-1])}{' or ' if usual[1:] else ''}{usual[-1]}"
+    )
+    if not isinstance(unit, str) or not unit.strip():
+        raise UnitError(allowed)
+    text = " ".join(unit.split())
+    try:
+        _factor(text, dimension, allowed)
+    except UnitError as error:
+        near = get_close_matches(text, usual, 1, 0.5)
+        meant = usual_unit(text, dimension) or (near[0] if near and "known" in error.hint else "")
+        raise UnitError(allowed, f"did you mean {meant}?" if meant else error.hint) from None
+    return text
+
+
+@functools.cache
+def unit_factor(unit: str) -> float:
+    """Return the SI value of one of a unit as it is written by hand, of the first dimension that it can be of.
+
+    1 of units in CF's spelling, which are those of SI, and of pure numbers.
+    """
+    if unit in {"", "1", *(entry.units for entry in DIMENSIONS.values())}:
+        return 1.0
+    for dimension in DIMENSIONS:
+        try:
+            return _factor(unit, dimension, "")
+        except UnitError:
+            continue
+    return 1.0
+
+
+def is_of_cycles(unit: str) -> bool:
+    """Return whether a unit is one of frequency that counts cycles, as Hz and rpm do, and not radians or degrees."""
+    return _CYCLE.search(unit) is not None
 
 
 def usual_unit(unit: str, dimension: str) -> str:

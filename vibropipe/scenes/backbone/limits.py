@@ -6,7 +6,7 @@ import math
 
 import xarray as xr
 
-from vibropipe.figures.units import shown_factor
+from vibropipe.figures.units import in_si, shown_factor
 from vibropipe.words.vocabulary import held_name
 
 
@@ -20,15 +20,14 @@ def longest_period(dataset: xr.Dataset, delta_over_l: float) -> float:
     if not {"m", "C"} <= set(dataset.coords):
         return period
     unit = str(dataset[held_name(dataset, "tau_bar")].attrs.get("units", "s"))
-    return period * math.sqrt(float(dataset["m"]) / float(dataset["C"])) * shown_factor(unit)
+    m, C = (float(in_si(dataset[name])) for name in ("m", "C"))
+    return period * math.sqrt(m / C) * shown_factor(unit)
 
 
 def first_strikes(dataset: xr.Dataset) -> tuple[float, float]:
     """Return the amplitudes from which motions strike the nearer and the farther support."""
     numbers = {
-        name: float(dataset[name]) / shown_factor(str(dataset[name].attrs.get("units", "1")))
-        if name in dataset.coords
-        else absent
+        name: float(in_si(dataset[name])) if name in dataset.coords else absent
         for name, absent in (("l", math.nan), ("delta", 0.0), ("load", 0.0), ("C", 1.0))
     }
     offset = abs(numbers["delta"] - numbers["load"] / numbers["C"])

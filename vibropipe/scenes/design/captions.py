@@ -6,7 +6,14 @@ import re
 
 import xarray as xr
 
-from vibropipe.figures.text import format_number, orbit_texts, plain_symbol, sentences, with_units
+from vibropipe.figures.text import (
+    format_number,
+    orbit_texts,
+    plain_symbol,
+    plain_symbol_of,
+    sentences,
+    with_units,
+)
 from vibropipe.figures.units import shown_unit, unit_text
 from vibropipe.scenes.design.data import (
     Part,
@@ -55,8 +62,8 @@ def value_of(dataset: xr.Dataset, part: Part, row: int) -> str:
 def place_text(dataset: xr.Dataset, row: int) -> str:
     """Write the varied parameters of a design."""
     return ", ".join(
-        f"{plain_symbol(name)} = {with_units(dataset[name], format_number(float(dataset[name].values[row])))}"
-        for name in varied(dataset)
+        f"{plain_symbol_of(array)} = {with_units(array, format_number(float(array.values[row])))}"
+        for array in (dataset[name] for name in varied(dataset))
     )
 
 

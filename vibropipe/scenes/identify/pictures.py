@@ -14,6 +14,7 @@ from vibropipe.figures.text import (
     format_number,
     parameter_line,
     plain_symbol,
+    plain_symbol_of,
     sentences,
     with_units,
 )
@@ -66,13 +67,15 @@ def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
             texts.append(f"{plain_symbol(name)} not determined")
         elif result == FoundResult.AT_RANGE:
             texts.append(
-                f"{plain_symbol(name)} = {with_units(dataset[name], value)}, at an end of its range"
+                f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value)}, at an end of its range"
             )
         else:
             sigma = (
                 f" ± {format_number(float(dataset[f'{name}_std']), 2)}" if with_deviation else ""
             )
-            texts.append(f"{plain_symbol(name)} = {with_units(dataset[name], value + sigma)}")
+            texts.append(
+                f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value + sigma)}"
+            )
     return texts
 
 

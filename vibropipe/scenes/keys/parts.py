@@ -13,6 +13,7 @@ from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import (
+    DisplayUnitRule,
     Measured,
     NameRule,
     NumberOrUnit,
@@ -144,6 +145,41 @@ class StudyPhysical(PhysicalKeys):
 
     m: Annotated[float, UnitRule("m")] = Field(description="Mass.")
     C: Annotated[float, UnitRule("C")] = Field(description="Stiffness of the spring.")
+
+
+class DisplayUnits(StudyModel):
+    """Units in which a study with `physical` shows what it finds; datasets stay in SI."""
+
+    frequency: Annotated[str | None, DisplayUnitRule("frequency")] = Field(
+        default=None, description="Unit of frequencies; Hz and rpm count cycles."
+    )
+    length: Annotated[str | None, DisplayUnitRule("length")] = Field(
+        default=None, description="Unit of lengths."
+    )
+    time: Annotated[str | None, DisplayUnitRule("time")] = Field(
+        default=None, description="Unit of times."
+    )
+    velocity: Annotated[str | None, DisplayUnitRule("velocity")] = Field(
+        default=None, description="Unit of velocities."
+    )
+    force: Annotated[str | None, DisplayUnitRule("force")] = Field(
+        default=None, description="Unit of forces."
+    )
+    energy: Annotated[str | None, DisplayUnitRule("energy")] = Field(
+        default=None, description="Unit of energies."
+    )
+    mass: Annotated[str | None, DisplayUnitRule("mass")] = Field(
+        default=None, description="Unit of the mass."
+    )
+    stiffness: Annotated[str | None, DisplayUnitRule("stiffness")] = Field(
+        default=None, description="Unit of stiffnesses."
+    )
+    damping: Annotated[str | None, DisplayUnitRule("damping")] = Field(
+        default=None, description="Unit of dampings."
+    )
+    angle: Annotated[str | None, DisplayUnitRule("angle")] = Field(
+        default=None, description="Unit of angles and phases."
+    )
 
 
 class Start(StudyModel):

@@ -18,7 +18,15 @@ from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJ
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, Range
-from vibropipe.words.units import DIMENSIONS, MINUS, UnitError, allowed_text, to_si
+from vibropipe.words.units import (
+    DIMENSIONS,
+    MINUS,
+    UnitError,
+    allowed_text,
+    allowed_unit,
+    check_unit,
+    to_si,
+)
 
 REFUSED = "refused"
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -178,6 +186,27 @@ class UnitRule(Rule):
         if not self.within.contains(number):
             refuse(self.allowed)
         return number
+
+
+@dataclass(frozen=True)
+class DisplayUnitRule(Rule):
+    """A unit of a dimension (one of `words.units.DIMENSIONS`), as text."""
+
+    dimension: str
+
+    @property
+    def allowed(self) -> str:  # noqa: D102 - as Rule
+        return allowed_unit(self.dimension)
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102
+        return {"type": "string", "minLength": 1, "maxLength": 60}
+
+    def convert(self, value: Any) -> str:  # noqa: D102
+        try:
+            return check_unit(value, self.dimension)
+        except UnitError as error:
+            refuse(self.allowed, hint=error.hint)
 
 
 def parameter_range(name: str) -> NumberRange:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.jumps import certain_jumps, with_breaks
 from vibropipe.figures.phase_plane import walls_of
 from vibropipe.figures.text import clock, frequency, times_of
-from vibropipe.figures.units import shown_unit
+from vibropipe.figures.units import in_si, shown_unit
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def acceleration_bound(dataset: xr.Dataset) -> float:
 
 def forcing_period(dataset: xr.Dataset) -> float:
     """Return the forcing period in the units of the times of a motion, which are ms where a short one is shown."""
-    return shown_unit(dataset, "s")[1] * 2.0 * math.pi / float(dataset[frequency(dataset)])
+    return shown_unit(dataset, "s")[1] * 2.0 * math.pi / float(in_si(dataset[frequency(dataset)]))
 
 
 def velocities_at_impacts(dataset: xr.Dataset) -> tuple[Floats, Floats]:

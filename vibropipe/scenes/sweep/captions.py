@@ -14,6 +14,7 @@ from vibropipe.figures.text import (
     format_number,
     grid_with_units,
     plain_symbol,
+    plain_symbol_of,
     plain_value,
     reasons_text,
     regime_name,
@@ -46,7 +47,9 @@ def describe_sweep(
     """Return the caption of the curves: parameters, largest first harmonic, and rows drawn as marks."""
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset)
-    lines = series(f"{plain_symbol(name)} = {grid_with_units(dataset[name])}" for name in others)
+    lines = series(
+        f"{plain_symbol_of(dataset[name])} = {grid_with_units(dataset[name])}" for name in others
+    )
     backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
     wanted = panels_of(dataset, show)
     panels = fitting_panels(dataset, others[1:], wanted)

@@ -30,6 +30,7 @@ from vibropipe.figures.text import (
     parameter_line,
     symbol_of,
 )
+from vibropipe.figures.units import shows_cycles
 from vibropipe.scenes.sweep.layout import Column, Spots, columns_of, lay_out
 from vibropipe.scenes.sweep.legends import (
     BACKBONE_STYLE,
@@ -124,7 +125,7 @@ def draw_column(
     bottom.set_xscale(scale_of(column.part[along].values))
     top = axes[0] if axes else bottom
     top.set_title(column.title)
-    if along == "omega" and axes:
+    if along == "omega" and axes and not shows_cycles(column.part[along]):
         hertz = top.secondary_xaxis("top", functions=(to_hertz, from_hertz))
         hertz.set_xlabel("frequency (Hz)")
     return [*axes, bottom]

@@ -17,7 +17,9 @@ from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.plan import plan
-from vibropipe.scenes.basins.text import describe_basins, findings, sections
+from vibropipe.scenes.basins.report import answers, tables
+from vibropipe.scenes.basins.safety import at_rest, beside, knocks_of, reach, states_of, step_of
+from vibropipe.scenes.basins.text import basin_answers, describe_basins, title_basins
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, write
@@ -145,10 +147,18 @@ def test_picture_names_every_attractor(dataset):
     with house_style():
         figure = draw_basins(dataset)
         shown = words(figure)
-    for index, share in enumerate(dataset.basin_share.values):
-        assert f"{index}: " in shown
-        assert f"{100 * share:.3g} %" in shown
-    assert describe_basins(dataset).count("on attractor") == 3
+    for letter, motion in (("A", "no impact"), ("B", "both supports, once a period")):
+        assert motion in shown
+        assert {letter} <= {text.get_text() for ax in figure.axes for text in ax.texts}
+    assert "support 2, every third period" in shown
+    for share in dataset.basin_share.values:
+        assert f"{100 * share:.1f}\u00a0%" in shown
+    # the map, and a motion beside it for each attractor, between the supports
+    assert len(figure.axes) == 4
+    for ax in figure.axes[1:]:
+        x = np.concatenate([line.get_ydata() for line in ax.lines])
+        assert -0.4 - 1e-12 <= x.min() <= x.max() <= 0.6 + 1e-12
+    assert max(np.ptp(ax.lines[0].get_ydata()) for ax in figure.axes[1:]) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("name", ["attractor", "periods_to_attractor"])
@@ -156,43 +166,106 @@ def test_one_map_alone(dataset, name):
     options = BasinsFigure(show=[name])
     figure = draw("basins", dataset, options)
     has_basins = name == "attractor"
-    # the map, and the bar of the periods
-    assert len(figure.axes) == (1 if has_basins else 2)
-    assert bool(figure.legends) == has_basins
+    # the map with the motions, or with the bar of the periods
+    assert len(figure.axes) == (4 if has_basins else 2)
     assert figure.axes[0].get_xlabel()
-    caption = picture_of("basins", dataset).describe(dataset, options, {})
-    assert ("on attractor" in caption) == has_basins
+    picture = picture_of("basins", dataset)
+    caption = picture.describe(dataset, options, {})
+    assert ("the motion on which they settle" in caption) == has_basins
     assert ("Forcing periods until" in caption) == (not has_basins)
-    assert "Above" not in caption
+    assert "Below" not in caption
+    assert bool(picture.title(dataset, options, {})) == has_basins
+    both = picture.describe(dataset, BasinsFigure(show=["attractor", "periods_to_attractor"]), {})
+    assert "Below: forcing periods until" in both
 
 
 def test_picture_of_starts_without_an_attractor():
     free = vp.basins(vp.Exciter(l=0.5), [0.0, 0.1], [0.0, 1.0], starts=8)
     with house_style():
-        shown = words(draw_basins(free))
-    assert "no attractor found" in shown
-    assert describe_basins(free).endswith(" until it settles. No attractor was found.")
+        figure = draw_basins(free)
+    assert len(figure.axes) == 1
+    assert title_basins(free) == "No motion was found on which the starts settle"
+    assert describe_basins(free).endswith("for which no motion was found.")
     assert "slowest" not in describe_basins(free, ("periods_to_attractor",))
-    assert sections({"free": free}) == []
+    assert tables({"free": free}) == []
+    (answer,) = answers({"free": free})["free"]
+    assert answer.lead == "No motion was found on which the starts settle."
+
+
+def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
+    coexist, rest, knock = basin_answers(dataset)
+    share = np.sort(dataset.basin_share.values)[::-1]
+    assert coexist.lead == "At least three motions coexist."
+    assert f"{100 * share[0]:.1f}\u00a0% of the starts settle on A (no impact)" in coexist.rest
+    assert rest.lead == "Next to rest, the starts of the map lead to A (no impact)."
+    assert f"{100 * float(dataset.border.mean()):.1f}\u00a0%" in rest.rest
+    assert knock.lead == "Motion C is lost most easily."
+
+
+def test_all_starts_within_a_knock_lead_back(dataset):
+    """Counted start by start: those next to the states in displacement, within the knock in velocity."""
+    x0, v0, step = dataset.x0.values, dataset.v0.values, step_of(dataset)
+    knocks = knocks_of(dataset)
+    assert min(knocks.values()) >= 0.0
+    for index, knock in knocks.items():
+        foreign = []
+        for x, v in states_of(dataset, index):
+            columns = [n for n in range(x0.size) if abs(x0[n] - x) < x0[1] - x0[0]]
+            own = dataset.attractor.values[columns] == index
+            inside = np.abs(v0 - v) <= knock
+            assert own[:, inside].all()
+            foreign.append(np.abs(v0 - v)[~own.all(axis=0)].min())
+        # no more than a step further, one does not
+        assert knock <= min(foreign) <= knock + 1.001 * step
+    elsewhere = dataset.assign_coords(start_phase=0.25)
+    assert all(np.isnan(list(knocks_of(elsewhere).values())))
+
+
+def test_a_knock_ends_at_the_end_of_the_map():
+    v0 = np.linspace(-1.0, 1.0, 21)
+    own = np.ones((2, 21), bool)
+    assert reach(v0, own, 0.25) == pytest.approx(0.75)
+    own[1, 5] = False  # at -0.5
+    assert reach(v0, own, 0.25) == pytest.approx(0.65)
+    assert np.isnan(reach(v0, own, 1.5))
+    assert beside(v0, 2.0).size == 0
+    assert beside(v0, v0[3]).tolist() == [3]
+
+
+def test_rest_is_told_only_where_its_neighbours_agree(dataset):
+    index, is_start = at_rest(dataset)
+    assert not is_start
+    assert int(dataset.regime[index]) == Regime.NO_IMPACT
+    mixed = dataset.assign(attractor=dataset.attractor.copy())
+    near = [np.abs(mixed[name].values).argmin() for name in ("x0", "v0")]
+    mixed.attractor[near[0], near[1]] = 2
+    assert at_rest(mixed) == (None, False)
+    assert at_rest(dataset.isel(x0=slice(0, 3))) == (None, False)
+    exact = dataset.assign_coords(
+        x0=dataset.x0 - dataset.x0[near[0]], v0=dataset.v0 - dataset.v0[near[1]]
+    )
+    assert at_rest(exact) == (index, True)
+    assert basin_answers(exact)[1].lead == "From rest it settles on A (no impact)."
 
 
 def test_table_lists_every_attractor(dataset):
-    (section,) = sections({"starts": dataset})
-    table = section.tables[0].as_data()
-    assert [row[0] for row in table["rows"]] == ["starts", "", ""]
-    assert [row[2] for row in table["rows"]] == ["two-sided", "no impact", "one-sided, support 2"]
-    assert [row[3] for row in table["rows"]] == ["1", "1", "3"]
-    assert table["rows"][1][6] == "–"
+    (table,) = tables({"starts": dataset})
+    data = table.as_data()
+    assert [row[0] for row in data["rows"]] == ["A", "B", "C"]
+    assert [row[1] for row in data["rows"]] == [
+        "no impact", "both supports, once a period", "support 2, every third period",
+    ]  # fmt: skip
+    assert data["rows"][0][4] == "–"
+    assert (table.scene, len(table.head)) == ("starts", 6)
 
 
 def test_forces_of_soft_supports_have_a_column(dataset):
     force = np.where([[True, True], [False, False], [False, True]], 12.5, np.nan)
     soft = describe(dataset.assign(support_force_max=(("attractor_id", "support"), force)))
-    (section,) = sections({"starts": dataset, "soft": soft})
-    table = section.tables[0]
-    assert table.head[-2:] == ["force", "share"]
-    assert [row[7] for row in table.rows] == ["–", "–", "–", "12.5", "–", "12.5"]
-    assert "largest force of a soft support, and share" in table.note
+    hard, table = tables({"starts": dataset, "soft": soft})
+    assert hard.head[4] == "hardest impact"
+    assert table.head[4] == "largest force"
+    assert [row[4] for row in table.rows] == ["–", "12.5", "12.5"]
 
 
 OVER = """
@@ -230,20 +303,24 @@ def test_shares_over_a_parameter_with_units(over_omega):
     with house_style():
         figure = draw("basins", data, study.scenes["shares"].figure, datasets)
         shown = words(figure)
-    assert "two-sided" in shown
-    assert "unstable orbit" in shown
     assert "rad/s" in shown
-    (section,) = sections({"shares": data})
-    rows = section.tables[0].as_data()["rows"]
+    letters = {text.get_text() for ax in figure.axes for text in ax.texts}
+    assert {"A", "B"} <= letters
+    caption = picture_of("basins", data).describe(data, study.scenes["shares"].figure, datasets)
+    assert "unstable ones dashed" in caption
+    (table,) = tables({"shares": data})
+    assert table.head[2:4] == ["from (rad/s)", "to (rad/s)"]
+    rows = table.as_data()["rows"]
     # The motion with impacts vanishes at the fold of its branch, the other one downwards at the grazing.
     branches = datasets["laws"]
     places = dict(
         zip(branches.bifurcation_kind.values, branches.bifurcation_omega.values, strict=True)
     )
-    assert rows[0][3].startswith(f"{places[Bifurcation.FOLD]:.4g} rad/s")
-    assert rows[1][2].startswith(f"{places[Bifurcation.GRAZING]:.4g} rad/s")
-    (finding,) = findings({"shares": data})
-    assert "vanishes at" in finding.texts[1]
+    assert rows[0][1:4] == ["both supports, once a period", "–", f"{places[Bifurcation.FOLD]:.4g}"]
+    assert rows[1][1:3] == ["no impact", f"{places[Bifurcation.GRAZING]:.4g}"]
+    together, change, *_ = answers({"shares": data})["shares"]
+    assert "at least two coexist from" in together.rest
+    assert f"vanishes at ω = {places[Bifurcation.FOLD]:.4g} rad/s and B follows." in change.rest
     table = vp.table(data)
     assert len(table) == int(data.basin_share.count())
     assert len(vp.table(data, impacts=True)) == data.sizes["impact"]
@@ -255,8 +332,8 @@ def test_pictures_of_a_parameter_are_drawn(over_omega):
     for picture in kinds()["basins"].pictures_of(datasets["shares"], scene.figure.chosen()):
         with house_style():
             figure = picture.draw(datasets["shares"], scene.figure, datasets)
-        assert figure.legends
-        assert "attractor" in picture.describe(datasets["shares"], scene.figure, datasets).lower()
+        assert figure.axes
+        assert "settle" in picture.describe(datasets["shares"], scene.figure, datasets).lower()
 
 
 @pytest.mark.parametrize(
@@ -280,9 +357,9 @@ def test_bad_keys_over_a_parameter_are_refused(tmp_path, old, new, must):
 def test_lines_are_told_only_where_they_are_drawn(dataset):
     with_lines = dataset.assign(border=dataset.border * 0)
     crowded = dataset.assign(border=dataset.border * 0 + 1)
-    assert "lines separate basins" in describe_basins(with_lines)
-    assert "lines separate basins" not in describe_basins(crowded)
-    assert "of those that the borders contain" in describe_basins(crowded)
+    assert "thin lines: the starts that approach them" in describe_basins(with_lines)
+    assert "thin lines" not in describe_basins(crowded)
+    assert "of those in the borders" in describe_basins(crowded)
 
 
 def test_only_starts_without_an_attractor_are_unresolved(over_omega, tmp_path):
@@ -301,12 +378,14 @@ def test_pictures_where_attractors_are_absent(over):
     data = vp.basins(vp.Exciter(l=0.5, f=0.3, nu=1.3), [0.0, 0.2], [0.0, 1.0], starts=16, over=over)
     for picture in kinds()["basins"].pictures_of(data, ("shares", "maps")):
         with house_style():
-            shown = words(picture.draw(data, None, {}))
-        assert "no attractor found" in shown
-    texts = findings({"over": data})[0].texts
+            assert picture.draw(data, None, {}).axes
+        assert "for which no motion was found" in picture.describe(data, None, {})
+    found = answers({"over": data})["over"]
     if "nu" in over:
-        assert texts == ["No attractor was found."]
-        assert sections({"over": data}) == []
+        assert [answer.lead for answer in found] == [
+            "No motion was found on which the starts settle."
+        ]
+        assert tables({"over": data}) == []
     else:
         assert ((data.bifurcation_h > 0) & (data.bifurcation_h < 1e-3)).all()
-        assert "settle on none of them" in picture.describe(data, None, {})
+        assert found[1].lead == "Motions appear or vanish at one value of h."

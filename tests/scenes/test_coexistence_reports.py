@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibropipe.scenes.basins.shares_text import together_ranges
-from vibropipe.scenes.basins.text import findings as basins_findings
+from vibropipe.scenes.basins.shares_text import share_answers, together_ranges
 from vibropipe.scenes.branch.findings import branch_texts, common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.findings import sweep_texts
@@ -92,8 +91,7 @@ def test_attractors_coexist_within_the_intervals_of_the_branches(studies) -> Non
             # Located to four digits (docs/numerics.md), or between two values of the grid.
             near = 1e-4 * places
             assert ((places >= low - near) & (places <= high + near)).any(), (end, places)
-    (finding,) = basins_findings({"shares": shares})
-    assert any(text.startswith(SAYS) for text in finding.texts)
+    assert "at least two coexist from" in share_answers(shares)[0].rest
 
 
 def test_a_followed_sweep_has_two_motions_within_the_intervals_of_the_branches(studies) -> None:

@@ -7,11 +7,11 @@ import pytest
 from bokeh.document import Document
 
 import vibropipe as vp
+from vibropipe.solve.rebuild import motion_of
 from vibropipe.store import load
 from vibropipe.view.border import Borders
 from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import motion_of
 from vibropipe.view.results import Results
 from vibropipe.view.row_numbers import law_text, lines_of, momentum
 

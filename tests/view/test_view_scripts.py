@@ -8,9 +8,9 @@ import pytest
 from scripts_in_node import call, needs_node, run
 
 import vibropipe as vp
+from vibropipe.solve.rebuild import motion_of
 from vibropipe.store import load
 from vibropipe.view.page import Page
-from vibropipe.view.rebuild import motion_of
 from vibropipe.view.results import Results
 from vibropipe.view.save import save_page, saved_series, stored_events, thinned
 from vibropipe.view.saved_plan import plan_text

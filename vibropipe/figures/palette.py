@@ -115,6 +115,11 @@ def lighter(colour: str, part: float = 0.45) -> str:
     return _mixed(to_rgb(colour), (1.0, 1.0, 1.0), part)
 
 
+def darker(colour: str, part: float = 0.4) -> str:
+    """Return a colour mixed with black."""
+    return _mixed(to_rgb(colour), (0.0, 0.0, 0.0), part)
+
+
 Rgb = tuple[float, float, float]
 
 

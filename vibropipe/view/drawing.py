@@ -6,8 +6,8 @@ import numpy as np
 from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d, Toggle
 from bokeh.plotting import figure
 
+from vibropipe.solve.rebuild import Motion
 from vibropipe.view.motion_panel import WALL, MotionPanel
-from vibropipe.view.rebuild import Motion
 from vibropipe.view.scripts import script
 
 # Share of the range of displacements that the mass takes.

@@ -19,7 +19,7 @@ from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 from vibropipe.figures.map_shapes import borders, cell_edges, scale_of, widest_spot
-from vibropipe.scenes.basins.basin_map import COLOURS
+from vibropipe.figures.style import GREEN, PURPLE, SKY, VERMILLION, YELLOW
 from vibropipe.scenes.sweep.quantities import SIGNED, Series
 from vibropipe.scenes.sweep.regime_map import HIGHEST_SHARE
 from vibropipe.view.plane import Plane
@@ -30,6 +30,16 @@ FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 340, 70
 # Beside the frame, for the colour bar, whether it is shown or not.
 RIGHT_BORDER = 66
 NO_VALUE = "#FFFFFF"
+COLOURS = (
+    YELLOW,
+    SKY,
+    "#003B5C",
+    VERMILLION,
+    "#EFEFEF",
+    GREEN,
+    PURPLE,
+    "#7F7F7F",
+)  # far apart in grey as well
 WORDS, EDGE = ("x", "y", "text", "align"), 0.1
 # Cells of a side of the image of an irregular grid.
 FINE = 800

@@ -11,7 +11,7 @@ from vibropipe.figures.jumps import with_breaks
 from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import clock, times_of
-from vibropipe.view.rebuild import Motion
+from vibropipe.solve.rebuild import Motion
 from vibropipe.view.scripts import short_ticks
 from vibropipe.view.words import label_of
 

@@ -12,10 +12,10 @@ from bokeh.layouts import column, row
 from bokeh.models import Button, ColumnDataSource, Div, InlineStyleSheet, Select
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.rebuild import Motion, motion_of
 from vibropipe.view.drawing import Drawing
 from vibropipe.view.motion_panel import MotionPanel
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import Motion, motion_of
 from vibropipe.view.recipe import as_python, as_yaml
 from vibropipe.view.row_numbers import Line, law_text, lines_of, momentum_lines, table_html
 from vibropipe.view.scripts import script

@@ -9,7 +9,7 @@ import xarray as xr
 
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.physical import is_physical
-from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, section_of
+from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, section_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.units import DIMENSIONS
 

@@ -24,9 +24,9 @@ from vibropipe.figures.text import (
 )
 from vibropipe.orbits.harmonics import rest_force
 from vibropipe.solve.contacts import log_of
+from vibropipe.solve.rebuild import Motion, mass_and_stiffness
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.plane import ELEMENTS
-from vibropipe.view.rebuild import Motion, mass_and_stiffness
 from vibropipe.view.words import html, number, symbol
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status

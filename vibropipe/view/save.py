@@ -17,10 +17,10 @@ from bokeh.resources import INLINE
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
 from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.solve.rebuild import SHOWN_PERIODS, mass_and_stiffness, motion_of, without_units
 from vibropipe.store import StoreError, atomic_file
 from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import SHOWN_PERIODS, mass_and_stiffness, motion_of, without_units
 from vibropipe.view.results import Results, is_sweep
 from vibropipe.view.saved_plan import plan_text
 from vibropipe.view.scripts import source_of

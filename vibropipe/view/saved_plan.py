@@ -15,6 +15,7 @@ from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import parameter_names
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.solve.physical import convert
+from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, without_units
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.drawing import MASS
 from vibropipe.view.legend import MARKERS
@@ -22,7 +23,6 @@ from vibropipe.view.map_panel import even_cells, flag_colours, limits_of
 from vibropipe.view.motion_panel import MARGIN
 from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import exciter_of, mass_and_stiffness, without_units
 from vibropipe.view.slices import least_length, shown_series, slice_label
 from vibropipe.view.words import html, symbol, unit_of, value_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL

@@ -19,17 +19,17 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
 from vibropipe.solve.basins import basins
 from vibropipe.solve.physical import stored
-from vibropipe.solve.steady import steady_state
-from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
-from vibropipe.solve.sweep_grid import DIRECTION
-from vibropipe.view.plane import Plane
-from vibropipe.view.rebuild import (
+from vibropipe.solve.rebuild import (
     changed_row,
     exciter_of,
     mass_and_stiffness,
     section_of,
     without_units,
 )
+from vibropipe.solve.steady import steady_state
+from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
+from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol, unit_of
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL

@@ -1,202 +1,237 @@
-"""Map of the basins over the starts, and of the forcing periods until a start has settled."""
+"""Map of the basins over the starts, with the motions beside it, and of the periods until a start has settled."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import textwrap
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
 
+from vibropipe.figures.canvas import LETTER, SMALL, axes, colour_bar, new_canvas, support_bands
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
-from vibropipe.figures.style import (
-    BLACK,
-    GREEN,
-    LINE_MARKERS,
-    PURPLE,
-    REGION_LABEL,
-    SKY,
-    VERMILLION,
-    YELLOW,
-    legend,
-    new_figure,
+from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
+from vibropipe.figures.text import axis_label, is_forced
+from vibropipe.figures.units import shown_factor, stored_value
+from vibropipe.scenes.basins.attractors import (
+    attractor_words,
+    colours_of,
+    letters_of,
+    marker_of,
+    ordered,
+    swept_name,
 )
-from vibropipe.figures.text import axis_label, parameter_line
-from vibropipe.scenes.basins.text import MAX_BORDER, attractor_text
+from vibropipe.scenes.basins.safety import states_of
+from vibropipe.scenes.basins.text import MAX_BORDER, percent
+from vibropipe.solve.rebuild import Motion, motion_of
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 
-# Colours of the basins in turn: the first lie far apart in grey as well.
-COLOURS = (YELLOW, SKY, "#003B5C", VERMILLION, "#EFEFEF", GREEN, PURPLE, "#7F7F7F")
-NONE_COLOUR, PERIOD_COLOURS = "#FFFFFF", "cividis"
 # Forcing periods from which on only powers of ten are labelled.
 MANY_PERIODS = 30
-# Crosses of unstable orbits, black on white, to be seen on every colour.
-CROSSES: tuple[dict[str, Any], ...] = (
-    {
-        "linestyle": "none",
-        "marker": "X",
-        "markersize": 7.5,
-        "color": "white",
-        "markeredgewidth": 0.0,
-    },
-    {"linestyle": "none", "marker": "x", "markersize": 5.0, "color": BLACK, "markeredgewidth": 1.4},
-)
-STABLE_SET: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 0.8}
-# Quantity of each map -> its height.
-PANELS_CM = {"attractor": 8.6, "periods_to_attractor": 6.4}
-LEGEND_CM, AXIS_CM = 1.8, 1.2
+MAX_MOTIONS = 4  # that stand beside the map
+LEFT, LOW, GAP = 1.25, 1.05, 0.4  # cm: left of the axes, below them, above them
+MAP_CM, TALL_CM, TIMES_CM = 9.2, 7.6, 4.6
+BESIDE, MOTION_CM, SLOT_CM = (
+    11.95,
+    3.85,
+    3.1,
+)  # left of the motions, their width, most height of one
+LINE_CM, LETTERS, LEAST_PERIODS, MOST_PERIODS = 0.34, 36, 2, 6
+STABLE_SET: dict[str, Any] = {"color": INK, "linewidth": 0.35}
+CROSSES: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "x",
+    "markersize": 5.0,
+    "markeredgewidth": 1.1,
+    "color": FAILED,
+    "zorder": 5,
+}
+DISC = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": INK, "linewidth": 0.5}
+LETTER_STYLE: dict[str, Any] = {
+    "ha": "center",
+    "va": "center",
+    "weight": "bold",
+    "fontsize": LETTER,
+    "bbox": DISC,
+    "zorder": 7,
+}
+Edges = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
-    """Draw the attractor of each start, and the periods until it has settled, or one of both."""
-    heights = {name: height for name, height in PANELS_CM.items() if name in (show or PANELS_CM)}
-    figure = new_figure(sum(heights.values()) + (LEGEND_CM if "attractor" in heights else AXIS_CM))
-    column = figure.subplots(
-        len(heights), 1, sharex=True, squeeze=False, height_ratios=[*heights.values()]
-    )[:, 0]
-    panels: dict[str, Axes] = dict(zip(heights, column, strict=True))
+    """Draw the attractor of each start with the motions beside, the periods until it has settled, or both."""
+    show = show or ("attractor",)
+    has_map, has_times = "attractor" in show, "periods_to_attractor" in show
+    lower = TIMES_CM + LOW if has_map and has_times else 0.0
+    tall = TALL_CM if has_map else TALL_CM - 1.5
+    figure = new_canvas(LOW + lower + tall + GAP)
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
-    if upper := panels.get("attractor"):
-        draw_attractor_map(upper, dataset, edges)
-    column[0].set_title(parameter_line(dataset))
-    if lower := panels.get("periods_to_attractor"):
-        draw_periods(figure, lower, dataset, edges)
-    for ax in column:
-        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-        ax.set_ylabel(axis_label(dataset["v0"]))
-        frame(ax)
-    column[-1].set_xlabel(axis_label(dataset["x0"]))
-    if "attractor" in panels:
-        legend(figure, legend_handles(dataset), "lower")
+    if has_map:
+        ax = axes(figure, LEFT, LOW + lower, MAP_CM, TALL_CM)
+        draw_attractor_map(ax, dataset, edges)
+        name_axes(ax, dataset, edges)
+        draw_motions(figure, dataset, LOW + lower)
+    if has_times:
+        wide, high = (MAP_CM, TIMES_CM) if has_map else (12.6, tall)
+        ax = axes(figure, LEFT, LOW, wide, high)
+        draw_periods(figure, ax, dataset, edges, (LEFT + wide + 0.25, LOW, 0.25, high))
+        name_axes(ax, dataset, edges)
     return figure
 
 
-def draw_attractor_map(
-    ax: Axes, dataset: xr.Dataset, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
-) -> None:
-    """Draw the attractor of each start, with the states of the attractors at the section."""
+def name_axes(ax: Axes, dataset: xr.Dataset, edges: Edges) -> None:
+    """Set limits and labels of a map of starts."""
+    ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    ax.set(xlabel=axis_label(dataset["x0"]), ylabel=axis_label(dataset["v0"]))
+    frame(ax)
+
+
+def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | None = None) -> None:
+    """Draw the attractor of each start, with letters and states at the section; `at` a value of the swept parameter."""
+    own, letters, n = colours_of(dataset), letters_of(dataset), dataset.sizes["attractor_id"]
+    markers = {index: marker_of(dataset, index) for index in range(n)}
+    if at is not None:
+        dataset = dataset.isel({swept_name(dataset): at})
     attractor = dataset["attractor"].transpose("v0", "x0").values
-    n = dataset.sizes["attractor_id"]
-    colours = ListedColormap([NONE_COLOUR, *(COLOURS[i % len(COLOURS)] for i in range(n))])
+    colours = ListedColormap([FAILED, *(own[index] for index in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
     ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
-    at_section = float(dataset["start_phase"]) == 0.0
-    if float(dataset["border"].mean()) <= MAX_BORDER:
-        if at_section and dataset.sizes.get("stable_set_point"):
-            curves = (dataset[f"stable_set_{name}"] for name in ("displacement", "velocity"))
-            ax.plot(*curves, **STABLE_SET)
-        else:
-            draw_borders(ax, edges, attractor)
-    write_numbers(ax, dataset, attractor)
-    if at_section:
-        draw_attractors(ax, dataset)
-        if "border_orbit" not in dataset.dims:
-            return
-        points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
-        for style in CROSSES:
-            ax.plot(*points, **style)
-
-
-def draw_borders(
-    ax: Axes, edges: tuple[NDArray[np.float64], NDArray[np.float64]], attractor: NDArray[np.int32]
-) -> None:
-    """Draw a line along the sides that cells of different basins share."""
-    style: dict[str, Any] = {"color": BLACK, "linewidth": 0.4, "rasterized": True}
-    xs, ys = edges
-    row, column = np.nonzero(attractor[:, 1:] != attractor[:, :-1])
-    gap = np.full(row.size, np.nan)
-    at = xs[column + 1]
-    ax.plot(np.ravel([at, at, gap], "F"), np.ravel([ys[row], ys[row + 1], gap], "F"), **style)
-    row, column = np.nonzero(attractor[1:] != attractor[:-1])
-    gap = np.full(row.size, np.nan)
-    at = ys[row + 1]
-    ends = xs[column], xs[column + 1]
-    ax.plot(np.ravel([*ends, gap], "F"), np.ravel([at, at, gap], "F"), **style)
-
-
-def write_numbers(ax: Axes, dataset: xr.Dataset, attractor: NDArray[np.int32]) -> None:
-    """Write the number of the attractor into the widest place of its basin, if there is one."""
-    for index in range(dataset.sizes["attractor_id"]):
+    for index, letter in letters.items():
         spot = widest_spot(attractor == index)
         if spot is not None:
-            at = dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]]
-            ax.text(*at, str(index), **REGION_LABEL)
+            place = dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]]
+            ax.text(*place, letter, **LETTER_STYLE)
+    if float(dataset["start_phase"]) != 0.0:
+        return
+    if float(dataset["border"].mean()) <= MAX_BORDER and dataset.sizes.get("stable_set_point"):
+        curves = (dataset[f"stable_set_{name}"] for name in ("displacement", "velocity"))
+        ax.plot(*curves, **STABLE_SET)
+    if "border_orbit" in dataset.dims:
+        points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
+        ax.plot(*points, **CROSSES)
+    for index, style in markers.items():
+        ax.plot(*states_of(dataset, index).T, **style, zorder=4 if style["marker"] == "." else 6)
 
 
-def draw_attractors(ax: Axes, dataset: xr.Dataset) -> None:
-    """Draw the states of each attractor at the section: markers, or dots for one without an orbit."""
-    for index in range(dataset.sizes["attractor_id"]):
-        row = dataset.isel(attractor_id=index)
-        n_states = int(row["period_multiple"]) or row.sizes["visit"]
-        states = [
-            row[f"poincare_{name}"].values[-n_states:] for name in ("displacement", "velocity")
-        ]
-        ax.plot(*states, clip_on=True, **marker(dataset, index))
+def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
+    """Draw the displacement of the motions of the largest basins between the supports, one below the other."""
+    drawn = [(index, row_motion(dataset, index)) for index in ordered(dataset)[:MAX_MOTIONS]]
+    if not drawn:
+        return
+    periods = periods_of([motion for _, motion in drawn if motion is not None])
+    slot = min(SLOT_CM, TALL_CM / len(drawn))
+    letters, shares = letters_of(dataset), dataset["basin_share"]
+    factor = shown_factor(str(dataset["x0"].attrs.get("units", "1")))
+    limits = limits_of([motion for _, motion in drawn if motion is not None], factor)
+    words = {
+        index: textwrap.wrap(attractor_words(dataset, index), LETTERS)[:2] for index, _ in drawn
+    }
+    text_cm = 0.3 + LINE_CM * (1 + max(map(len, words.values())))
+    for position, (index, motion) in enumerate(drawn):
+        low, high = bottom + TALL_CM - (position + 1) * slot, slot - text_cm
+        ax = axes(figure, BESIDE, low, MOTION_CM, high)
+        if motion is not None:
+            ax.plot(*displacement_over(motion, periods, factor), color=INK, linewidth=0.9)
+            ax.set(xlim=(0, periods), ylim=limits)
+            support_bands(ax, factor * motion.walls[2], factor * motion.walls[1])
+        heading = f"{percent(float(shares[index]))} of the starts"
+        for line, text in enumerate(reversed([heading, *words[index]])):
+            y = 1 + (0.2 + line * LINE_CM) / high
+            weight = "bold" if text is heading else "normal"
+            ax.text(
+                -0.05, y, text, transform=ax.transAxes, weight=weight, fontsize=SMALL, va="center"
+            )
+        top = 1 + (0.2 + LINE_CM * len(words[index])) / high
+        ax.text(-0.17, top, letters[index], transform=ax.transAxes, **LETTER_STYLE)
+        is_last = position == len(drawn) - 1
+        ax.tick_params(labelsize=SMALL, labelbottom=is_last)
+        ax.locator_params(axis="y", nbins=3)
+        ax.locator_params(axis="x", integer=True)
+        if is_last:
+            ax.set_xlabel(f"time, in {'forcing ' if is_forced(dataset) else ''}periods")
+    figure.text(
+        (BESIDE - 1.28) / 16.0,
+        (bottom + TALL_CM - slot * len(drawn) / 2) / figure_height(figure),
+        axis_label(dataset["displacement_strobe"]).partition(" at ")[0],
+        rotation=90,
+        ha="center",
+        va="center",
+    )
 
 
-def marker(dataset: xr.Dataset, index: int) -> dict[str, Any]:
-    """Return the marker of an attractor."""
-    if int(dataset["period_multiple"][index]) == 0:
-        size = {"marker": ".", "markersize": 2.4, "markeredgewidth": 0.0}
-        return {"linestyle": "none", "color": BLACK, "rasterized": True, **size}
-    shape = LINE_MARKERS[index % len(LINE_MARKERS)]
-    face = {"markerfacecolor": "white", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
-    return {"linestyle": "none", "marker": shape, "markersize": 5.0, **face}
+def figure_height(figure: Figure) -> float:
+    """Return the height of a figure in cm."""
+    return float(figure.get_figheight()) * 2.54
+
+
+def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
+    """Return the motion of an attractor, marched on from its section in the units that are stored."""
+    row = dataset.sel(attractor_id=index)
+    names = [
+        name
+        for name in (
+            *PARAMETERS,
+            *PHYSICAL,
+            "displacement_strobe",
+            "velocity_strobe",
+            "base_frequency",
+        )
+        if name in row.variables
+    ]
+    values = {name: ((), stored_value(row[name]), row[name].attrs) for name in names}
+    return motion_of(xr.Dataset({**values, "period_multiple": row["period_multiple"]}))
+
+
+def periods_of(motions: Sequence[Motion]) -> int:
+    """Return how many forcing periods are drawn: the longest orbit, within limits; all if there is none."""
+    longest = max((int(motion.row["period_multiple"]) for motion in motions), default=1)
+    has_chaos = any(not motion.is_orbit for motion in motions)
+    return min(max(longest, MOST_PERIODS if has_chaos else LEAST_PERIODS), MOST_PERIODS)
+
+
+def limits_of(motions: Sequence[Motion], factor: float) -> tuple[float, float]:
+    """Return the limits of the displacement: a little beyond the supports."""
+    if not motions:
+        return -1.0, 1.0
+    ends = [factor * motions[0].walls[support] for support in (2, 1)]
+    seen = [factor * motion.plain["displacement"].values for motion in motions]
+    low, high = min(ends[0], *map(np.nanmin, seen)), max(ends[1], *map(np.nanmax, seen))
+    return float(low - 0.15 * (high - low)), float(high + 0.15 * (high - low))
+
+
+def displacement_over(motion: Motion, periods: int, factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return time in forcing periods and displacement of a motion, with its impacts; an orbit is repeated."""
+    plain, period = motion.plain, motion.exciter.period
+    wall = np.where(plain["impact_support"].values == 1, motion.walls[1], motion.walls[2])
+    hard = ~np.isin(plain["impact_support"].values, motion.soft)
+    t = np.concatenate([plain["tau"].values, plain["impact_tau"].values[hard]])
+    x = np.concatenate([plain["displacement"].values, wall[hard]])
+    order = np.argsort(t, kind="stable")
+    t, x = t[order] / period, factor * x[order]
+    times = -(-periods * period // motion.length) if motion.is_orbit else 1
+    shifts = np.arange(max(int(times), 1)) * motion.length / period
+    return (t + shifts[:, None]).ravel(), np.tile(x, shifts.size)
 
 
 def draw_periods(
     figure: Figure,
     ax: Axes,
     dataset: xr.Dataset,
-    edges: tuple[NDArray[np.float64], NDArray[np.float64]],
+    edges: Edges,
+    bar_at: tuple[float, float, float, float],
 ) -> None:
     """Draw the forcing periods until each start has settled, on a logarithmic scale."""
-    periods = dataset["periods_to_attractor"].transpose("v0", "x0")
-    shown = np.maximum(periods.values, 1)
+    shown = np.maximum(dataset["periods_to_attractor"].transpose("v0", "x0").values, 1)
     norm = LogNorm(int(shown.min()), max(2, int(shown.max())) + int(shown.min() == shown.max()))
-    ax.pcolormesh(*edges, shown, cmap=PERIOD_COLOURS, norm=norm, rasterized=True)
-    text = "forcing periods until settled"
-    symbol = dataset["periods_to_attractor"].attrs["symbol"]
-    bar = figure.colorbar(
-        ScalarMappable(norm, PERIOD_COLOURS), ax=ax, aspect=30, pad=0.02, label=f"{text} {symbol}"
-    )
+    drawn = ax.pcolormesh(*edges, shown, cmap=MAGNITUDES, norm=norm, rasterized=True)
+    bar = colour_bar(figure, drawn, *bar_at, title="periods until settled")
     # Whole numbers of periods, not powers of ten with one digit.
-    bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     if (norm.vmax or 1.0) < MANY_PERIODS:
         bar.ax.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
-
-
-def legend_handles(dataset: xr.Dataset) -> list[Artist]:
-    """Return legend entries: the colour of each basin, with the marker of its attractor."""
-    handles: list[Artist] = []
-    drawn = float(dataset["start_phase"]) == 0.0
-    for index in range(dataset.sizes["attractor_id"]):
-        colour, text = COLOURS[index % len(COLOURS)], attractor_text(dataset, index)
-        if drawn and int(dataset["period_multiple"][index]):
-            style = {**marker(dataset, index), "markerfacecolor": colour, "markersize": 7.0}
-            handles.append(Line2D([], [], label=text, **style))
-        else:
-            handles.append(Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.4, label=text))
-    if drawn and dataset.sizes["border_orbit"]:
-        is_smooth = float(dataset["border"].mean()) <= MAX_BORDER
-        has_line = is_smooth and dataset.sizes["stable_set_point"]
-        line, text = (STABLE_SET, ", and its stable set") if has_line else ({}, "")
-        handles.append(
-            Line2D([], [], label=f"unstable orbit on a border{text}", **CROSSES[1] | line)
-        )
-    if bool((dataset["attractor"] < 0).any()):
-        handles.append(none_handle())
-    return handles
-
-
-def none_handle() -> Artist:
-    """Return the legend entry of starts for which no attractor was found."""
-    return Patch(facecolor=NONE_COLOUR, edgecolor=BLACK, linewidth=0.4, label="no attractor found")

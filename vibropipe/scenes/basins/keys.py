@@ -45,7 +45,7 @@ class BasinsFigure(FigureOptions):
         list[Literal["attractor", "periods_to_attractor"]], AfterValidator(each_once)
     ] = Field(
         default=[],
-        description="Maps: the attractor of each start, and the forcing periods until it settles (default: both).",
+        description="Maps: the attractor of each start (default), and the forcing periods until it settles.",
     )
     branches: Annotated[str | None, NameRule()] = Field(
         default=None,

@@ -7,13 +7,17 @@ from typing import Any
 
 import xarray as xr
 
+from vibropipe.scenes.basins.attractors import swept_name
 from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
-from vibropipe.scenes.basins.laws import swept_name
 from vibropipe.scenes.basins.share_bands import draw_shares
 from vibropipe.scenes.basins.share_maps import draw_share_maps
-from vibropipe.scenes.basins.shares_text import describe_share_maps, describe_shares
-from vibropipe.scenes.basins.text import describe_basins
+from vibropipe.scenes.basins.shares_text import (
+    describe_share_maps,
+    describe_shares,
+    title_shares,
+)
+from vibropipe.scenes.basins.text import describe_basins, title_basins
 from vibropipe.scenes.kind import Picture, showing
 
 
@@ -29,7 +33,20 @@ def branches(options: BasinsFigure | None, others: Mapping[str, xr.Dataset]) -> 
 
 
 PICTURES = (
-    Picture("basins", draw_basins, describe_basins, lambda dataset: not is_swept(dataset), showing),
-    Picture("shares", draw_shares, describe_shares, is_swept, branches),
-    Picture("maps", draw_share_maps, describe_share_maps, is_swept),
+    Picture(
+        "basins",
+        draw_basins,
+        describe_basins,
+        lambda dataset: not is_swept(dataset),
+        showing,
+        title_basins,
+    ),
+    Picture("shares", draw_shares, describe_shares, is_swept, branches, title_shares),
+    Picture(
+        "maps",
+        draw_share_maps,
+        describe_share_maps,
+        is_swept,
+        heading="Which starts settle on which motion?",
+    ),
 )

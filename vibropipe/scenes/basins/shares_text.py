@@ -1,80 +1,96 @@
-"""Caption, findings and tables of basins over a parameter, written from their data."""
+"""Title, captions, answers and table of basins over a parameter, written from their data."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import between_text
-from vibropipe.figures.text import format_number, sentences
+from vibropipe.figures.claims import outwards
+from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.text import format_number, in_brackets, sentences
 from vibropipe.report.findings import symbol_text, value_text
-from vibropipe.report.table import DASH, Table, breakable
-from vibropipe.scenes.basins.laws import (
+from vibropipe.report.parts import Answer
+from vibropipe.report.table import DASH, Table
+from vibropipe.scenes.basins.attractors import (
     Change,
+    attractor_words,
     changes_of,
-    laws_text,
-    place_text,
+    letters_of,
+    named,
+    ordered,
     presence,
     swept_name,
 )
-from vibropipe.words.wording import count, series
+from vibropipe.scenes.basins.text import NOT_FOUND, missing_text, percent, start_text
+from vibropipe.words.wording import count
 
-# Changes that a sentence lists.
-MAX_LISTED = 4
+RARE = 0.02  # share of the starts below which a motion is easily missed
 # The value at which a range ends, or the two between which it does; None at an end of the values.
 Border = tuple[float, ...] | None
 
 
+def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
+    """Return the title of the shares: whether motions coexist."""
+    if not dataset.sizes["attractor_id"]:
+        return NOT_FOUND
+    symbol, ranges = symbol_text(dataset[swept_name(dataset)]), len(together_ranges(dataset))
+    if not ranges:
+        return (
+            f"At each value of {symbol}, all starts settle on one motion"
+            if not missing_text(dataset)
+            else ""
+        )
+    where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
+    return f"In {where}, the start decides which motion settles"
+
+
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
     """Return the caption of the shares over a parameter."""
-    axis = dataset[swept_name(dataset)]
     n_starts = count(dataset.sizes["x0"] * dataset.sizes["v0"], "start")
-    phase = float(dataset["start_phase"])
+    lines = " (grey: stable orbits wide, unstable ones dashed)" if branches is not None else ""
     return sentences(
-        "Above: first harmonic of the attractors"
-        + (" over branches of stable and unstable orbits" if branches is not None else "")
-        + f"; below: share of {n_starts} that settle on each"
-        + (f", started at {format_number(phase)} of a forcing period" if phase else ""),
-        "Upright bars: 95 % intervals of the lines between bands, for as many random starts",
-        f"Broken lines: values of {symbol_text(axis)} at which an attractor appears or vanishes",
+        f"(a) First harmonic of the motions{lines}. (b) Share of {n_starts} that settle on each{start_text(dataset)}; "
+        "upright bars: 95 % intervals for as many random starts",
+        "Grey lines: a motion appears or vanishes" if changes_of(dataset) else "",
         missing_text(dataset),
     )
 
 
 def describe_share_maps(dataset: xr.Dataset) -> str:
     """Return the caption of the maps at some values of the parameter."""
-    axis = dataset[swept_name(dataset)]
-    phase = float(dataset["start_phase"])
-    started = f"The motions start at {format_number(phase)} of a forcing period" if phase else ""
+    symbol = symbol_text(dataset[swept_name(dataset)])
+    marks = (
+        "; symbols: their states once every forcing period"
+        if not float(dataset["start_phase"])
+        else ""
+    )
     return sentences(
-        f"Attractor that the motion from each start settles on, at some values of {symbol_text(axis)}",
-        started or "Markers show the states of the attractors at the section",
+        f"Starts at some values of {symbol}{start_text(dataset)}; colours: the motion on which they settle{marks}",
         missing_text(dataset),
     )
 
 
-def missing_text(dataset: xr.Dataset) -> str:
-    """Write the share of starts for which no attractor was found."""
-    none = float((dataset["attractor"] < 0).mean())
-    return f"{format_number(100 * none, 3)} % of the starts settle on none of them" if none else ""
+def share_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return where motions coexist, the main change, and the smallest basin."""
+    if dataset.sizes["attractor_id"] == 0:
+        return [Answer(f"{NOT_FOUND}.")]
+    found = [together_answer(dataset), change_answer(dataset), rare_answer(dataset)]
+    return [answer for answer in found if answer]
 
 
-def together_text(dataset: xr.Dataset) -> str:
-    """Write where several attractors coexist: the widest range, between the values where an attractor changes."""
+def together_answer(dataset: xr.Dataset) -> Answer:
+    """Write where several attractors coexist: the widest range."""
     axis = dataset[str(swept_name(dataset))]
-    ranges = together_ranges(dataset)
+    symbol, ranges = symbol_text(axis), together_ranges(dataset)
     if not ranges:
-        return f"At no value of {symbol_text(axis)} do the starts settle on two motions"
-    texts = [
-        f"{way} {place}"
-        for way, place in zip(("from", "to"), (_place(axis, end) for end in ranges[0]), strict=True)
-        if place
-    ]
-    where = " ".join(texts) or f"at all values of {symbol_text(axis)}"
+        return Answer(f"At no value of {symbol} do the starts settle on two motions.")
+    places = [_place(axis, border) for border in ranges[0]]
+    texts = [f"{way} {place}" for way, place in zip(("from", "to"), places, strict=True) if place]
+    where = " ".join(texts) or f"at all values of {symbol}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
-    return (
-        f"Among the motions followed here, at least two coexist {where}{more}: there the start decides which of them "
-        "settles"
+    return Answer(
+        f"{'In places' if texts else 'Everywhere'}, the start decides which motion settles.",
+        f"Among those followed here, at least two coexist {where}{more}.",
     )
 
 
@@ -91,8 +107,8 @@ def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
     places = np.array([change.value for change in changes_of(dataset)])
     found = [
         (
-            _border(places, values, first - 1) if first > 0 else None,
-            _border(places, values, last) if last < values.size - 1 else None,
+            _border(places, values, first, first - 1) if first > 0 else None,
+            _border(places, values, last, last + 1) if last < values.size - 1 else None,
         )
         for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
     ]
@@ -100,91 +116,95 @@ def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
     return [found[n] for n in np.argsort(-widths, kind="stable")]
 
 
-def _border(places: np.ndarray, values: np.ndarray, n: int) -> tuple[float, ...]:
-    """Return the one change between values n and n + 1, which is the border there; else both values."""
-    inside = places[(places >= values[n]) & (places <= values[n + 1])]
-    return (float(inside[0]),) if inside.size == 1 else (float(values[n]), float(values[n + 1]))
+def _border(places: np.ndarray, values: np.ndarray, inner: int, outer: int) -> tuple[float, ...]:
+    """Return the one change between two values, which is the border there; else both, the inner one first."""
+    low, high = sorted((values[inner], values[outer]))
+    inside = places[(places >= low) & (places <= high)]
+    if inside.size == 1:
+        return (float(inside[0]),)
+    return float(values[inner]), float(values[outer])
 
 
 def _place(axis: xr.DataArray, border: Border) -> str:
-    """Write a border that is located, or between which values it lies; empty at an end of the range."""
+    """Write a border that is located, or the value inside it; empty at an end of the range."""
     if border is None:
         return ""
-    if len(border) == 1:
-        return f"{symbol_text(axis)} = {value_text(axis, border[0])}"
-    return between_text(axis, *border)
+    least = "" if len(border) == 1 else "at least "
+    return f"{least}{symbol_text(axis)} = {value_text(axis, border[0])}"
 
 
-def changes_text(dataset: xr.Dataset) -> str:
-    """Write where attractors vanish, with increasing and with decreasing parameter, and what follows them."""
-    axis = dataset[swept_name(dataset)]
-    clauses = []
-    for way, appears in (("increasing", False), ("decreasing", True)):
-        changes = [change for change in changes_of(dataset) if change.appears == appears]
-        if appears:
-            changes.reverse()
-        if changes:
-            listed = series(change_text(axis, change) for change in changes[:MAX_LISTED])
-            rest = len(changes) - MAX_LISTED
-            more = f" (and {rest} more, in the table)" if rest > 0 else ""
-            clauses.append(f"with {way} {symbol_text(axis)}, {listed}{more}")
-    if not clauses:
-        return "No attractor appears or vanishes"
-    text = "; ".join(clauses)
-    return f"{text[0].upper()}{text[1:]}"
+def change_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write how many changes there are, and where the motion ends that lasts longest."""
+    changes, axis = changes_of(dataset), dataset[swept_name(dataset)]
+    if not changes:
+        return Answer(f"No motion appears or vanishes as {symbol_text(axis)} changes.")
+    places = len({change.value for change in changes})
+    lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)}."
+    ends = [change for change in changes if not change.appears and change.other >= 0]
+    if not ends:
+        return Answer(lead)
+    last = max(ends, key=lambda change: presence(dataset, change.attractor).sum())
+    place = f"{symbol_text(axis)} = {value_text(axis, last.value)}"
+    follows = letters_of(dataset)[last.other]
+    vanishing = named(dataset, last.attractor)
+    rest = f"With increasing {symbol_text(axis)}, {vanishing} vanishes at {place} and {follows} follows."
+    return Answer(lead, rest)
 
 
-def change_text(axis: xr.DataArray, change: Change) -> str:
-    """Write where an attractor vanishes that is followed to where it is not, and the one that follows it."""
-    beyond = f" and {change.other} follows" if change.other >= 0 else ""
-    return f"attractor {change.attractor} vanishes at {value_text(axis, change.value)}{beyond}"
-
-
-def rare_text(dataset: xr.Dataset) -> str:
+def rare_answer(dataset: xr.Dataset) -> Answer | None:
     """Write which attractor the fewest starts settle on, and where, if they are few."""
     share = dataset["basin_share"]
     least = share.min()
-    if not float(least) < 0.02:
-        return ""
+    if not float(least) < RARE:
+        return None
     name = str(swept_name(dataset))
     row, index = np.argwhere(share.transpose(name, "attractor_id").values == float(least))[0]
-    at = float(dataset[name][row])
-    return (
-        f"The smallest basin is that of attractor {index} at {place_text(dataset, at)}: "
-        f"{format_number(100 * float(least), 3)} % of the starts"
+    axis = dataset[name]
+    place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
+    return Answer(
+        "A small basin is easily missed.",
+        f"At {place}, {percent(float(least))} of the starts settle on {letters_of(dataset)[int(index)]}.",
     )
 
 
-def share_texts(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return what shares over a parameter show, a sentence each."""
-    if dataset.sizes["attractor_id"] == 0:
-        return ("No attractor was found",)
-    return together_text(dataset), changes_text(dataset), rare_text(dataset)
-
-
-def family_table(name: str, dataset: xr.Dataset) -> Table:
+def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the attractors of a scene over a parameter."""
-    axis = dataset[swept_name(dataset)]
+    if not dataset.sizes["attractor_id"]:
+        return None
+    axis, letters = dataset[swept_name(dataset)], letters_of(dataset)
     changes = {(change.attractor, change.appears): change for change in changes_of(dataset)}
     rows = []
-    for index in dataset["attractor_id"].values.tolist():
-        present = presence(dataset, index)
-        share = dataset["basin_share"].sel(attractor_id=index).values[present]
-        least, most = (format_number(100 * float(end), 3) for end in (share.min(), share.max()))
-        span = f"{least} to {most} %" if most != least else f"{least} %"
-        ends = [_end_text(axis, changes.get((index, appears))) for appears in (True, False)]
-        rows.append([str(index), laws_text(dataset, index), *ends, span])
-    caption = (
-        f"Attractors of {breakable(name)} over {symbol_text(axis)}: laws of motion, where each appears and vanishes "
-        "with increasing value, in brackets the attractor that its motion settles on beyond, and its share of the "
-        "starts."
+    for index in ordered(dataset):
+        share = dataset["basin_share"].sel(attractor_id=index).values[presence(dataset, index)]
+        if not share.size:
+            continue
+        ends = [changes.get((index, appears)) for appears in (True, False)]
+        rows.append(
+            [
+                letters[index],
+                attractor_words(dataset, index),
+                *(DASH if end is None else format_number(end.value) for end in ends),
+                _neighbours(letters, *ends),
+                _span(100 * float(share.min()), 100 * float(share.max())),
+            ]
+        )
+    symbol = symbol_text(axis)
+    head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
+    note = (
+        f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
+        "Beyond: the motions that settle below and above instead. Share of the starts."
     )
-    return Table(["attractor", "laws", "from", "to", "share"], rows, caption, left=2)
+    return Table(
+        head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene
+    )
 
 
-def _end_text(axis: xr.DataArray, change: Change | None) -> str:
-    """Write where an attractor begins or ends; a dash where it does so beyond the values."""
-    if change is None:
-        return DASH
-    other = f" ({change.other})" if change.other >= 0 else ""
-    return f"{value_text(axis, change.value)}{other}"
+def _span(low: float, high: float) -> str:
+    """Write the range of a share in per cent."""
+    return format_number(low, 3) if low == high else " … ".join(outwards(low, high, 3))
+
+
+def _neighbours(letters: dict[int, str], below: Change | None, above: Change | None) -> str:
+    """Write the motions on which one settles below and above its values."""
+    names = [letters.get(end.other, "?") if end is not None else DASH for end in (below, above)]
+    return DASH if names == [DASH, DASH] else ", ".join(names)

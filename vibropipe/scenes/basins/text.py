@@ -1,4 +1,4 @@
-"""Captions and the table of attractors of a basins scene, written from its data."""
+"""Title, caption, answers and table of a map of basins, written from its data."""
 
 from __future__ import annotations
 
@@ -8,181 +8,209 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import (
-    REGIME_TEXT,
-    format_number,
-    impact_texts,
-    regime_name,
-    rests_of,
-    sentences,
-)
-from vibropipe.report.findings import Finding, value_text
-from vibropipe.report.section import Section
-from vibropipe.report.table import DASH, Datasets, Table, breakable
-from vibropipe.scenes.basins.laws import law_text, swept_name
-from vibropipe.scenes.basins.shares_text import family_table, share_texts
+from vibropipe.figures.claims import at_least, outwards
+from vibropipe.figures.motion_words import amount_text, number_word
+from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
+from vibropipe.report.findings import value_text
+from vibropipe.report.parts import Answer
+from vibropipe.report.table import DASH, Table
+from vibropipe.scenes.basins.attractors import attractor_words, letters_of, named, ordered
+from vibropipe.scenes.basins.safety import at_rest, knocks_of, step_of
 from vibropipe.words.wording import count, series
 
-# Share of border starts above which lines between the basins would cover them.
-MAX_BORDER = 0.25
-CAPTION = (
-    "Attractors of each scene: forcing periods m per orbit, impacts on support 1 and on support 2 per orbit (per "
-    "forcing period if aperiodic), largest modulus of the Floquet multipliers, largest velocity before impact, "
-    "{force}and share of the starts with the 95 % confidence interval for as many random ones."
-)
-FORCE = "largest force of a soft support, "
-
-
-def attractor_text(dataset: xr.Dataset, index: int) -> str:
-    """Write an attractor for a legend: its number, regime, period multiple and share of the starts."""
-    law = attractor_law(dataset, index).replace("m = ", "$m$ = ")
-    return f"{index}: {law}, {percent(float(dataset['basin_share'][index]))}"
+# Share of border starts above which lines between the basins would cover them, and above which they are many.
+MAX_BORDER, MANY = 0.25, 0.1
+NOT_FOUND = "No motion was found on which the starts settle"
 
 
 def percent(share: float) -> str:
-    """Write a share in per cent, with three digits."""
-    return f"{format_number(100 * share, 3)} %"
+    r"""Write a share in per cent, with three digits, or two below one per cent.
+
+    >>> percent(0.15), percent(1.0), percent(0.0016)
+    ('15.0\xa0%', '100\xa0%', '0.16\xa0%')
+    """
+    value = 100 * share
+    text = format_number(value, 2) if value < 1 else f"{value:.{1 if value >= 10 else 2}f}"
+    return f"{'100' if share == 1.0 else text}\u00a0%"
+
+
+def title_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the title of the map: how the motions share the starts."""
+    if show and "attractor" not in show:
+        return ""
+    shares = [float(dataset["basin_share"][index]) for index in ordered(dataset)]
+    if not shares:
+        return NOT_FOUND
+    if len(shares) == 1:
+        whole = shares[0] == 1.0
+        return "All starts settle on one motion" if whole else "One motion was found"
+    motions = amount_text(len(shares), "motion")
+    listed = [percent(share) for share in shares[:4]]
+    more = f", {listed.pop()} and less" if len(shares) > 4 else ""
+    parts = ", ".join(listed) if more else series(listed)
+    return f"{motions[0].upper()}{motions[1:]} share the starts: {parts}{more}"
 
 
 def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the maps, or of those of `show`."""
-    n = dataset.sizes["attractor_id"]
-    none = float((dataset["attractor"] < 0).mean())
-    border = float(dataset["border"].mean())
-    shares = [
-        f"{percent(float(share))} settle on attractor {index}"
-        for index, share in enumerate(dataset["basin_share"].values)
-    ]
-    phase = float(dataset["start_phase"])
-    started = f"The motions start at {format_number(phase)} of a forcing period" if phase else ""
+    show = show or ("attractor",)
+    has_map, has_times = "attractor" in show, "periods_to_attractor" in show
+    times = "forcing periods until the motion from each start has settled"
     longest = count(int(dataset["periods_to_attractor"].max()), "forcing period")
-    slowest = f"The slowest start takes {longest}" if n else "No attractor was found"
-    if show and "attractor" not in show:
-        what = "Forcing periods until the motion from each start settles"
-        return sentences(what, started, slowest)
-    what = "Attractor that the motion from each start settles on"
-    if not show or "periods_to_attractor" in show:
-        what = f"Above: {what[0].lower()}{what[1:]}. Below: forcing periods until it settles"
-    if n == 0:
-        return sentences(what, started, "No attractor was found")
-    marked = started or "Markers show the states of the attractors at the section"
-    lines = "; lines separate basins" if border <= MAX_BORDER else ""
+    slowest = f"The slowest start takes {longest}" if dataset.sizes["attractor_id"] else ""
+    if not has_map:
+        return sentences(f"{times[0].upper()}{times[1:]}{start_text(dataset)}", slowest)
     return sentences(
-        what,
-        f"{marked}{lines}",
-        "" if phase else saddles_text(dataset),
-        f"Of the starts, {series(shares)}",
-        f"{percent(border)} of the starts have a neighbour that settles elsewhere" if n > 1 else "",
-        f"{percent(none)} of the starts settle on none of them" if none else "",
-        slowest,
+        f"{dataset.sizes['x0']} × {dataset.sizes['v0']} starts{start_text(dataset)}; colours: the motion on which "
+        "they settle",
+        *marks_texts(dataset),
+        "Right: displacement of the motions between the supports (hatched)"
+        if dataset.sizes["attractor_id"]
+        else "",
+        missing_text(dataset),
+        f"Below: {times}" if has_times else "",
+        slowest if has_times else "",
     )
 
 
-def saddles_text(dataset: xr.Dataset) -> str:
-    """Write what the crosses are: unstable orbits between basins."""
-    sizes = dataset["border_orbit_multiple"].values.tolist()
-    if not sizes:
-        return ""
-    orbits = count(len(sizes), "unstable orbit")
-    multiples = series(map(str, dict.fromkeys(sorted(sizes))))
-    if float(dataset["border"].mean()) > MAX_BORDER:
-        return f"Crosses: {orbits} (m = {multiples}) of those that the borders contain"
-    which = "it" if len(sizes) == 1 else "one of them"
-    return f"Crosses: {orbits} (m = {multiples}) on the borders, which are the starts that approach {which}"
+def start_text(dataset: xr.Dataset) -> str:
+    """Write when in the forcing period the motions start."""
+    phase = float(dataset["start_phase"])
+    when = f"{format_number(phase)} of a forcing period" if phase else "the beginning of a period"
+    return f" at {when}"
 
 
-def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on coexisting motions, with a table of the attractors of all scenes.
+def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Write what the marks on a map are."""
+    if float(dataset["start_phase"]) or not dataset.sizes["attractor_id"]:
+        return ()
+    has_chaos = bool((dataset["period_multiple"] == 0).any())
+    dots = " (dots: of a motion that does not repeat)" if has_chaos else ""
+    states = f"White symbols: their states once every forcing period{dots}"
+    orbits = dataset.sizes.get("border_orbit", 0)
+    if not orbits:
+        return (states,)
+    is_crowded = float(dataset["border"].mean()) > MAX_BORDER
+    has_lines = not is_crowded and dataset.sizes.get("stable_set_point")
+    where = "of those in the borders" if is_crowded else "on the borders"
+    lines = ", and thin lines: the starts that approach them" if has_lines else ""
+    return states, f"Red crosses: {amount_text(orbits, 'unstable orbit')} {where}{lines}"
 
-    Scenes over a parameter have one each.
-    """
-    single = {name: data for name, data in datasets.items() if swept_name(data) is None}
-    soft = any("support_force_max" in data for data in single.values())
-    rows = [row for name, data in single.items() for row in attractor_rows(name, data, soft)]
-    over = [
-        family_table(name, data)
-        for name, data in datasets.items()
-        if name not in single and data.sizes["attractor_id"]
-    ]
-    if not rows and not over:
+
+def missing_text(dataset: xr.Dataset) -> str:
+    """Write the share of starts for which no attractor was found."""
+    none = float((dataset["attractor"] < 0).mean())
+    return f"Red: {percent(none)} of the starts, for which no motion was found" if none else ""
+
+
+def basin_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return which motions coexist, what starts at rest and next to a border do, and which motion is lost first."""
+    indices = ordered(dataset)
+    if not indices:
+        return [Answer(f"{NOT_FOUND}.")]
+    shares = {index: percent(float(dataset["basin_share"][index])) for index in indices}
+    first, *others = indices
+    if not others:
+        words = attractor_words(dataset, first)
+        whole = float(dataset["basin_share"][first]) == 1.0
+        lead = "All starts settle on one motion." if whole else "One motion was found."
+        rest = f"It is this: {words}." if whole else f"{shares[first]} of the starts settle on it."
+        return [Answer(lead, rest)]
+    lead = f"At least {number_word(len(indices))} motions coexist."
+    rest = (
+        f"{shares[first]} of the starts settle on {named(dataset, first)}, "
+        f"{shares[others[0]]} on {named(dataset, others[0])}."
+    )
+    return [Answer(lead, rest), border_answer(dataset), *knock_answers(dataset)]
+
+
+def border_answer(dataset: xr.Dataset) -> Answer:
+    """Write where starts at rest lead, and how many starts have a neighbour that settles elsewhere."""
+    border = float(dataset["border"].mean())
+    index, is_start = at_rest(dataset)
+    near = f"{percent(border)} of the starts have a neighbour in the map that settles elsewhere."
+    if index is not None:
+        where = (
+            "From rest it settles on" if is_start else "Next to rest, the starts of the map lead to"
+        )
+        return Answer(f"{where} {named(dataset, index)}.", near)
+    many = "The start must be known well." if border >= MANY else "Few starts lie at a border."
+    return Answer(many, near)
+
+
+def knock_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Write which motion survives the smallest knock, among those of which it is known."""
+    knocks = {index: knock for index, knock in knocks_of(dataset).items() if not math.isnan(knock)}
+    if not knocks:
         return []
-    head = ["scene", "attractor", "regime", "m", "impacts", "multiplier", "velocity"]
-    head += ["force", "share"] if soft else ["share"]
-    caption = CAPTION.format(force=FORCE if soft else "")
-    tables = [Table(head, rows, caption, left=3)] if rows else []
-    return [Section("Coexisting motions", tables=[*tables, *over])]
+    index = min(knocks, key=lambda each: knocks[each])
+    speed, letter = dataset["v0"], letters_of(dataset)[index]
+    lead = f"A knock may end motion {letter}."
+    if len(knocks) == dataset.sizes["attractor_id"]:
+        lead = f"Motion {letter} is lost most easily."
+    step = with_units(speed, format_number(step_of(dataset), 2))
+    if sum(knock < step_of(dataset) for knock in knocks.values()) > 1:
+        rest = f"Beside states of several motions, the map (steps of {step} in velocity) has starts that leave them."
+        return [Answer("A small knock may change the motion.", rest)]
+    if knocks[index] < step_of(dataset):
+        rest = f"Beside its states, the map (steps of {step} in velocity) has starts that settle elsewhere."
+        return [Answer(lead, rest)]
+    knock = with_units(speed, at_least(knocks[index], 2))
+    rest = f"By the map, a knock of at least {knock} in velocity leads back (steps of {step})."
+    return [Answer(lead, rest)]
 
 
-def findings(datasets: Datasets) -> list[Finding]:
-    """Return the findings of each scene."""
-    return [
-        Finding(basin_texts(data) if swept_name(data) is None else share_texts(data), name)
-        for name, data in datasets.items()
-    ]
-
-
-def basin_texts(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return what a map of basins shows, a sentence each."""
-    n, border = dataset.sizes["attractor_id"], float(dataset["border"].mean())
-    if n == 0:
-        return ("No attractor was found",)
-    if n == 1:
-        return (f"All starts settle on one motion, {attractor_law(dataset, 0)}",)
-    open_text = ""
-    if border > MAX_BORDER:
-        open_text = ": a start known no better than that does not decide which motion is reached"
-    each = [
-        f"{interval_text(dataset.sel(attractor_id=index))} settle on attractor {index}, {attractor_law(dataset, index)}"
-        for index in range(n)
-    ]
-    return (
-        f"Among the motions followed here, at least {n} coexist (95 % intervals in brackets): of the starts "
-        f"{'; '.join(each)}",
-        f"{percent(border)} of the starts have a neighbour in the grid that settles elsewhere{open_text}",
-        saddles_text(dataset).removeprefix("Crosses: ") if dataset["start_phase"] == 0 else "",
-    )
-
-
-def attractor_law(dataset: xr.Dataset, index: int) -> str:
-    """Write the law of motion of an attractor."""
-    row = dataset.sel(attractor_id=index)
-    return law_text(int(row["regime"]), int(row["period_multiple"]))
-
-
-def attractor_rows(name: str, dataset: xr.Dataset, soft: bool = False) -> list[list[str]]:
-    """Return the rows of the attractors of a scene; the first has its name. soft : whether forces have a column."""
-    rows: list[list[str]] = []
-    for index in dataset["attractor_id"].values:
+def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the attractors of a map: shares, multipliers, hardest impacts, knocks."""
+    if not dataset.sizes["attractor_id"]:
+        return None
+    is_soft = "support_force_max" in dataset
+    hardest = "support_force_max" if is_soft else "impact_velocity_max"
+    knocks, speed = knocks_of(dataset), dataset["v0"]
+    rows = []
+    for index in ordered(dataset):
         row = dataset.sel(attractor_id=index)
-        struck = row["impacts_per_orbit"]
-        impacts = impact_texts(struck.values, rests_of(row, struck).values)
+        low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
+        ends = outwards(low, high, 3)
         largest = float(np.abs(row["floquet_multiplier"].values).max())
         rows.append(
             [
-                "" if rows else breakable(name),
-                str(index),
-                REGIME_TEXT[regime_name(int(row["regime"]))],
-                str(int(row["period_multiple"])) if row["period_multiple"] else DASH,
-                ", ".join(impacts),
+                letters_of(dataset)[index],
+                attractor_words(dataset, index),
+                f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
-                largest_text(row, "impact_velocity_max"),
-                *([largest_text(row, "support_force_max")] if soft else []),
-                interval_text(row),
+                largest_text(row, hardest),
+                _knock_text(knocks[index], step_of(dataset)),
             ]
         )
-    return rows
+    head = [
+        "", "motion", "share of the starts", "multiplier",
+        in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
+        else "hardest impact",
+        in_brackets("knock survived", speed),
+    ]  # fmt: skip
+    step = value_text(speed, step_of(dataset), 2)
+    note = (
+        "Share with its 95 % interval for as many random starts. Multiplier: largest modulus, over the motion's own "
+        f"period. Knock: change of velocity within which all starts of the map beside the states of the motion lead "
+        f"back, rounded down, 0 for less than a step of the map, {step}."
+    )
+    unknown = " A dash: none, or not known by the map." if _has_dash(rows) else ""
+    return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
+
+
+def _knock_text(knock: float, step: float) -> str:
+    if math.isnan(knock):
+        return DASH
+    return "0" if knock < step else at_least(knock, 2)
+
+
+def _has_dash(rows: list[list[str]]) -> bool:
+    return any(DASH in row for row in rows)
 
 
 def largest_text(row: xr.Dataset, name: str) -> str:
-    """Write the larger of the values of both supports; a dash without one."""
+    """Write the larger of the values of both supports, without unit; a dash without one."""
     values = row[name].values if name in row else np.empty(0)
     known = values[np.isfinite(values)]
-    return value_text(row[name], known.max()) if known.size else DASH
-
-
-def interval_text(row: xr.Dataset) -> str:
-    """Write the share of the starts of an attractor in per cent, with its confidence interval."""
-    share, low, high = (
-        format_number(100 * float(row[f"basin_share{end}"]), 3) for end in ("", "_low", "_high")
-    )
-    return f"{share} % ({low} to {high})"
+    return format_number(float(known.max()), 3) if known.size else DASH

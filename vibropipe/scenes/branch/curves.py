@@ -44,6 +44,7 @@ PANEL_HEIGHT_CM, MIN_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
 # The first ones differ most in lightness; dots are for unstable motions, so that lines cannot be dashed.
 COLOURS = (BLACK, BLUE, ORANGE, VERMILLION, SKY, GREEN, PURPLE)
+UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.6)), "linewidth": 0.9}
 VALUE = "value of a line"
 VALUE_STYLE: dict[str, Any] = {
     "fontsize": SMALL_FONT_SIZE, "ha": "center", "va": "center", "zorder": 4,

@@ -1,0 +1,97 @@
+"""How a motion strikes the supports, in words: `both supports, once a period`, `support 2, every third period`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import rests_of
+from vibropipe.words.regimes import Regime
+
+UNITS = (
+    "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve",
+    "thirteen", "fourteen", "fifteen", "sixteen", "seventeen", "eighteen", "nineteen",
+)  # fmt: skip
+TENS = ("", "", "twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
+TIMES = {1: "once", 2: "twice"}
+EVERY = {2: "other", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth", 8: "eighth"}
+WITHOUT_COUNTS = {
+    Regime.NO_IMPACT: "no impact",
+    Regime.APERIODIC: "aperiodic",
+    Regime.UNBOUNDED: "unbounded",
+    Regime.UNRESOLVED: "no result",
+}
+
+
+def number_word(amount: int) -> str:
+    """Write a small number in letters.
+
+    >>> number_word(0), number_word(12), number_word(29), number_word(100)
+    ('no', 'twelve', 'twenty-nine', '100')
+    """
+    if amount < len(UNITS):
+        return UNITS[amount]
+    tens, units = divmod(amount, 10)
+    if tens >= len(TENS):
+        return str(amount)
+    return f"{TENS[tens]}-{UNITS[units]}" if units else TENS[tens]
+
+
+def amount_text(amount: int, noun: str, plural: str | None = None) -> str:
+    """Write an amount in letters with its noun: `one fold`, `three folds`."""
+    return f"{number_word(amount)} {noun if amount == 1 else plural or noun + 's'}"
+
+
+def times_word(amount: int) -> str:
+    """Write how often in letters: once, twice, three times."""
+    return TIMES.get(amount, f"{number_word(amount)} times")
+
+
+def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[float]) -> str:
+    """Write a motion in words.
+
+    Parameters
+    ----------
+    regime : int
+    m : int
+        Forcing periods of the orbit, 0 without one.
+    impacts, rests : sequence of two floats
+        Impacts and rests on each support in m forcing periods.
+
+    Examples
+    --------
+    >>> motion_words(Regime.TWO_SIDED, 1, (1, 1), (0, 0))
+    'both supports, once a period'
+    >>> motion_words(Regime.ONE_SIDED_2, 3, (0, 1), (0, 0))
+    'support 2, every third period'
+    >>> motion_words(Regime.TWO_SIDED, 2, (3, 2), (0, 0))
+    'support 1 three times, support 2 twice, in two periods'
+    """
+    if regime in WITHOUT_COUNTS:
+        return WITHOUT_COUNTS[Regime(regime)]
+    if regime == Regime.WITH_REST:
+        resting = [n for n, rest in enumerate(rests, 1) if rest > 0]
+        if len(resting) == 2:
+            return "rest on both supports"
+        return f"rest on support {resting[0]}" if resting else "rest on a support"
+    first, second = (round(float(p)) for p in impacts)
+    if regime == Regime.TWO_SIDED and first != second:
+        each = f"support 1 {times_word(first)}, support 2 {times_word(second)}"
+        return f"{each}, in {number_word(m)} periods" if m > 1 else f"{each} a period"
+    number = max(first, second)
+    who = "both supports" if regime == Regime.TWO_SIDED else f"support {int(regime)}"
+    if number == 1 and m in EVERY:
+        return f"{who}, every {EVERY[m]} period"
+    if m > 1:
+        return f"{who}, {times_word(number)} in {number_word(m)} periods"
+    return f"{who}, {times_word(number)} a period"
+
+
+def words_of(row: xr.Dataset) -> str:
+    """Write the motion of one row of a dataset in words."""
+    impacts = row["impacts_per_orbit"]
+    rests = rests_of(row, impacts)
+    counts = (np.nan_to_num(array.values).tolist() for array in (impacts, rests))
+    return motion_words(int(row["regime"]), int(row["period_multiple"]), *counts)

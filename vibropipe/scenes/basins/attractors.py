@@ -1,0 +1,146 @@
+"""Attractors of a dataset of basins: their letters, words, colours and markers, and where they appear and vanish."""
+
+from __future__ import annotations
+
+import string
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.motion_words import words_of
+from vibropipe.figures.palette import INK, MIN_STEP, REGIME_STYLES, darker, lighter, lightness
+from vibropipe.figures.style import LINE_MARKERS
+from vibropipe.words.regimes import Regime
+
+# Motions that a text lists; a cascade has more.
+MAX_LAWS = 2
+# Of a basin that shares its regime with others, in turn.
+SHADES = (0.45, -0.4, 0.7, -0.65, 0.2, 0.85)
+
+
+class Change(NamedTuple):
+    """An attractor that appears or vanishes at a value of the swept parameter; other: -1 if there is none."""
+
+    appears: bool
+    value: float
+    attractor: int
+    other: int
+
+
+def swept_name(dataset: xr.Dataset) -> str | None:
+    """Return the swept parameter of basins, or None."""
+    return next((str(dim) for dim in dataset["basin_share"].dims if dim != "attractor_id"), None)
+
+
+def changes_of(dataset: xr.Dataset) -> list[Change]:
+    """Return where attractors appear and vanish, in the order of the values."""
+    name = swept_name(dataset)
+    columns = (f"bifurcation_{name}", "changed_attractor", "other_attractor")
+    values, own, other = (dataset[column].values.tolist() for column in columns)
+    appears = dataset["attractor_change"].values == 1
+    changes = map(Change, appears.tolist(), values, own, other)
+    return sorted(changes, key=lambda change: change.value)
+
+
+def presence(dataset: xr.Dataset, index: int) -> np.ndarray:
+    """Return at which values of the swept parameter an attractor is."""
+    present: np.ndarray = np.isfinite(dataset["basin_share"].sel(attractor_id=index).values)
+    return present
+
+
+def ordered(dataset: xr.Dataset) -> list[int]:
+    """Return the attractors, that of the most starts first, or with a swept parameter in the order of its values."""
+    name, share = swept_name(dataset), dataset["basin_share"]
+    if name is None:
+        keys = -share.values
+    else:
+        present = share.transpose("attractor_id", name).notnull().values
+        keys = np.where(present.any(axis=1), present.argmax(axis=1), present.shape[1])
+    return [int(index) for index in np.argsort(keys, kind="stable")]
+
+
+def letters_of(dataset: xr.Dataset) -> dict[int, str]:
+    """Return the letter of each attractor, A for the first of `ordered`."""
+    return {index: _letters(rank) for rank, index in enumerate(ordered(dataset))}
+
+
+def _letters(rank: int) -> str:
+    """Return A to Z, then AA, AB and so on."""
+    before, last = divmod(rank, len(string.ascii_uppercase))
+    return (_letters(before - 1) if before else "") + string.ascii_uppercase[last]
+
+
+def rows_of(dataset: xr.Dataset, index: int) -> list[xr.Dataset]:
+    """Return the steady states of an attractor, one for each value of the swept parameter at which it is."""
+    row, name = dataset.sel(attractor_id=index), swept_name(dataset)
+    if name is None:
+        return [row]
+    return [row.isel({name: int(n)}) for n in np.flatnonzero(presence(dataset, index))]
+
+
+def attractor_words(dataset: xr.Dataset, index: int) -> str:
+    """Write the motions of an attractor in words, with increasing parameter."""
+    texts = list(dict.fromkeys(words_of(row) for row in rows_of(dataset, index)))
+    return "; ".join(texts[:MAX_LAWS]) + ("; …" if len(texts) > MAX_LAWS else "")
+
+
+def named(dataset: xr.Dataset, index: int) -> str:
+    """Write letter and words of an attractor: A (no impact)."""
+    return f"{letters_of(dataset)[index]} ({attractor_words(dataset, index)})"
+
+
+def style_name(row: xr.Dataset) -> str:
+    """Return the look of a steady state, as on maps of regimes."""
+    name = Regime(int(row["regime"])).name.lower()
+    once = int(row["period_multiple"]) == 1 and (row["impacts_per_orbit"].values == 1).all()
+    return "two_sided_more" if name == "two_sided" and not once else name
+
+
+def colours_of(dataset: xr.Dataset) -> dict[int, str]:
+    """Return the colour of each attractor: that of its regime, lighter or darker where several share it."""
+    indices, names = ordered(dataset), []
+    for index in indices:
+        found = Counter(style_name(row) for row in rows_of(dataset, index))
+        names.append(found.most_common(1)[0][0] if found else "unresolved")
+    return dict(zip(indices, distinct_colours(names), strict=True))
+
+
+def distinct_colours(names: Sequence[str]) -> list[str]:
+    """Return a colour for each name of a regime: its own for the first of a regime, then shades of it.
+
+    A shade is MIN_STEP of lightness from all others, where there is one.
+    """
+    found = {names.index(name): REGIME_STYLES[name].colour for name in names}
+    for n, name in enumerate(names):
+        if n in found:
+            continue
+        base, others = REGIME_STYLES[name].colour, [lightness(each) for each in found.values()]
+        shades = [lighter(base, s) if s > 0 else darker(base, -s) for s in SHADES]
+        gaps = [min(abs(lightness(shade) - other) for other in others) for shade in shades]
+        free = [k for k, gap in enumerate(gaps) if gap >= MIN_STEP]
+        found[n] = shades[free[0] if free else int(np.argmax(gaps))]
+    return [found[n] for n in range(len(names))]
+
+
+def marker_of(dataset: xr.Dataset, index: int) -> dict[str, Any]:
+    """Return the marker of the states of an attractor at the section: dots for one without an orbit."""
+    if np.all(dataset["period_multiple"].sel(attractor_id=index) == 0):
+        return {
+            "linestyle": "none",
+            "color": INK,
+            "marker": ".",
+            "markersize": 2.4,
+            "markeredgewidth": 0.0,
+        }
+    rank = ordered(dataset).index(index)
+    return {
+        "linestyle": "none",
+        "marker": LINE_MARKERS[rank % len(LINE_MARKERS)],
+        "markersize": 5.0,
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+        "markeredgewidth": 0.9,
+    }

@@ -8,8 +8,8 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.stability import is_neutral, is_unstable, stability_text
+from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.scenes.sweep.report import regime_table
 
 FREE = vp.Exciter(l=0.5)
 RUBBED = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.1, R1=0.8, R2=0.8)
@@ -47,12 +47,11 @@ def test_an_unstable_orbit_is_unstable():
     assert (moduli[is_unstable(branch)] > 1).all()
 
 
-def test_neutral_rows_have_a_line_of_their_own_in_the_table(free, rubbed):
-    table = {row[0]: row[1:] for row in regime_table({"free": free, "rubbed": rubbed}).rows}
-    assert table["unstable"] == ["0", "0"]
-    assert table["neutral"] == ["3 (100 %)", "2 (50 %)"]
-    alone = {row[0] for row in regime_table({"rubbed": rubbed.isel(friction=[0, 1])}).rows}
-    assert "neutral" not in alone
+def test_neutral_rows_are_counted_in_the_caption(free, rubbed):
+    assert "Of 3 rows, 3 are neutral" in row_kinds_text(free)
+    assert "Of 4 rows, 2 are neutral" in row_kinds_text(rubbed)
+    assert "neutral" not in row_kinds_text(rubbed.isel(friction=[0, 1]))
+    assert "unstable" not in row_kinds_text(rubbed)
 
 
 def test_neutral_rows_are_marked_as_orbits_are(rubbed):

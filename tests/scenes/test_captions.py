@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 from drawing import caption, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import motion, sweep
@@ -14,7 +13,7 @@ from vibropipe.figures.text import format_number
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
 from vibropipe.scenes.motion.findings import findings
 from vibropipe.scenes.motion.impacts import draw_impacts_only
-from vibropipe.scenes.sweep.captions import describe_sweep, location_text
+from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
 
@@ -78,23 +77,18 @@ def test_sweep_counts_what_is_no_plain_orbit(made):
     assert "ν for f = 0.1, 0.2, 0.5" in text
 
 
-def test_map_says_shares_and_where_impacts_are_hardest(made):
+def test_captions_of_maps_name_what_has_no_label_and_the_largest_values(made):
     kind, dataset = made["map"]
-    text = picture_of(kind, dataset).describe(dataset, None, {})
-    two_sided = float((dataset["regime"] == REGIMES["two_sided"]).mean())
-    assert f"{format_number(100 * two_sided, 3)} % two-sided" in text
-    top = dataset["impact_velocity_max"].sel(support=2).where(dataset["regime"] < Regime.APERIODIC)
-    assert f"on support 2 of the orbits is {format_number(float(top.max()))}, at ν = " in text
-    assert (
-        "Lower panels: largest impact velocity on each support; its maximum on support 1 " in text
-    )
-
-
-def test_place_of_the_largest_value():
-    values = xr.DataArray(
-        [[1.0, np.nan], [5.0, 2.0]], dims=("nu", "f"), coords={"nu": [0.5, 2.0], "f": [1.0, 3.0]}
-    )
-    assert location_text(values) == "ν = 2, f = 1"
+    assert "without a label" not in picture_of(kind, dataset).describe(dataset, None, {})
+    rare = dataset.copy(deep=True)
+    rare["regime"] = rare["regime"].where(rare["regime"] != Regime.ONE_SIDED_1, Regime.NO_IMPACT)
+    rare["regime"][30, 20] = Regime.ONE_SIDED_1
+    text = picture_of(kind, rare).describe(rare, None, {})
+    assert "Of this map, without a label: only support 1 struck under 0.1 %." in text
+    assert "at 60 × 50 points of ν and f" in text
+    text = picture_of(kind, dataset, "quantities").describe(dataset, None, {})
+    top = float(dataset["impact_velocity_max"].max())
+    assert f"Largest in size: {format_number(top, 3)} (largest velocity before impact" in text
 
 
 def test_every_scene_has_a_caption(study, made):
@@ -122,6 +116,3 @@ def test_captions_name_what_is_shown(made):
     assert describe_motion(motion, ["velocity"]).startswith("Velocity over τ")
     assert "not stored" not in describe_impacts(motion)
     assert "not stored" in describe_impacts(made["impacts"][1])
-    lines = made["lines"][1]
-    assert "first harmonic" in describe_sweep(lines)
-    assert "first harmonic" not in describe_sweep(lines, ["impact_velocity_max"])

@@ -15,7 +15,7 @@ import pytest
 from vibropipe.scenes.basins.shares_text import share_answers, together_ranges
 from vibropipe.scenes.branch.findings import branch_texts, common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
-from vibropipe.scenes.sweep.findings import sweep_texts
+from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.followed import differing_rows
 from vibropipe.study import load_study
 
@@ -98,7 +98,7 @@ def test_a_followed_sweep_has_two_motions_within_the_intervals_of_the_branches(s
     laws, _branches, _shares, paper = studies
     expected, step = intervals_of(laws), 0.005
     rows = [each for each in differing_rows(paper, "nu") if each.low >= LOW]
-    assert any(text.startswith(SAYS) for text in sweep_texts(paper))
+    assert any(each.lead.startswith(SAYS) for each in sweep_answers(paper))
     for each in rows:
         inside = (each.low >= expected[:, 0] - 1e-9) & (each.high <= expected[:, 1] + 1e-9)
         assert inside.any(), each

@@ -10,7 +10,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.figures.units import display_units
-from vibropipe.scenes.sweep.findings import sweep_texts
+from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.first_touch import first_touch
 
 EXCITER = vp.Exciter(l=0.5, nu=0.8, f=0.1, h=0.15, delta=0.05, load=0.02, R1=0.7, R2=0.6)
@@ -69,6 +69,6 @@ def test_a_finding_tells_it_with_more_digits_than_the_step() -> None:
     line = line_of("f")
     place = first_touch(line, "f", *border(line, "f"))
     assert (
-        f"the motion without impacts touches a support at f = {place:.5g}"[:-2]
-        in sweep_texts(line)[0]
+        f"The motion without impacts touches a support at f = {place:.5g}"[:-2]
+        in sweep_answers(line)[0].rest
     )

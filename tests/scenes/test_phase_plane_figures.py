@@ -171,7 +171,7 @@ def test_the_caption_counts_columns_of_both_directions():
     assert "Of 14 combinations of δ and direction, 12 evenly spaced ones are drawn" in text
 
 
-@pytest.mark.parametrize("name", ["curves", "map"])
+@pytest.mark.parametrize("name", ["curves", "quantities"])
 def test_points_of_a_diagram_leave_curves_and_maps_to_their_own_quantities(name):
     dataset = ragged(sweep(delta=[0.0, 0.1]))
     picture = next(picture for picture in PICTURES if picture.name == name)

@@ -16,10 +16,18 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.lines import isolated
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.scenes.sweep.regime_map import value_norm
+from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps, value_norm
+from vibropipe.scenes.sweep.regions import regions_of
 
 
-@pytest.mark.parametrize("name", ["line", "lines", "columns", "map", "bands"])
+@pytest.mark.parametrize("name", ["map", "bands"])
+def test_every_region_of_a_map_is_named(name, figures, made):
+    said = words(figures[name]).replace("\n", " ")
+    for region in regions_of(made[name][1])[1]:
+        assert region.words in said
+
+
+@pytest.mark.parametrize("name", ["line", "lines", "columns"])
 def test_every_regime_present_is_in_the_legend(name, figures, made):
     codes = np.unique(made[name][1]["regime"].values)
     for code in codes:
@@ -137,8 +145,7 @@ def test_negative_states_at_the_section_are_drawn(made):
         displacement_strobe=-0.1 * made["map"][1]["nu"] + 0 * made["map"][1]["f"]
     )
     norm = value_norm(both, "displacement_strobe")
-    assert norm.vmin == pytest.approx(-0.3, abs=0.02)
-    assert norm.vmax == pytest.approx(-0.03, abs=0.02)
+    assert norm.vmax == -norm.vmin == pytest.approx(0.3, abs=0.02)
 
 
 def test_a_sweep_of_one_point(made):
@@ -148,12 +155,17 @@ def test_a_sweep_of_one_point(made):
     assert "two-sided" in words(figure)
 
 
-def test_marks_of_a_map(figures, made):
-    figure = figures["map"]
-    meshes = figure.findobj(QuadMesh)
-    assert len(meshes) >= 3
-    assert all(mesh.get_rasterized() for mesh in meshes if mesh.axes.get_label() != "<colorbar>")
-    assert "not struck" in words(figure)
+def test_maps_are_pixels_and_say_where_there_is_no_value(figures, made):
+    with house_style():
+        drawn = draw_quantity_maps(made["map"][1], ["impact_velocity_max", "displacement_mean"])
+        drawn.draw_without_rendering()
+    assert len(figures["map"].findobj(QuadMesh)) == 1
+    meshes = [mesh for ax in drawn.axes[::2] for mesh in ax.findobj(QuadMesh)]
+    assert len(meshes) == 3
+    assert all(mesh.get_rasterized() for mesh in [*meshes, *figures["map"].findobj(QuadMesh)])
+    for number, ax in zip((1, 2), drawn.axes[::2], strict=False):
+        assert f"largest velocity before impact, support {number}" in ax.texts[-2].get_text()
+    assert "no value" in words(drawn)
 
 
 def test_the_widest_spot_of_a_region():

@@ -10,6 +10,7 @@ import xarray as xr
 from drawing import draw, lightness
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
+from matplotlib.collections import QuadMesh
 from sampling import sampled
 
 from vibropipe.figures.map_shapes import borders
@@ -20,13 +21,22 @@ from vibropipe.figures.style import (
     SMALL_FONT_SIZE,
     house_style,
 )
-from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
+from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import OTHER, chosen_rows, laws_of
 from vibropipe.scenes.sweep.lines import arrow_indices
+from vibropipe.scenes.sweep.map_captions import (
+    describe_map,
+    describe_quantities,
+    map_title,
+    quantities_title,
+)
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
+from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps
 from vibropipe.scenes.sweep.regime_map import draw_regime_map
+from vibropipe.scenes.sweep.regions import MORE, regions_of, share_text
+from vibropipe.scenes.sweep.report import tables
 from vibropipe.scenes.sweep.strips import BAR_NAME
 from vibropipe.words.regimes import Regime
 
@@ -152,16 +162,83 @@ def test_laws_are_told_apart_in_grey():
         assert abs(lightness(one.colour) - lightness(other.colour)) >= 8 or one.hatch != other.hatch
 
 
-def test_a_map_names_orbits_and_outlines_them():
-    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50)))
+def test_regions_are_told_by_the_impacts_on_each_support():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True))
+    codes, regions = regions_of(dataset)
+    assert sum(region.amount for region in regions) == codes.size
+    m, per_orbit = dataset["period_multiple"], dataset["impacts_per_orbit"]
+    once = (m == 1) & (per_orbit == 1).all("support") & (dataset["regime"] == Regime.TWO_SIDED)
+    assert np.array_equal(codes == int(Regime.TWO_SIDED), once)
+    more = next(region for region in regions if region.code == MORE)
+    assert more.words == "both supports struck, more often"
+    assert more.share == share_text(
+        int(((dataset["regime"] == Regime.TWO_SIDED) & ~once).sum()), 3000
+    )
+    bare, _ = regions_of(dataset.drop_vars("impacts_per_orbit"))
+    assert not (bare == MORE).any()
+
+
+def test_regions_are_labelled_with_shares_and_labels_do_not_overlap():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True))
     with house_style():
         figure = draw_regime_map(dataset)
-    said = words(figure)
-    assert "two-sided (1; 1, 2)" in said
-    assert "impacts on supports 1 and 2" in said
-    assert "constant part of displacement" in said
-    assert figure.axes[0].lines
-    assert "(1; 1, 2) in " in describe_map(dataset)
+        figure.draw_without_rendering()
+        boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+        frame = figure.axes[0].get_window_extent()
+    said = words(figure).replace("\n", " ")
+    for region in regions_of(dataset)[1]:
+        assert f"{region.words} {region.share}" in said or f"{region.words}, {region.share}" in said
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
+
+
+def test_a_map_has_its_most_frequent_orbits_in_a_table():
+    dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50)))
+    (table,) = tables({"map": dataset})
+    rows = [tuple(int(cell) for cell in row[:3]) for row in table.rows]
+    assert (1, 1, 2) in rows
+    m, p = dataset["period_multiple"].values, dataset["impacts_per_orbit"].values
+    strikes = np.isin(dataset["regime"].values, [1, 2, 3])
+    for row, cells in zip(rows, table.rows, strict=True):
+        amount = int((strikes & (m == row[0]) & (p == row[1:]).all(-1)).sum())
+        assert cells[3] == share_text(amount, m.size)
+
+
+def test_titles_of_maps_say_what_is_seen():
+    f = np.linspace(0.05, 2, 50)
+    dataset = sweep(60, f=f)
+    kept = dataset.isel(nu=dataset["nu"].values < 2.5)
+    assert map_title(kept) == "Above one border in f the mass strikes a support, below it none"
+    island = kept.copy(deep=True)
+    island["regime"][5, 3] = Regime.ONE_SIDED_1
+    expected = "How the mass moves over the frequency of the force and the amplitude of the force"
+    assert map_title(island) == expected
+    velocity = kept["impact_velocity_max"].max("support")
+    row = np.unravel_index(np.nanargmax(velocity), velocity.shape)
+    at = {name: velocity[name].values[n] for name, n in zip(velocity.dims, row, strict=True)}
+    assert quantities_title(kept) == f"Impacts are hardest at ν = {at['nu']:.4g}, f = {at['f']:.4g}"
+    assert "White is 0, orange positive, towards support 1" in describe_quantities(kept)
+
+
+@pytest.mark.parametrize("both", [False, True], ids=["offsets", "directions"])
+def test_maps_of_several_quantities_and_directions_are_legible(both):
+    grids = {"f": np.linspace(0.05, 2, 30)}
+    dataset = sweep(31, **grids, **({} if both else {"delta": [0.0, 0.1]}))
+    dataset = followed(dataset) if both else dataset
+    show = ["impact_velocity_max", "displacement_mean", "displacement_amplitude"]
+    with house_style():
+        figure = draw_quantity_maps(dataset, show)
+        figure.draw_without_rendering()
+    panels = [ax for ax in figure.axes if ax.findobj(QuadMesh) and len(ax.texts) >= 2]
+    assert len(panels) == 8
+    titles = [text.get_text() for ax in panels for text in ax.texts]
+    value = (
+        ("followed upwards", "followed downwards") if both else ("$\\delta$ = 0", "$\\delta$ = 0.1")
+    )
+    assert all(titles.count(text) == 4 for text in value)
+    boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
+    assert figure.get_figheight() * CM_PER_INCH <= PAGE_HEIGHT_CM
 
 
 def test_outlines_lie_between_regions_and_leave_speckles_out():

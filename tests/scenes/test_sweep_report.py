@@ -6,27 +6,18 @@ import numpy as np
 import xarray as xr
 from figures.sample_datasets import sweep
 
-from vibropipe.figures.text import format_number
-from vibropipe.scenes.sweep.captions import follow_text, maxima_text, peak_text
-from vibropipe.scenes.sweep.findings import findings, mean_text, sweep_texts
+from vibropipe.scenes.sweep.answers import answers, mean_answer, sweep_answers
+from vibropipe.scenes.sweep.captions import follow_text
 from vibropipe.scenes.sweep.jumps import jumps_of
-from vibropipe.scenes.sweep.report import sections
+from vibropipe.scenes.sweep.regions import share_text
+from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
 
-def test_regimes_of_sweeps_are_counted():
-    dataset = sweep(f=[0.1, 0.2, 0.5], all_regimes=True)
-    regime = dataset["regime"].values
-    (section,) = sections({"response": dataset})
-    table = section.tables[0].as_data()
-    rows = {row[0]: row[1] for row in table["rows"]}
-    assert rows["rows"] == str(regime.size)
-    for code, name in ((3, "two-sided"), (4, "with rest"), (6, "unbounded"), (7, "unresolved")):
-        amount = int((regime == code).sum())
-        assert rows[name] == f"{amount} ({format_number(100 * amount / regime.size, 3)} %)"
-    assert rows["stable, m > 1"].startswith("24 ")
-    assert rows["unstable"] == "15 (4.13 %)"
+def said(dataset: xr.Dataset) -> list[str]:
+    """Return the answers of a sweep as sentences."""
+    return [f"{answer.lead} {answer.rest}".strip() for answer in sweep_answers(dataset)]
 
 
 def one_line() -> xr.Dataset:
@@ -48,27 +39,33 @@ def one_line() -> xr.Dataset:
     return describe(xr.Dataset(data, coords))
 
 
-def test_findings_of_a_line():
-    (finding,) = findings({"response": one_line()})
-    assert finding.scene == "response"
-    assert finding.texts == [
-        "Along ν the regime is in turn no impact, two-sided, two-sided, m = 2, two-sided and no impact; impacts begin "
-        "between ν = 0.8 and 0.9.",
-        "Orbits strike support 1 hardest: 1.6 in the row ν = 1.6.",
+def test_answers_of_a_line():
+    assert list(answers({"response": one_line()})) == ["response"]
+    assert said(one_line()) == [
+        "With rising ν the mass strikes no support, then both supports, then no support. "
+        "Impacts begin between ν = 0.8 and 0.9.",
+        "The hardest impact of an orbit is 1.6, on support 1. It occurs in the row ν = 1.6.",
         "The first harmonic jumps between ν = 1.6 and 1.7.",
     ]
-    assert mean_text(one_line()) == (
-        "The constant part of displacement is not zero: it reaches −0.016 in the row ν = 1.6"
-    )
+    mean = mean_answer(one_line())
+    assert mean.lead == "The constant part of displacement reaches −0.016."
+    assert mean.rest == "That is in the row ν = 1.6."
 
 
 def test_a_value_at_an_end_of_the_range_still_rises():
     line = one_line().isel(nu=slice(0, 11))
-    assert sweep_texts(line)[1] == (
-        "Orbits strike support 1 hardest: 1.5 in the row ν = 1.5, "
-        "where it still rises at the end of the range of ν"
+    assert said(line)[1] == (
+        "The hardest impact of an orbit is 1.5, on support 1. "
+        "It still rises at the end of the range of ν."
     )
-    assert peak_text(line).endswith("at ν = 1.5, where it still rises at the end of the range of ν")
+
+
+def test_equal_impacts_on_both_supports_are_said_once():
+    line = one_line()
+    velocity = line["impact_velocity_max"].sel(support=1).drop_vars("support")
+    both = xr.concat([velocity, velocity], "support").transpose("nu", "support")
+    line = line.assign(impact_velocity_max=both.assign_attrs(velocity.attrs))
+    assert said(line)[1].startswith("The hardest impact of an orbit is 1.6, on both supports.")
 
 
 def test_aperiodic_rows_are_told_apart_from_orbits():
@@ -76,20 +73,34 @@ def test_aperiodic_rows_are_told_apart_from_orbits():
     regime = line["regime"].copy()
     regime[10:12] = Regime.APERIODIC
     line = line.assign(regime=regime, window_periods=("nu", np.full(16, 128)))
-    assert sweep_texts(line)[1:3] == (
-        "Orbits strike support 1 hardest: 1.4 in the row ν = 1.4",
-        "Aperiodic motion strikes harder than any orbit: 1.6, in a window of 128 periods",
-    )
-    assert "on support 1 of the orbits is 1.4, at ν = 1.4 and aperiodic rows is 1.6" in maxima_text(
-        line
-    )
+    assert said(line)[1:3] == [
+        "The motion does not repeat itself at 2 of 16 rows. That is so in a window of 128 forcing periods; "
+        "whether it settles later is not known.",
+        "The hardest impact of an orbit is 1.4, on support 1. Aperiodic motion reaches 1.6 within its window.",
+    ]
 
 
 def test_the_largest_force_of_a_soft_support_is_found():
     line = one_line()
     force = line["impact_velocity_max"].values * [[10.0, np.nan]]
     line = describe(line.assign(support_force_max=(("nu", "support"), force)))
-    assert sweep_texts(line)[2] == "Soft support 1 has the largest force: 16 in the row ν = 1.6"
+    assert said(line)[1] == (
+        "The largest force on a soft support is 16, on support 1. It occurs in the row ν = 1.6."
+    )
+
+
+def test_exponents_count_beyond_their_error():
+    line = one_line()
+    exponent = np.where(line["nu"] > 1.35, 0.05, -0.2)
+    exponent[3] = 1e-4
+    line = line.assign(lyapunov_exponent=("nu", exponent))
+    line = describe(line.assign(lyapunov_exponent_error=("nu", np.full(16, 1e-3))))
+    assert said(line)[0] == (
+        "The largest Lyapunov exponent is positive at 7 of 16 rows. "
+        "There perturbations grow exponentially; the exponent reaches 0.05."
+    )
+    quiet = line.assign(lyapunov_exponent=-abs(line["lyapunov_exponent"]))
+    assert said(quiet)[0].startswith("No Lyapunov exponent is positive")
 
 
 def followed_both_ways() -> xr.Dataset:
@@ -107,35 +118,34 @@ def followed_both_ways() -> xr.Dataset:
 def test_no_jump_is_taken_from_a_followed_sweep():
     """A step leaves a motion early, and the first row of a line continues none."""
     line = one_line()
-    assert any("The first harmonic jumps" in text for text in sweep_texts(line))
+    assert any("The first harmonic jumps" in text for text in said(line))
     for follow in ("nu up", "nu down"):
-        texts = sweep_texts(line.assign_attrs(follow=follow))
-        assert not any("jumps" in text or "impacts begin" in text for text in texts)
+        texts = said(line.assign_attrs(follow=follow))
+        assert not any("jumps" in text or "Impacts begin" in text for text in texts)
         assert "no border of a motion" in follow_text(line.assign_attrs(follow=follow))
     assert follow_text(line) == ""
 
 
 def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
     both = followed_both_ways()
-    text = " ".join(sweep_texts(both))
+    text = " ".join(said(both))
     assert (
-        "among the motions followed here, at least two are stable in the rows from ν = 1.3 to 1.6"
-        in text.lower()
+        "Among the motions followed here, at least two are stable together. "
+        "They are in the rows from ν = 1.3 to 1.6." in text
     )
     assert "jumps" not in text
-    assert "in the row ν = 1.6, upwards" in text
-    assert "Impacts occur only between ν = 0.8 and 1.7 along ν, on each line" in text
+    assert "Impacts occur only between ν = 0.8 and 1.7." in text
     same = both.copy(deep=True)
     for name in ("regime", "displacement_amplitude", "displacement_mean", "impact_velocity_max"):
         same[name][1] = same[name][0]
-    assert "at least two" not in " ".join(sweep_texts(same))
+    assert "at least two" not in " ".join(said(same))
     # chaos is on no orbit: which motion it is cannot be compared
     chaotic = both.copy(deep=True)
     chaotic["regime"][0, 8:] = Regime.APERIODIC
-    assert "at least two" not in " ".join(sweep_texts(chaotic))
+    assert "at least two" not in " ".join(said(chaotic))
     unstable = both.copy(deep=True)
     unstable["stable"][1] = 0
-    assert "at least two" not in " ".join(sweep_texts(unstable))
+    assert "at least two" not in " ".join(said(unstable))
 
 
 def test_a_step_without_steps_on_both_sides_is_no_jump():
@@ -149,39 +159,61 @@ def test_a_step_without_steps_on_both_sides_is_no_jump():
     assert not jumps_of(line.assign(regime=lost), "nu")
 
 
-def test_findings_are_in_the_units_of_the_data():
+def test_answers_are_in_the_units_of_the_data():
     line = one_line()
     line["nu"].attrs["units"], line["impact_velocity_max"].attrs["units"] = "rad/s", "mm/s"
-    assert sweep_texts(line)[1].endswith("hardest: 1.6 mm/s in the row ν = 1.6 rad/s")
-    assert sweep_texts(line)[0].endswith("impacts begin between ν = 0.8 and 0.9 rad/s")
+    expected = "is 1.6 mm/s, on support 1. It occurs in the row ν = 1.6 rad/s."
+    assert said(line)[1].endswith(expected)
+    assert said(line)[0].endswith("Impacts begin between ν = 0.8 and 0.9 rad/s.")
+    table = tables({"response": line})[0]
+    assert table.head[0] == "ν (rad/s)"
+    assert table.head[-1] == "hardest impact (mm/s)"
 
 
-def test_findings_of_a_map_give_shares_and_ranges():
+def test_answers_of_a_map_give_shares():
     dataset = sweep(40, f=np.linspace(0.05, 2, 40), all_regimes=True)
-    text = " ".join(sweep_texts(dataset))
-    share = format_number(100 * float((dataset["regime"] == Regime.TWO_SIDED).mean()), 3)
-    assert f"{share} %" in text.split("Orbits")[0]
-    assert "jumps" not in text
-    (section,) = sections({"map": dataset})
-    assert len(section.tables) == 1
+    lead, *others = said(dataset)
+    is_struck = (dataset["regime"] == Regime.TWO_SIDED).sum()
+    assert share_text(int(is_struck), dataset["regime"].size) in lead
+    assert not any("jumps" in text for text in others)
+    assert "rows are unresolved" in others[-1] or "unbounded" in others[-1]
 
 
-def test_regimes_along_each_line_and_energies_are_tables():
+def test_shares_have_the_digits_of_their_amounts():
+    assert share_text(457, 1000) == "45.7 %"
+    assert share_text(46, 100) == "46 %"
+    assert share_text(5, 12) == "5 of 12"
+    assert share_text(1, 40000) == "under 0.1 %"
+    assert share_text(39999, 40000) == "over 99.9 %"
+    assert share_text(40000, 40000) == "100.0 %"
+
+
+def test_ranges_along_a_line_and_energies_are_tables():
     line = one_line()
     energy = describe(xr.Dataset({"energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))}))
     for name in ("energy_damping", "energy_impact"):
         energy[name] = energy["energy_input"] / 2
     with_friction = energy.assign(energy_friction=energy["energy_input"] / 4)
-    tables = sections({"response": line.merge(with_friction), "plain": line.merge(energy)})[
-        0
-    ].tables
-    assert tables[2].head[1:] == [
-        "work of the force", "loss by damping", "loss at impacts", "loss by friction",
-    ]  # fmt: skip
-    assert [row[4] for row in tables[2].rows] == ["0.025 … 0.05", "–"]
+    ranges, energies = tables({"response": line.merge(with_friction)})
+    assert ranges.rows == [
+        ["0.5 … 0.8", "no impact", "1", "–"],
+        ["0.9 … 1.1", "both supports struck", "1", "1.1"],
+        ["1.2", "both supports struck", "2", "1.2"],
+        ["1.3 … 1.6", "both supports struck", "1", "1.6"],
+        ["1.7 … 2", "no impact", "1", "–"],
+    ]
+    assert energies.rows[0] == ["work of the force", "0.1 … 0.2"]
+    assert energies.rows[3] == ["loss by friction", "0.025 … 0.05"]
     for without in (energy, energy.assign(energy_friction=0 * energy["energy_input"])):
-        assert len(sections({"response": line.merge(without)})[0].tables[2].head) == 4
-    tables = sections({"response": line.merge(energy)})[0].tables
-    assert tables[1].rows[0][:3] == ["response", "–", "ν"]
-    assert tables[1].rows[0][3].startswith("no impact (0.5 … 0.8); two-sided (0.9 … 1.1); ")
-    assert tables[2].rows == [["response", "0.1 … 0.2", "0.05 … 0.1", "0.05 … 0.1"]]
+        assert len(tables({"response": line.merge(without)})[1].rows) == 3
+
+
+def test_lines_and_coexisting_motions_are_tables():
+    both = followed_both_ways()
+    (lines,) = tables({"response": both})
+    assert lines.rows[0] == ["upwards", "0.9 … 1.6", "8 of 16", "1.6"]
+    assert lines.rows[1][:2] == ["downwards", "0.9 … 1.2"]
+    twice = both.copy(deep=True)
+    twice["displacement_amplitude"][1, 4] = 0.3
+    together = tables({"response": twice})[1]
+    assert [row[1:] for row in together.rows] == [["1.3", "1.6"], ["0.9", "0.9"]]

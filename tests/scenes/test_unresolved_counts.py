@@ -10,8 +10,9 @@ import yaml
 
 import vibropipe as vp
 from vibropipe.jobs.solving import join_to_file, solve_to_file
-from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
-from vibropipe.scenes.sweep.findings import sweep_texts
+from vibropipe.scenes.sweep.answers import sweep_answers
+from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.scenes.sweep.map_captions import describe_map
 from vibropipe.study import load_study
 
 STUDY = """
@@ -52,5 +53,6 @@ def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
     assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line)
     assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid)
     # Also where the author wrote the caption.
-    assert f"2 of 3 rows are unresolved: {why} (2)" in " ".join(sweep_texts(line))
+    last = sweep_answers(line)[-1]
+    assert (last.lead, last.rest) == ("2 of 3 rows are unresolved.", f"Unresolved: {why}.")
     assert "Unresolved" not in describe_sweep(line.isel(nu=[2]))

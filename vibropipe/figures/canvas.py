@@ -19,10 +19,12 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
 
@@ -173,6 +175,15 @@ def ticks(ax: Axes, axis: Literal["x", "y"], values: Iterable[float], texts: Ite
     """Put labelled ticks on an axis, and no others."""
     (ax.set_yticks if axis == "y" else ax.set_xticks)(list(values), list(texts))
     ax.tick_params(axis=axis, which="minor", length=0, labelleft=False, labelbottom=False)
+
+
+def plain_ticks(axis: Axis, most: int) -> None:
+    """Put at most about `most` ticks on round numbers of a linear axis, written without trailing zeros."""
+    if axis.get_scale() == "linear":
+        axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(
+            FuncFormatter(lambda value, _: f"{value + 0.0:.6g}".replace("-", "−"))
+        )
 
 
 def colour_bar(

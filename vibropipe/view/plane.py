@@ -15,14 +15,14 @@ from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.basins.basin_map import COLOURS, NONE_COLOUR
 from vibropipe.scenes.sweep.impacts import row_at
 from vibropipe.scenes.sweep.laws import laws_of
-from vibropipe.scenes.sweep.pictures import is_map
+from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.quantities import (
     Series,
     axis_and_others,
+    is_map,
     series_of,
     with_impacts_per_period,
 )
-from vibropipe.scenes.sweep.regime_map import map_axes
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.results import is_basins
 from vibropipe.view.words import label_of

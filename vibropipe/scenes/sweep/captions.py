@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import rising_text
+from vibropipe.figures.stability import is_neutral
 from vibropipe.figures.text import (
     NO_CURVES,
-    REGIME_TEXT,
-    format_number,
     grid_with_units,
     plain_symbol,
+<<<<<<< HEAD
     plain_symbol_of,
     plain_value,
+=======
+>>>>>>> 325bb47 (Label the regions of maps, and answer what fills them and how hard it strikes)
     reasons_text,
-    regime_name,
     sentences,
-    with_units,
 )
 from vibropipe.scenes.sweep.followed import LEFT_EARLY
-from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.quantities import (
     Panel,
@@ -31,10 +28,8 @@ from vibropipe.scenes.sweep.quantities import (
     directions,
     panels_of,
     row_kinds,
-    swept,
     with_impacts_per_period,
 )
-from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 
@@ -54,14 +49,12 @@ def describe_sweep(
     wanted = panels_of(dataset, show)
     panels = fitting_panels(dataset, others[1:], wanted)
     quantities = {each.name for panel in panels for each in panel.series}
-    has_harmonics = not quantities or "displacement_amplitude" in quantities
     return sentences(
         f"Steady states against {plain_symbol(along)}" + (f" for {lines}" if lines else ""),
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
         follow_text(dataset, arrows=True),
         "" if quantities else NO_CURVES,
-        (peak_text(dataset) if has_harmonics else "") or velocity_text(dataset),
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
         else "",
@@ -118,44 +111,6 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
 
 
-def peak_text(dataset: xr.Dataset) -> str:
-    """Write the maximum of the first harmonic of displacement."""
-    if "displacement_amplitude" not in dataset:
-        return ""
-    first = dataset["displacement_amplitude"].isel(harmonic=0)
-    text = largest_text(dataset, first)
-    return f"The largest first harmonic of {text}" if text else ""
-
-
-def largest_text(dataset: xr.Dataset, values: xr.DataArray) -> str:
-    """Write the largest value of the orbits and its row, and apart from it a larger one of aperiodic rows."""
-    regime = dataset["regime"]
-    kinds = {
-        "the orbits": values.where(regime < Regime.APERIODIC),
-        "aperiodic rows": values.where(regime == Regime.APERIODIC),
-    }
-    texts: list[str] = []
-    largest = -np.inf
-    for kind, own in kinds.items():
-        if not bool(np.isfinite(own).any()) or not float(own.max()) > largest:
-            continue
-        top = own.isel({str(k): int(v) for k, v in own.argmax(...).items()})
-        largest = float(top)
-        rises = rising_text(own, top, regime.dims)
-        number = with_units(values, format_number(largest))
-        texts.append(
-            f"{kind} is {number}, at {location_text(own)}{', where ' + rises if rises else ''}"
-        )
-    return series(texts)
-
-
-def location_text(values: xr.DataArray) -> str:
-    """Write the swept parameters at the maximum of an array, a direction last."""
-    at = values.isel({str(k): int(v) for k, v in values.argmax(...).items()})
-    names = sorted(map(str, values.dims), key=lambda name: name == DIRECTION)
-    return ", ".join(plain_value(at[name]) for name in names)
-
-
 def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Write the numbers of rows that are drawn as marks or not at all."""
     kinds = row_kinds(dataset)
@@ -166,11 +121,17 @@ def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         ("no_orbit", "no periodic orbit", " (dots: averages)"),
     ]
     amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
-    text = series(
+    texts = [
         f"{amounts[kind]} {'has' if amounts[kind] == 1 else 'have'} {what}{mark if drawn else ''}"
         for kind, what, mark in descriptions
         if amounts[kind]
-    )
+    ]
+    orbits = dataset["regime"].values < Regime.APERIODIC
+    neutral = int((orbits & is_neutral(dataset)).sum()) if "stable" in dataset else 0
+    if neutral:
+        verb = "is" if neutral == 1 else "are"
+        texts.append(f"{neutral} {verb} neutral, so that perturbations neither grow nor decay")
+    text = series(texts)
     total = dataset["regime"].size
     return f"Of {count(total, 'row')}, {text}; bars: regime of each row" if text else ""
 
@@ -197,77 +158,3 @@ def unresolved_text(dataset: xr.Dataset) -> str:
     reasons = reasons_text(dataset["status"].values[unresolved])
     total = count(dataset["regime"].size, "row")
     return f"Unresolved: {int(unresolved.sum())} of {total}: {reasons}"
-
-
-def describe_map(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return the caption of the maps: share of each regime, most frequent orbits, largest impact velocities."""
-    dims = swept(dataset)
-    dataset = with_impacts_per_period(dataset)
-    size = " × ".join(str(dataset.sizes[name]) for name in dims)
-    names = series(plain_symbol(name) for name in dims)
-    multiple = int((dataset["period_multiple"] > 1).sum()) if "period_multiple" in dataset else 0
-    maxima = maxima_text(dataset)
-    drawn = set(show or ("impact_velocity_max",))
-    further = sorted(dims, key=lambda name: -dataset.sizes[name])[2:]
-    return sentences(
-        f"Steady-state regimes on a {size} grid of {names}: {shares_text(dataset)}",
-        orbits_text(dataset),
-        f"{count(multiple, 'cell has an orbit', 'cells have orbits')} of m > 1 forcing periods"
-        if multiple
-        else "",
-        combinations_text(dataset, further, MAX_MULTIPLES),
-        follow_text(dataset),
-        f"Lower panels: largest impact velocity on each support; its maximum {maxima}"
-        if maxima and "impact_velocity_max" in drawn
-        else "",
-        aperiodic_text(dataset),
-        unresolved_text(dataset),
-    )
-
-
-def orbits_text(dataset: xr.Dataset) -> str:
-    """Write the most frequent orbits (m; p1, p2) with impacts, and their shares."""
-    codes, laws = laws_of(dataset)
-    if "impacts_per_period" not in dataset:
-        return ""
-    amounts = np.bincount(codes.values.ravel(), minlength=len(laws))
-    shares = [
-        f"{law.short} in {format_number(100 * float(amount) / codes.size, 3)} %"
-        for law, amount in zip(laws, amounts, strict=True)
-        if law.short.startswith("(")
-    ]
-    text = series(shares[:MANY_ORBITS])
-    return (
-        f"Most frequent orbits (m; p₁, p₂), with p₁ and p₂ impacts on the supports in m forcing periods: {text}"
-        if text
-        else ""
-    )
-
-
-def shares_text(dataset: xr.Dataset) -> str:
-    """Write the share of each regime, the most frequent first."""
-    codes, amounts = np.unique(dataset["regime"].values, return_counts=True)
-    permutation = np.argsort(-amounts, kind="stable")
-    total = dataset["regime"].size
-    return series(
-        f"{format_number(100 * float(amounts[n]) / total, 3)} % {REGIME_TEXT[regime_name(int(codes[n]))]}"
-        for n in permutation
-    )
-
-
-def velocity_text(dataset: xr.Dataset) -> str:
-    """Write the maximum of the impact velocity on each support, as a sentence."""
-    maxima = maxima_text(dataset)
-    return f"The largest impact velocity {maxima}" if maxima else ""
-
-
-def maxima_text(dataset: xr.Dataset) -> str:
-    """Write the maximum of the impact velocity on each support, as the end of a sentence."""
-    if "impact_velocity_max" not in dataset:
-        return ""
-    clauses = []
-    for support in dataset["support"].values:
-        text = largest_text(dataset, dataset["impact_velocity_max"].sel(support=support))
-        if text:
-            clauses.append(f"on support {support} of {text}")
-    return series(clauses)

@@ -52,6 +52,7 @@ QUANTITY_NEEDS: Mapping[str, tuple[str, ...]] = {
     "poincare": ("poincare",),
 }
 PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "quantities": ("harmonics", "impacts", "stability", "lyapunov", "energy"),
     "section": ("poincare",),
     "portrait": ("motion",),
     "spectrum": ("harmonics",),
@@ -66,12 +67,24 @@ class SweepFigure(FigureOptions):
     """Options of the pictures of a sweep."""
 
     pictures: Annotated[
-        list[Literal["curves", "map", "bifurcation", "section", "portrait", "spectrum", "energy"]],
+        list[
+            Literal[
+                "curves",
+                "map",
+                "quantities",
+                "bifurcation",
+                "section",
+                "portrait",
+                "spectrum",
+                "energy",
+            ]
+        ],
         AfterValidator(each_once),
     ] = Field(
         default=[],
-        description="Pictures: curves along the finest grid, a map over two grids, a bifurcation diagram, Poincaré "
-        "sections, phase portraits or spectra of single rows, or the energy (default: curves or map, as fits).",
+        description="Pictures: curves along the finest grid, a map of how the mass moves over two grids, maps of "
+        "quantities over them, a bifurcation diagram, Poincaré sections, phase portraits or spectra of single rows, or "
+        "the energy (default: curves, or map and quantities, as fits).",
     )
     show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
         default=[],
@@ -85,7 +98,7 @@ class SweepFigure(FigureOptions):
 
 def pictures_showing(name: str) -> set[str]:
     """Return the pictures that show a quantity where it is asked for."""
-    shown_by = set() if name in POINTS else {"curves", "map"}
+    shown_by = set() if name in POINTS else {"curves", "quantities"}
     if name in IN_DIAGRAM:
         shown_by.add("bifurcation")
     return shown_by | ({"spectrum"} if name.endswith("_amplitude") else set())
@@ -94,9 +107,10 @@ def pictures_showing(name: str) -> set[str]:
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
-    if "map" in pictures and len(scene.over) < 2:
-        must = "must leave out map unless two or more parameters are swept"
-        yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
+    for picture in ("map", "quantities"):
+        if picture in pictures and len(scene.over) < 2:
+            must = f"must leave out {picture} unless two or more parameters are swept"
+            yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)
     lines = sorted(grid.size for grid in scene.over.values())[:-1]
     if "curves" in pictures and any(size > MAX_LINES for size in lines):
         must = (

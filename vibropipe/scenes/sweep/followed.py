@@ -17,6 +17,7 @@ import xarray as xr
 from vibropipe.figures.claims import at_least, at_most
 from vibropipe.figures.text import with_units
 from vibropipe.report.findings import point_text, symbol_text
+from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.quantities import directions
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
@@ -75,15 +76,21 @@ def _lines(mask: xr.DataArray, axis: str) -> Iterator[list[Rows]]:
         yield [Rows(float(values[run[0]]), float(values[run[-1]]), point) for run in runs]
 
 
-def together_text(dataset: xr.Dataset, axis: str) -> str:
-    """Write in which rows both directions are on different orbits; empty if in none or not followed both ways."""
+def together_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
+    """Return in which rows both directions are on different orbits; none if in none or not followed both ways."""
     found = differing_rows(dataset, axis)
     if not found:
-        return ""
-    rows, symbol = found[0], symbol_text(dataset[axis])
-    # Rounded inwards: all rows of the range are within it.
+        return None
+    rows = found[0]
+    where = f"{'from' if rows.low < rows.high else 'at'} {range_text(dataset, axis, rows)}"
+    widest = "They are in the rows" if len(found) == 1 else "The widest range of such rows is"
+    return Answer(
+        "Among the motions followed here, at least two are stable together.", f"{widest} {where}."
+    )
+
+
+def range_text(dataset: xr.Dataset, axis: str, rows: Rows) -> str:
+    """Write a range of rows, rounded inwards, so that all of them are within it."""
     low, high = at_most(rows.low, DIGITS), with_units(dataset[axis], at_least(rows.high, DIGITS))
-    where = f"from {symbol} = {low} to {high}" if rows.low < rows.high else f"at {symbol} = {high}"
-    beside = f" ({rows.point})" if rows.point else ""
-    more = ", and in others" if len(found) > 1 else ""
-    return f"Among the motions followed here, at least two are stable in the rows {where}{beside}{more}"
+    symbol = symbol_text(dataset[axis])
+    return f"{symbol} = {low} to {high}" if rows.low < rows.high else f"{symbol} = {high}"

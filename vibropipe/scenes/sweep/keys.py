@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vibropipe.physics.limits import PATIENCE
 from vibropipe.scenes.keys.base import Harmonics, Outputs
@@ -25,7 +25,14 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import Follow, Solver, Start, SweptName, figure_key
+from vibropipe.scenes.keys.parts import (
+    MAX_LINES,
+    Follow,
+    Solver,
+    Start,
+    SweptName,
+    figure_key,
+)
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
@@ -64,6 +71,18 @@ class SweepScene(ForcedScene):
         description="Forcing periods after which a row with growing perturbations may be labelled aperiodic.",
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
+
+    @model_validator(mode="after")
+    def _choose_pictures(self) -> Self:
+        """Draw how the mass moves over two fine grids, and quantities over them, unless the study chooses."""
+        others = sorted(grid.size for grid in self.over.values())[:-1]
+        if not self.figure.pictures and others and others[-1] > MAX_LINES:
+            has_maps = self.figure.show or {"harmonics", "impacts"} & {*self.outputs}
+            pictures = ["map", *(["quantities"] if has_maps else [])]
+            object.__setattr__(
+                self, "figure", self.figure.model_copy(update={"pictures": pictures})
+            )
+        return self
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): grid for name, grid in self.over.items()}

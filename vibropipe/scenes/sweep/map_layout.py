@@ -1,69 +1,150 @@
-"""Where the maps of a sweep stand: one of laws over those of quantities, or small multiples, on one page."""
+"""Where the maps of a sweep stand: panels of one size in rows, each titled, with labels at the outer ones."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.style import PAGE_HEIGHT_CM, new_figure
-from vibropipe.scenes.sweep.layout import combination_text
-from vibropipe.scenes.sweep.quantities import Series, element_label
+from vibropipe.figures.canvas import BODY, SMALL, WIDE, axes, new_canvas, plain_ticks, size_of
+from vibropipe.figures.map_shapes import borders, cell_edges, frame, scale_of
+from vibropipe.figures.palette import GREY, INK
+from vibropipe.figures.style import rasterise_many
+from vibropipe.figures.text import value_text
+from vibropipe.scenes.sweep.quantities import combinations, evenly, fitted_label, swept
+from vibropipe.solve.sweep_grid import DIRECTION
 
-LAWS_CM, VALUES_CM, SMALL_CM = 7.0, 4.6, 4.4
-LEGEND_CM = 3.0
+LEFT, RIGHT, BETWEEN = 1.2, 0.15, 0.55  # cm left of the panels, right of them, between them
+TITLE_LINE, LABELS = 0.38, 1.05  # cm of a line above a panel, and below the panels
+Edges = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Map:
-    """What one map shows: a quantity, or the laws of motion if `series` is None."""
+class Place:
+    """Corner and size of a panel in cm, and whether it is an outer one, whose axes have labels."""
 
-    series: Series | None
-    part: xr.Dataset
-    title: str
-
-
-Placed = list[tuple[Any, Map]]
-
-
-def figure_of_one(
-    dataset: xr.Dataset, series: list[Series], indices: list[dict[str, int]]
-) -> tuple[Figure, Placed]:
-    """Place the map of laws over the whole width, those of quantities below in two columns."""
-    rows = -(-len(series) // 2)
-    heights = [LAWS_CM, *[VALUES_CM] * rows]
-    figure = new_figure(min(sum(heights) + LEGEND_CM, PAGE_HEIGHT_CM))
-    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
-    placed = [(grid[0, :], Map(None, dataset, ""))]
-    for n, each in enumerate(series):
-        title = element_label(dataset, each).replace("\n", " ")
-        placed.append((grid[1 + n // 2, n % 2], Map(each, dataset, title)))
-    return figure, placed
+    left: float
+    bottom: float
+    width: float
+    height: float
+    is_left: bool
+    is_low: bool
 
 
-def figure_of_many(
-    dataset: xr.Dataset, series: list[Series], indices: list[dict[str, int]]
-) -> tuple[Figure, Placed]:
-    """Place a band of maps for each combination, or the maps of laws alone in three columns."""
-    across = 3 if not series else min(4, 1 + len(series))
-    maps = [
-        Map(each, dataset.isel(one), small_title(dataset, one, each, is_first=number == 0))
-        for number, one in enumerate(indices)
-        for each in (None, *series)
-    ]
-    rows = -(-len(maps) // across)
-    height = min(SMALL_CM, (PAGE_HEIGHT_CM - LEGEND_CM - 1.0) / rows)
-    figure = new_figure(height * rows + LEGEND_CM + 1.0)
-    grid = figure.add_gridspec(rows, across)
-    return figure, [(grid[n // across, n % across], each) for n, each in enumerate(maps)]
+def map_axes(dataset: xr.Dataset) -> tuple[str, str, list[str]]:
+    """Return (abscissa, ordinate, further parameters): the two finest grids, in study order."""
+    dims = swept(dataset)
+    finest = sorted(dims, key=lambda name: -dataset.sizes[name])[:2]
+    x, y = (name for name in dims if name in finest)
+    further = [name for name in dims if name not in finest]
+    return x, y, [*further, DIRECTION] if DIRECTION in dataset["regime"].dims else further
 
 
-def small_title(
-    dataset: xr.Dataset, one: dict[str, int], series: Series | None, is_first: bool
-) -> str:
-    """Return the title of a small map: further parameters over laws, the quantity once over its column."""
-    if series is None:
-        return combination_text(dataset, one)
-    return element_label(dataset, series) if is_first else ""
+def by_combination(dataset: xr.Dataset, most: int) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield title and rows of each combination of further parameters, at most `most`, evenly spaced."""
+    for one in evenly(combinations(dataset, map_axes(dataset)[2]), most):
+        yield combination_text(dataset, one), dataset.isel(one)
+
+
+def combination_text(dataset: xr.Dataset, indices: dict[str, int]) -> str:
+    """Write the values at some indices of parameters as mathtext."""
+    return ", ".join(
+        value_text(dataset[name], dataset[name].values[n].item()) for name, n in indices.items()
+    )
+
+
+def places(
+    amount: int, across: int, height: float, lines: int = 1, beside: float = 0.0, below: float = 0.0
+) -> tuple[Figure, list[Place]]:
+    """Return an empty figure and the places of some panels, row by row.
+
+    Parameters
+    ----------
+    amount, across : int
+        Number of panels, and of those in a row.
+    height : float
+        Height of a panel (cm).
+    lines : int
+        Lines above each panel.
+    beside, below : float
+        Room right of each panel, for the scale of its colours, and below all, for a legend (cm).
+    """
+    down = -(-amount // across)
+    width = (WIDE - LEFT - RIGHT - (across - 1) * BETWEEN) / across - beside
+    pitch, rise = width + beside + BETWEEN, height + 0.35 + lines * TITLE_LINE
+    figure = new_canvas(down * rise + LABELS + below)
+    found = []
+    for n in range(amount):
+        row, column = divmod(n, across)
+        bottom = below + LABELS + (down - 1 - row) * rise
+        found.append(
+            Place(LEFT + column * pitch, bottom, width, height, column == 0, n + across >= amount)
+        )
+    return figure, found
+
+
+def map_panel(figure: Figure, place: Place, part: xr.Dataset, x: str, y: str) -> Axes:
+    """Add the axes of a map with their scales, limits and, of an outer panel, labels."""
+    ax = axes(figure, place.left, place.bottom, place.width, place.height)
+    frame(ax)
+    edges = edges_of(part, x, y)
+    ax.set_xscale(scale_of(part[x].values))
+    ax.set_yscale(scale_of(part[y].values))
+    ax.set_xlim(edges[0][0], edges[0][-1])
+    ax.set_ylim(edges[1][0], edges[1][-1])
+    plain_ticks(ax.xaxis, 6 if place.width > 4.0 else 4)
+    plain_ticks(ax.yaxis, 5)
+    ax.tick_params(labelleft=place.is_left, labelbottom=place.is_low)
+    if place.is_low:
+        ax.set_xlabel(fitted_label(part[x], place.width))
+    if place.is_left:
+        ax.set_ylabel(fitted_label(part[y], place.height))
+    return ax
+
+
+def write_titles(ax: Axes, title: str, second: str = "") -> None:
+    """Write a line above a panel, and a grey one below it, closest to the panel."""
+    high = size_of(ax)[1]
+    line = TITLE_LINE / high
+    y = 1 + 0.15 / high
+    style: dict[str, Any] = {"transform": ax.transAxes, "va": "baseline"}
+    ax.text(0, y + (line if second else 0.0), title, fontsize=BODY, **style)
+    ax.text(0, y, second, fontsize=SMALL, color=GREY, **style)
+
+
+def edges_of(part: xr.Dataset, x: str, y: str) -> Edges:
+    """Return the borders of the cells of a map along both axes."""
+    return cell_edges(part[x].values), cell_edges(part[y].values)
+
+
+def outline(ax: Axes, codes: np.ndarray, edges: Edges, width: float = 0.45) -> None:
+    """Draw the outlines of regions of equal code."""
+    lines = borders(codes, *edges)
+    if lines is not None:
+        drawn = ax.plot(*lines, color=INK, linewidth=width, scalex=False, scaley=False)
+        rasterise_many(drawn, lines[0].size)
+
+
+MANY_CELLS = 62_500  # hatches of a larger map are stored as pixels
+HATCH_CELLS = 250  # cells of a side that are enough for the shape of a hatched region
+
+
+def draw_hatch(
+    ax: Axes, x: np.ndarray, y: np.ndarray, mask: np.ndarray, hatch: str, colour: str
+) -> None:
+    """Hatch a region; of a fine grid, every n-th cell gives the shape."""
+    if not hatch or min(mask.shape) < 2:
+        return
+    rows, columns = (max(1, size // HATCH_CELLS) for size in mask.shape)
+    shape = mask[::rows, ::columns].astype(float)
+    hatched = ax.contourf(
+        x[::columns], y[::rows], shape, levels=[0.5, 1.5], colors="none", hatches=[hatch]
+    )
+    hatched.set_edgecolor(colour)
+    hatched.set_linewidth(0.0)
+    hatched.set_rasterized(mask.size > MANY_CELLS)

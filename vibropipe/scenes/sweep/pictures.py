@@ -5,16 +5,21 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.bifurcation import (
     describe_bifurcation,
     draw_bifurcation,
     fits_bifurcation,
 )
-from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
+from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
+from vibropipe.scenes.sweep.map_captions import (
+    describe_map,
+    describe_quantities,
+    map_title,
+    quantities_title,
+)
 from vibropipe.scenes.sweep.orbit_pictures import (
     chosen_visits,
     describe_rows,
@@ -24,7 +29,8 @@ from vibropipe.scenes.sweep.orbit_pictures import (
     portrait_rows,
     spectrum_rows,
 )
-from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, axis_and_others
+from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, swept
+from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps
 from vibropipe.scenes.sweep.regime_map import draw_regime_map
 
 PORTRAIT_TEXT = (
@@ -33,12 +39,6 @@ PORTRAIT_TEXT = (
 )
 SECTION_TEXT = "States of single rows at the section, once per forcing period"
 SPECTRUM_TEXT = "Amplitudes of the harmonics of one row of each law of motion"
-
-
-def is_map(dataset: xr.Dataset) -> bool:
-    """Return whether a sweep has more lines than can be distinguished."""
-    _, others = axis_and_others(dataset)
-    return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
 def showing_rows(options: SweepFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
@@ -59,8 +59,16 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
 
 
 PICTURES = (
-    Picture("map", draw_regime_map, describe_map, is_map, showing_rows),
+    Picture("map", draw_regime_map, describe_map, is_map, titled=map_title),
     Picture("curves", draw_sweep, describe_sweep, keywords=curve_options),
+    Picture(
+        "quantities",
+        draw_quantity_maps,
+        describe_quantities,
+        lambda data: len(swept(data)) > 1,
+        showing_rows,
+        quantities_title,
+    ),
     Picture("bifurcation", draw_bifurcation, describe_bifurcation, fits_bifurcation, showing),
     Picture(
         "section",

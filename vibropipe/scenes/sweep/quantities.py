@@ -11,7 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.stability import is_unstable
-from vibropipe.figures.text import axis_label, in_brackets, symbol_of
+from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
+from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
@@ -26,7 +27,7 @@ DEFAULT_SHOW = (
 ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact", "energy_friction")
 MAX_HARMONICS = 3
 LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
-LETTER_CM = 0.155  # usual width of a letter, with some room
+LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
 MAX_LABEL_LINES = 3
 SYMBOL_LETTERS = 5
 # Quantities that may be negative; the axis of any other starts at zero.
@@ -46,7 +47,10 @@ WITH_ZERO_LINE = {"lyapunov_exponent"}
 
 @dataclass(frozen=True)
 class Series:
-    """One element of a quantity: `position` along its own dimension `dim`, None if it is a scalar of the row."""
+    """One element of a quantity: `position` along its own dimension `dim`, None if it is a scalar of the row.
+
+    With a `dim` and without a `position` it is the largest of all elements.
+    """
 
     name: str
     dim: str | None = None
@@ -56,6 +60,8 @@ class Series:
     def of(self, dataset: xr.Dataset) -> xr.DataArray:
         """Return its values over the swept dimensions of a dataset; magnitudes of complex ones."""
         array = dataset[self.name]
+        if self.dim is not None and self.position is None:
+            return array.max(self.dim, keep_attrs=True)
         if self.dim is not None:
             array = array.isel({self.dim: self.position})
         if array.dtype.kind == "c":
@@ -116,6 +122,12 @@ def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:
     return along, [name for name in dims if name != along]
 
 
+def is_map(dataset: xr.Dataset) -> bool:
+    """Return whether a sweep has more lines than can be distinguished."""
+    _, others = axis_and_others(dataset)
+    return any(dataset.sizes[name] > MAX_LINES for name in others)
+
+
 def with_impacts_per_period(dataset: xr.Dataset) -> xr.Dataset:
     """Return a sweep with `impacts_per_period`, which older datasets have per orbit alone.
 
@@ -174,7 +186,7 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
             panels.append(Panel(text, tuple(series), short))
             continue
         panels += [
-            Panel(element_label(dataset, each), (each,), short_label(dataset, each))
+            Panel(fitted_title(dataset, each, 99.0), (each,), fitted_title(dataset, each, 2.0))
             for each in series
         ]
     return panels
@@ -186,29 +198,55 @@ def is_shown(dataset: xr.Dataset, name: str) -> bool:
     return name in dataset and not (is_loss and not np.nan_to_num(dataset[name].values).any())
 
 
-def short_label(dataset: xr.Dataset, series: Series) -> str:
-    """Return the symbol of one element of a quantity, with the number of the support where it has one."""
-    array = dataset[series.name]
-    if series.dim != "support" or series.position is None:
-        return in_brackets(series.text, array)
-    symbol = in_brackets(symbol_of(array, series.position + 1), array)
-    return f"{symbol}\n{series.text}"
-
-
-def element_label(dataset: xr.Dataset, series: Series) -> str:
-    """Return the label of one element of a quantity."""
-    array = dataset[series.name]
-    if series.dim is None or series.position is None:
-        return axis_label(array, width=LABEL_WIDTH)
-    number = series.position + 1
-    if series.dim in dataset.coords:
-        number = int(dataset[series.dim].values[series.position])
+def series_words(dataset: xr.Dataset, series: Series) -> str:
+    """Return one element of a quantity in words: `largest velocity before impact, support 1`."""
+    words = axis_label(dataset[series.name]).partition("$")[0].partition(" (")[0].strip()
+    if series.dim is None:
+        return words
+    if series.position is None:
+        return f"{words}, either {series.dim}"
+    number = element_number(dataset, series)
     if series.dim == "support":
-        named = array.copy(deep=False)
-        words = axis_label(array).partition("$")[0].strip()
-        named.attrs = {**array.attrs, "long_name": f"{words}, support {number}"}
-        return axis_label(named, number, width=LABEL_WIDTH)
-    return axis_label(array, number, width=LABEL_WIDTH)
+        return f"{words}, support {number}"
+    if "harmonic" in series.dim and number <= len(ORDINALS):
+        return f"{ORDINALS[number - 1]} {words}"
+    return f"{words} {number}"
+
+
+def element_number(dataset: xr.Dataset, series: Series) -> int:
+    """Return the number of one element of a quantity, such as that of a support or harmonic."""
+    position = series.position or 0
+    return (
+        int(dataset[series.dim].values[position]) if series.dim in dataset.coords else position + 1
+    )
+
+
+def fitted_title(dataset: xr.Dataset, series: Series, width_cm: float) -> str:
+    """Return words, symbol and units of one element of a quantity as far as they fit on a line."""
+    array = dataset[series.name]
+    number = None if series.position is None else element_number(dataset, series)
+    symbol = symbol_of(array, number)
+    if series.dim == "support" and series.position is None:
+        symbol = ""
+    words = series_words(dataset, series)
+    short = f"{symbol}, support {number}" if series.dim == "support" and number else symbol or words
+    return _fitted([f"{words} {symbol}".strip(), words, short], array, width_cm)
+
+
+def fitted_label(array: xr.DataArray, width_cm: float) -> str:
+    """Return words, symbol and units of a coordinate as far as they fit on a line."""
+    words, symbol = axis_label(array).partition("$")[0].partition(" (")[0].strip(), symbol_of(array)
+    return _fitted([f"{words} {symbol}".strip(), words, symbol or words], array, width_cm)
+
+
+def _fitted(texts: list[str], array: xr.DataArray, width_cm: float) -> str:
+    """Return the first text that fits with its units, else the last one."""
+    for text in texts:
+        shown = in_brackets(text, array)
+        letters = len(re.sub(r"\$[^$]*\$", "x" * SYMBOL_LETTERS, shown))
+        if letters * LETTER_CM <= width_cm:
+            break
+    return shown
 
 
 def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:

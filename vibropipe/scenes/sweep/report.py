@@ -1,40 +1,29 @@
-"""Part of the report on sweeps: rows by regime, the regimes along each line, energies."""
+"""Part of the report on sweeps: answers, orbits of a map, ranges along lines, coexisting motions, energies."""
 
 from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.stability import is_neutral, is_unstable
-from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name
+from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import WORDS
-from vibropipe.report.findings import symbol_text, value_text
-from vibropipe.report.parts import answers_of, tables_of
-from vibropipe.report.section import Section
-from vibropipe.report.table import DASH, Datasets, Table, blocks, breakable
+from vibropipe.report.findings import symbol_text
+from vibropipe.report.table import DASH, Datasets, Table
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.sweep.findings import (
-    MAX_LINES,
-    axis_of,
-    findings,
-    lines_of,
-    n_lines,
-    runs_text,
-)
-from vibropipe.scenes.sweep.quantities import is_shown
+from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
+from vibropipe.scenes.sweep.followed import differing_rows
+from vibropipe.scenes.sweep.laws import orbit_numbers
+from vibropipe.scenes.sweep.quantities import is_map, is_shown
+from vibropipe.scenes.sweep.regions import regions_of, share_text
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series
 
-CAPTION = (
-    "Rows of each sweep by regime of the steady state; of these, stable orbits of more than one forcing period, "
-    "unstable orbits and, if there are any, neutral ones, of which perturbations neither grow nor decay."
-)
-RUNS_CAPTION = "Regimes along each line of the sweeps, with the first and the last row of each; m: period multiple."
-ENERGY_CAPTION = (
-    "Energy of each sweep per forcing period: smallest and largest value over the rows with an orbit, and over "
-    "aperiodic rows, each with its mean over a window."
-)
-MAX_RUNS = 24  # regimes of one line in the table; a line through chaos has hundreds
+MAX_ROWS = 8  # of a table
+DIGITS = 3
 MAX_QUESTION = 110  # letters, a line of the report
 ENERGIES = {
     "energy_input": "work of the force",
@@ -44,103 +33,189 @@ ENERGIES = {
 }
 
 
-def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on the sweeps of a study."""
-    sweeps = {name: data for name, data in datasets.items() if "regime" in data}
-    if not sweeps:
-        return []
-    tables = [*regime_tables(sweeps), *runs_tables(sweeps), *energy_tables(sweeps)]
-    return [Section("Regimes of the sweeps", tables=tables)]
+def tables(datasets: Datasets) -> list[Table]:
+    """Return the tables of the sweeps of a study."""
+    return [table for label, data in datasets.items() for table in tables_of(label, data)]
 
 
-def regime_tables(sweeps: Datasets) -> list[Table]:
-    """Return tables of rows by regime, one column per sweep, as many as fit on a page."""
-    return [regime_table(block) for block in blocks(sweeps)]
-
-
-def regime_table(sweeps: Datasets) -> Table:
-    """Return a table of the rows by regime, then of orbits with m > 1 and of unstable orbits."""
-    scenes = list(sweeps.values())
-    rows = [["rows", *(str(dataset["regime"].size) for dataset in scenes)]]
-    for code in sorted({int(c) for d in scenes for c in np.unique(d["regime"].values)}):
-        cells = [share((d["regime"].values == code).sum(), d["regime"].size) for d in scenes]
-        rows.append([REGIME_TEXT[regime_name(code)], *cells])
-    counts = [orbits_by_stability(dataset) for dataset in scenes]
-    for name in ("stable, m > 1", "unstable", "neutral"):
-        if name != "neutral" or any(own.get(name) for own in counts):
-            cells = [
-                share(own[name], d["regime"].size) if name in own else DASH
-                for own, d in zip(counts, scenes, strict=True)
-            ]
-            rows.append([name, *cells])
-    return Table(["", *map(breakable, sweeps)], rows, CAPTION)
-
-
-def orbits_by_stability(dataset: xr.Dataset) -> dict[str, int]:
-    """Return the numbers of stable orbits with m > 1, and of unstable and neutral ones, as far as they are known."""
-    numbers, has_orbit = {}, dataset["regime"].values < Regime.APERIODIC
-    is_stable = dataset["stable"].values != 0 if "stable" in dataset else np.ones_like(has_orbit)
-    if "period_multiple" in dataset:
-        several = dataset["period_multiple"].values > 1
-        numbers["stable, m > 1"] = int((has_orbit & is_stable & several).sum())
-    if "stable" in dataset:
-        numbers["unstable"] = int((has_orbit & is_unstable(dataset)).sum())
-        numbers["neutral"] = int((has_orbit & is_neutral(dataset)).sum())
-    return numbers
-
-
-def share(amount: int, total: int) -> str:
-    """Write an amount with its percentage of the total; 0 without one."""
-    return f"{amount} ({format_number(100.0 * amount / total, 3)} %)" if amount else "0"
-
-
-def runs_tables(sweeps: Datasets) -> list[Table]:
-    """Return the table of regimes along the lines of the sweeps that have few of them."""
-    rows = [
-        [breakable(name), point or DASH, symbol_text(data[axis_of(data)]), runs_text(line, axis_of(data), MAX_RUNS)]
-        for name, data in sweeps.items()
-        if n_lines(data) <= MAX_LINES
-        for point, line in lines_of(data)
-    ]  # fmt: skip
-    head = ["scene", "line", "along", "regimes"]
-    return [Table(head, rows, RUNS_CAPTION, ("2.6cm", "auto", "auto", "1fr"), 4)] if rows else []
-
-
-def energy_tables(sweeps: Datasets) -> list[Table]:
-    """Return the table of energies of the sweeps whose outputs include them; friction only where there is any."""
-    stored = {name: data for name, data in sweeps.items() if "energy_input" in data}
-    heads = {
-        key: text
-        for key, text in ENERGIES.items()
-        if any(is_shown(data, key) for data in stored.values())
-    }
-    rows = []
-    for name, data in stored.items():
-        is_aperiodic = data["regime"] == Regime.APERIODIC
-        rows.append(
-            [
-                breakable(name),
-                *(energy_text(data, key, data["regime"] < Regime.APERIODIC) for key in heads),
-            ]
+def tables_of(label: str, dataset: xr.Dataset) -> Iterator[Table]:
+    """Yield the tables of a sweep: of a map its orbits, else the ranges along its line or lines; then energies."""
+    if is_map(dataset):
+        table = orbits_table(label, dataset)
+    else:
+        table = (
+            ranges_table(label, dataset) if n_lines(dataset) == 1 else lines_table(label, dataset)
         )
-        if is_aperiodic.any():
-            texts = [energy_text(data, key, is_aperiodic) for key in heads]
-            rows.append([f"{breakable(name)}, aperiodic", *texts])
-    return [Table(["scene", *heads.values()], rows, ENERGY_CAPTION)] if rows else []
+    yield from filter(None, (table, together_table(label, dataset), energy_table(label, dataset)))
+
+
+def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the most frequent orbits with impacts, and their shares; none without them."""
+    regime = dataset["regime"]
+    has_counts = "impacts_per_orbit" in dataset or "impacts_per_period" in dataset
+    strikes = np.isin(regime.values, (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED))
+    if not strikes.any() or not has_counts:
+        return None
+    numbers = [part.values[strikes].tolist() for part in orbit_numbers(dataset)]
+    found = Counter(zip(*numbers, strict=True)).most_common()
+    rows = [
+        [f"{m}", f"{p1}", f"{p2}", share_text(n, regime.size)]
+        for (m, p1, p2), n in found[:MAX_ROWS]
+    ]
+    left = sum(n for _, n in found[MAX_ROWS:])
+    note = (
+        f"{len(found) - MAX_ROWS} more orbits share {share_text(left, regime.size)}."
+        if left
+        else ""
+    )
+    head = [
+        "forcing periods",
+        "impacts on support 1",
+        "impacts on support 2",
+        "share of all points",
+    ]
+    title = "The most frequent orbits with impacts, and after how many periods they repeat"
+    return Table(head, rows, note, title=title, scene=label, left=0)
+
+
+def ranges_table(label: str, dataset: xr.Dataset) -> Table:
+    """Return how the mass moves along a line, range by range; of many ranges, the longest ones."""
+    axis = axis_of(dataset)
+    has_velocity = "impact_velocity_max" in dataset
+    ((_, line),) = lines_of(
+        dataset.assign(region=regions_of(dataset)[0]), "region", "impact_velocity_max"
+    )
+    words = {region.code: region.words for region in regions_of(dataset)[1]}
+    multiple = (
+        line["period_multiple"].values if "period_multiple" in line else np.zeros(line.sizes[axis])
+    )
+    keys = [
+        (int(code), int(m) if code != Regime.NO_IMPACT else 1)
+        for code, m in zip(line["region"].values, multiple, strict=True)
+    ]
+    runs, first = [], 0
+    for key, found in groupby(keys):
+        last = first + len(list(found)) - 1
+        runs.append((key, first, last))
+        first = last + 1
+    kept = sorted(sorted(runs, key=lambda run: run[1] - run[2])[:MAX_ROWS], key=lambda run: run[1])
+    rows = []
+    for (code, m), low, high in kept:
+        values = [format_number(float(line[axis].values[n]), 5) for n in (low, high)]
+        cells = [" … ".join(dict.fromkeys(values)), words[code], str(m) if m > 0 else DASH]
+        if has_velocity:
+            cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
+        rows.append(cells)
+    longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
+    note = f"First and last row of each range{longest}. A border lies between two rows."
+    head = [
+        in_brackets(symbol_text(line[axis]), line[axis]),
+        "how the mass moves",
+        "repeats after periods",
+    ]
+    head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []
+    return Table(
+        head,
+        rows,
+        note,
+        title=f"How the mass moves along {symbol_text(line[axis])}",
+        scene=label,
+        left=2,
+    )
+
+
+def hardest_text(rows: xr.Dataset) -> str:
+    """Write the largest impact velocity of some rows."""
+    values = rows["impact_velocity_max"].values
+    values = values[np.isfinite(values)]
+    return format_number(float(values.max()), DIGITS) if values.size else DASH
+
+
+def lines_table(label: str, dataset: xr.Dataset) -> Table:
+    """Return the outermost rows with impacts of each line, and the hardest impact of its orbits."""
+    axis = axis_of(dataset)
+    has_velocity = "impact_velocity_max" in dataset
+    if has_velocity:
+        velocity = dataset["impact_velocity_max"]
+        orbits = of_orbits(dataset, "impact_velocity_max").assign_attrs(velocity.attrs)
+        dataset = dataset.assign(impact_velocity_max=orbits)
+    rows = []
+    for point, line in lines_of(dataset, "impact_velocity_max"):
+        struck = np.flatnonzero(np.isin(line["regime"].values, (*IMPACTS, Regime.APERIODIC)))
+        values = line[axis].values[struck[[0, -1]]] if struck.size else ()
+        cells = [
+            point,
+            " … ".join(dict.fromkeys(format_number(float(v), 5) for v in values)) or DASH,
+        ]
+        cells.append(share_text(struck.size, line.sizes[axis]))
+        rows.append([*cells, hardest_text(line)] if has_velocity else cells)
+    symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
+    head = ["line", f"first and last {symbol} with impacts", "rows with impacts"]
+    head += (
+        [in_brackets("hardest impact of an orbit", dataset["impact_velocity_max"])]
+        if has_velocity
+        else []
+    )
+    return Table(
+        head, rows, title="Where each line has impacts, and how hard they are", scene=label
+    )
+
+
+def together_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the ranges of rows in which both directions are on different stable orbits, if there are several."""
+    axis = axis_of(dataset)
+    found = differing_rows(dataset, axis)
+    if len(found) < 2:
+        return None
+    rows = [
+        [each.point or "all", format_number(each.low, 5), format_number(each.high, 5)]
+        for each in found
+    ]
+    symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
+    note = "The widest ranges first. A followed motion may be left a row before it ends."
+    title = "Rows in which the two directions are on different stable motions"
+    return Table(
+        ["line", f"from {symbol}", f"to {symbol}"], rows[:MAX_ROWS], note, title=title, scene=label
+    )
+
+
+def energy_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the range of each energy over the rows with an orbit and over aperiodic rows; friction if there is any."""
+    names = {name: words for name, words in ENERGIES.items() if is_shown(dataset, name)}
+    if "energy_input" not in names:
+        return None
+    kinds = {
+        "orbits": dataset["regime"] < Regime.APERIODIC,
+        "aperiodic rows": dataset["regime"] == Regime.APERIODIC,
+    }
+    rows = [
+        [words, *(energy_text(dataset, name, mask) for mask in kinds.values() if mask.any())]
+        for name, words in names.items()
+    ]
+    heads = [
+        in_brackets(kind, dataset["energy_input"]) for kind, mask in kinds.items() if mask.any()
+    ]
+    note = "Smallest and largest value; of impacts on both supports together; of aperiodic rows the mean of a window."
+    return Table(
+        ["energy per forcing period", *heads],
+        rows,
+        note,
+        title="Where the work of the force goes",
+        scene=label,
+    )
 
 
 def energy_text(dataset: xr.Dataset, name: str, rows: xr.DataArray) -> str:
     """Write the range of an energy over some rows; that of impacts is the sum over both supports."""
-    if not is_shown(dataset, name):
-        return DASH
     energy = dataset[name].where(rows)
-    values = (
-        energy.sum("support", skipna=False).values if "support" in energy.dims else energy.values
+    energy = energy.sum("support", skipna=False) if "support" in energy.dims else energy
+    values = energy.values[np.isfinite(energy.values)]
+    ends = (
+        (format_number(float(end), DIGITS) for end in (values.min(), values.max()))
+        if values.size
+        else ()
     )
-    values = values[np.isfinite(values)]
-    if not values.size:
-        return DASH
-    return f"{format_number(float(values.min()))} … {value_text(energy, values.max())}"
+    return " … ".join(dict.fromkeys(ends)) or DASH
 
 
 def question(datasets: Datasets) -> str:
@@ -153,4 +228,4 @@ def question(datasets: Datasets) -> str:
     return text if len(text) <= MAX_QUESTION else "How does the motion change with its parameters?"
 
 
-REPORT = ReportPart("Steady states", question, answers_of(findings), tables_of(sections), rank=0)
+REPORT = ReportPart("Steady states", question, answers, tables, rank=0)

@@ -1,0 +1,306 @@
+"""Answers of a sweep: how the mass moves, where that changes, what is an exception, how hard supports are struck.
+
+A line of a sweep runs along the parameter with the finest grid, at fixed values of the others. Many lines are a map.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import groupby, pairwise
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.claims import between_text, only_between_text, rising_text
+from vibropipe.figures.text import reasons_text
+from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
+from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers
+from vibropipe.report.table import Datasets
+from vibropipe.scenes.sweep.first_touch import first_touch
+from vibropipe.scenes.sweep.followed import is_followed, together_answer
+from vibropipe.scenes.sweep.jumps import NO_ORBIT, jumps_of
+from vibropipe.scenes.sweep.quantities import is_map, swept
+from vibropipe.scenes.sweep.regions import Region, regions_of, share_text
+from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import count, series
+
+MAX_LINES = 12  # lines whose jumps are told
+MAX_RUNS = 4  # ways to move along a line that a sentence names
+MANY = 0.05  # share of rows from which chaos is told before impacts
+DIGITS = 3
+OF_LINES = (
+    "regime",
+    "period_multiple",
+    "displacement_amplitude",
+    "impacts_per_orbit",
+    "impacts_per_period",
+)
+IMPACTS = (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.WITH_REST)
+
+
+def answers(datasets: Datasets) -> Answers:
+    """Return the answers of each sweep."""
+    return {name: sweep_answers(data) for name, data in datasets.items()}
+
+
+def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return the answers of one sweep, at most three: the most useful first, the limit of what is known last."""
+    aperiodic = float((dataset["regime"] == Regime.APERIODIC).mean())
+    is_line = not is_map(dataset)
+    chaos, hardest = aperiodic_answer(dataset), hardest_answer(dataset)
+    found = [
+        exponent_answer(dataset) if is_line else None,
+        moves_answer(dataset) if is_line else fills_answer(dataset),
+        together_answer(dataset, axis_of(dataset)),
+        *([chaos, hardest] if aperiodic >= MANY else [hardest, chaos]),
+        jumps_answer(dataset) if n_lines(dataset) <= MAX_LINES else None,
+        mean_answer(dataset),
+    ]
+    unresolved = unresolved_answer(dataset)
+    told = [each for each in found if each is not None][: MAX_ANSWERS - (unresolved is not None)]
+    return [*told, *([unresolved] if unresolved else [])]
+
+
+def axis_of(dataset: xr.Dataset) -> str:
+    """Return the dimension of the lines: that with the finest grid of numbers."""
+    regime = dataset["regime"]
+    numbers = [str(name) for name in regime.dims if not is_text(dataset[name])]
+    return max(numbers, key=lambda name: dataset.sizes[name])
+
+
+def n_lines(dataset: xr.Dataset) -> int:
+    """Return the number of lines of a sweep."""
+    return int(dataset["regime"].size // dataset.sizes[axis_of(dataset)])
+
+
+def lines_of(dataset: xr.Dataset, *names: str) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield (point of the other parameters, its rows along the axis with increasing parameter, with some variables)."""
+    axis = axis_of(dataset)
+    others = [str(name) for name in dataset["regime"].dims if name != axis]
+    ordered = dataset[[n for n in (*OF_LINES, *names) if n in dataset]].sortby(axis)
+    for position in np.ndindex(*(dataset.sizes[name] for name in others)):
+        line = ordered.isel(dict(zip(others, position, strict=True)))
+        yield point_text(line["regime"], others), line
+
+
+def of_orbits(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return a quantity of the rows with an orbit; NaN in the others."""
+    return dataset[name].where(dataset["regime"] < NO_ORBIT)
+
+
+def fills_answer(dataset: xr.Dataset) -> Answer:
+    """Return how the mass moves most often on a map, with the shares of the first two ways."""
+    _, regions = regions_of(dataset)
+    first, *others = regions
+    whole = "the map" if len(swept(dataset)) == dataset["regime"].ndim == 2 else "the maps"
+    if not others:
+        return Answer(f"The mass {first.does} at all points of {whole}.")
+    lead = "At most points the mass" if 2 * first.amount > first.total else "The mass most often"
+    second = f"it {others[0].does} on {others[0].share}"
+    return Answer(f"{lead} {first.does}.", f"That fills {first.share} of {whole}; {second}.")
+
+
+def hardest_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return the largest force of a soft support, else the hardest impact of an orbit, and the harder one of chaos."""
+    name, words = "support_force_max", "largest force on a soft support"
+    top = largest(of_orbits(dataset, name)) if name in dataset else None
+    if top is None:
+        name, words = "impact_velocity_max", "hardest impact of an orbit"
+        if name not in dataset:
+            return None
+        top = largest(of_orbits(dataset, name))
+    if top is None or not float(top):
+        struck = largest(dataset[name])
+        return None if struck is not None and float(struck) else Answer("No support is struck.")
+    values, dims = of_orbits(dataset, name), dataset["regime"].dims
+    support, where = int(top["support"]), ""
+    other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None
+    both = other is not None and abs(float(other)) >= abs(float(top)) * (1.0 - 1e-9)
+    place = "both supports" if both else f"support {support}"
+    lead = f"The {words} is {value_text(top, top, DIGITS)}, on {place}."
+    chaos = largest(dataset[name].where(dataset["regime"] == Regime.APERIODIC))
+    rises = rising_text(values, top, dims)
+    if chaos is not None and float(chaos) > float(top):
+        where = f"Aperiodic motion reaches {value_text(top, chaos, DIGITS)} within its window."
+    elif rises:
+        where = f"{rises[0].upper()}{rises[1:]}."
+    elif len(dims) == 1:
+        where = f"It occurs in the row {point_text(top, dims)}."
+    return Answer(lead, where)
+
+
+def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return the share of aperiodic rows, and the window in which they are known."""
+    is_aperiodic = dataset["regime"].values == Regime.APERIODIC
+    if not is_aperiodic.any():
+        return None
+    of = of_rows(dataset, int(is_aperiodic.sum()))
+    lead = f"The motion does not repeat itself {of}."
+    if "window_periods" not in dataset:
+        return Answer(lead)
+    windows = dataset["window_periods"].transpose(*dataset["regime"].dims).values[is_aperiodic]
+    least = "at least " if np.ptp(windows) else ""
+    periods = count(int(windows.min()), "forcing period")
+    return Answer(
+        lead, f"That is so in a window of {least}{periods}; whether it settles later is not known."
+    )
+
+
+def of_rows(dataset: xr.Dataset, amount: int) -> str:
+    """Write at which share of the rows of a line, or of the points of a map, something is so."""
+    unit, total = "points" if is_map(dataset) else "rows", dataset["regime"].size
+    if amount == total:
+        return f"at all {unit}"
+    share = share_text(amount, total)
+    return f"at {share} of the {unit}" if "%" in share else f"at {share} {unit}"
+
+
+def exponent_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return at how many rows perturbations grow exponentially, and the largest Lyapunov exponent."""
+    if "lyapunov_exponent" not in dataset:
+        return None
+    exponent = dataset["lyapunov_exponent"]
+    error = dataset.get("lyapunov_exponent_error", xr.zeros_like(exponent)).fillna(0.0)
+    grows = exponent > error
+    if not bool(exponent.notnull().any()):
+        return None
+    if not bool(grows.any()):
+        return Answer(
+            "No Lyapunov exponent is positive: perturbations grow exponentially in no row."
+        )
+    top = largest(exponent.where(grows))
+    assert top is not None
+    return Answer(
+        f"The largest Lyapunov exponent is positive {of_rows(dataset, int(grows.sum()))}.",
+        f"There perturbations grow exponentially; the exponent reaches {value_text(top, top, 2)}.",
+    )
+
+
+def mean_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return the largest constant part of displacement of the orbits and its row; none if it is rounding."""
+    if "displacement_mean" not in dataset:
+        return None
+    mean = of_orbits(dataset, "displacement_mean")
+    top = largest(mean)
+    if top is None:
+        return None
+    scale = None
+    if "displacement_amplitude" in dataset:
+        scale = largest(of_orbits(dataset, "displacement_amplitude").isel(harmonic=0))
+    if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
+        return Answer("The constant part of displacement is zero throughout.")
+    rises = rising_text(mean, top, dataset["regime"].dims)
+    lead = f"The constant part of displacement reaches {value_text(top, top, DIGITS)}."
+    if rises:
+        return Answer(lead, f"Its size {rises.removeprefix('it ')}.")
+    if dataset["regime"].ndim == 1:
+        return Answer(lead, f"That is in the row {point_text(top, dataset['regime'].dims)}.")
+    return Answer(lead)
+
+
+def moves_answer(dataset: xr.Dataset) -> Answer:
+    """Return the ways to move along a line in turn and a border as far as known; of more lines, where impacts are."""
+    codes, regions = regions_of(dataset)
+    axis = axis_of(dataset)
+    by_code = {region.code: region for region in regions}
+    turns = [by_code[code] for code, _ in groupby(codes.sortby(axis).values.ravel().tolist())]
+    symbol = symbol_text(dataset[axis])
+    if len(regions) == 1:
+        return Answer(f"The mass {regions[0].does} in all rows along {symbol}.")
+    (_, line), *others = lines_of(dataset)
+    border = border_text(line, axis, is_followed(dataset))
+    if others or len(turns) > MAX_RUNS:
+        found = impacts_answer(dataset)
+        return found if others or " between " in found.lead else Answer(found.lead, border)
+    return Answer(f"With rising {symbol} the mass {turns_text(turns)}.", border)
+
+
+def turns_text(turns: list[Region]) -> str:
+    """Write ways to move in turn: `strikes no support, then each support once a period`."""
+    texts = [turns[0].does]
+    for before, after in pairwise(turns):
+        is_same = after.does.startswith("strikes ") and before.does.startswith("strikes ")
+        texts.append(after.does.removeprefix("strikes ") if is_same else after.does)
+    return ", then ".join(texts)
+
+
+def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
+    """Write where the impacts of a line begin or end first, or else its first change of regime.
+
+    That the motion without impacts touches a support there is told where the closed form says so; of followed rows
+    nothing else is.
+    """
+    codes, values = line["regime"].values, line[axis].values
+    changes = np.flatnonzero(codes[1:] != codes[:-1])
+    if not changes.size:
+        return ""
+    touches = [
+        n for n in changes if (codes[n] == Regime.NO_IMPACT) != (codes[n + 1] == Regime.NO_IMPACT)
+    ]
+    n = int((touches or changes)[0])
+    low, high = float(values[n]), float(values[n + 1])
+    place = first_touch(line, axis, low, high) if touches else None
+    if place is not None:
+        step = abs(high - low)
+        digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
+        where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
+        return f"The motion without impacts touches a support at {where}."
+    if followed:
+        return ""
+    if not touches:
+        return f"The first change lies {between_text(line[axis], low, high)}."
+    verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
+    return f"Impacts {verb} {between_text(line[axis], low, high)}."
+
+
+def impacts_answer(dataset: xr.Dataset) -> Answer:
+    """Return outside which rows along the axis no line has impacts, and whether each line has some."""
+    axis, lines = axis_of(dataset), [line for _, line in lines_of(dataset)]
+    struck = [np.isin(line["regime"].values, (*IMPACTS, Regime.APERIODIC)) for line in lines]
+    number, symbol = sum(bool(mask.any()) for mask in struck), symbol_text(dataset[axis])
+    if not number:
+        return Answer(f"No row along {symbol} has impacts.")
+    where = only_between_text(lines[0][axis], np.any(struck, axis=0))
+    if not where:
+        is_all = all(bool(mask.all()) for mask in struck)
+        where = "in all rows" if is_all else "up to both ends of the range of"
+        where = f"{where} along {symbol}" if is_all else f"{where} {symbol}, but not in all rows"
+    rest = "" if number == len(lines) else "Some lines have none."
+    return Answer(f"Impacts occur {where}.", rest)
+
+
+def jumps_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return between which rows the first harmonic jumps most; of followed rows nothing, which may jump early."""
+    if is_followed(dataset):
+        return None
+    axis = axis_of(dataset)
+    found = [(jump, line) for _, line in lines_of(dataset) for jump in jumps_of(line, axis)]
+    if not found:
+        return None
+    jump, line = max(
+        found, key=lambda each: abs(each[0].amplitude_after - each[0].amplitude_before)
+    )
+    where = between_text(line[axis], jump.before, jump.after)
+    if len(found) == 1:
+        return Answer(f"The first harmonic jumps {where}.")
+    return Answer("The first harmonic jumps in several places.", f"Most it jumps {where}.")
+
+
+def unresolved_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how many rows are unresolved and why, and how many grow without bound; none for none."""
+    codes = dataset["regime"].values
+    texts, reasons, total = [], "", f" of {codes.size}"
+    for code in (Regime.UNRESOLVED, Regime.UNBOUNDED):
+        mask = codes == code
+        if mask.any():
+            verb = "is" if mask.sum() == 1 else "are"
+            texts.append(f"{int(mask.sum())}{total} rows {verb} {code.name.lower()}")
+            if code == Regime.UNRESOLVED and "status" in dataset:
+                reasons = reasons_text(dataset["status"].values[mask])
+    if not texts:
+        return None
+    both = len(texts) == 2  # a third number would be too many
+    lead = series(text.replace(total, "") if both else text for text in texts)
+    reasons = re.sub(r" \(\d+\)", "", reasons)
+    return Answer(f"{lead}.", f"Unresolved: {reasons}." if reasons else "")

@@ -30,6 +30,9 @@ def random_motion(seed: int) -> tuple[vp.Exciter, float, float, float]:
     ranges = {"nu": (0.3, 3), "f": (-1.5, 1.5), "h": (0, 0.4), "delta": (-0.4, 0.4)}
     ranges |= {"R1": (0.2, 0.95), "R2": (0.2, 0.95), "phi2": (-3, 3)}
     values |= {name: draw.uniform(*ends) for name, ends in ranges.items()}
+    values |= {
+        f"R{i}": 1.0 for i in "12" if values[f"k{i}"] > 0.0
+    }  # a soft support has its own damping
     exciter = vp.Exciter(l=0.5, **values)
     x0 = draw.uniform(exciter.lower, exciter.upper)
     return exciter, float(draw.uniform(3, 8)), float(x0), float(draw.uniform(-1, 1))

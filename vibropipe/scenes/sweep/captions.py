@@ -11,11 +11,7 @@ from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
     plain_symbol,
-<<<<<<< HEAD
     plain_symbol_of,
-    plain_value,
-=======
->>>>>>> 325bb47 (Label the regions of maps, and answer what fills them and how hard it strikes)
     reasons_text,
     sentences,
 )

@@ -36,7 +36,7 @@ TOTALS = {"marched": 4000, "newmark": 3432, "cases": 2, "race": 6, "sweep": 3}
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    exciter = {"l": 0.5, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
+    exciter = {"l": 0.5, "nu": 1, "f": -1, "h": 0.2, "R1": 0.7, "R2": 0.7}
     file = tmp_path_factory.mktemp("study") / "t.yaml"
     file.write_text("a study")  # read for the provenance
     tree = {"title": "t", "exciter": exciter, "scenes": SCENES}

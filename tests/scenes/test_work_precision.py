@@ -13,7 +13,7 @@ from vibropipe.figures.canvas import MIN_TYPE
 from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, house_style, save
 from vibropipe.report.table import DASH
 from vibropipe.scenes.accuracy.asked import asked_answer
-from vibropipe.scenes.accuracy.report import answers_of_scenes, tables
+from vibropipe.scenes.accuracy.report import answers_of_scenes, side, tables
 from vibropipe.scenes.accuracy.text import answers, title_of
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
@@ -192,6 +192,12 @@ def test_every_number_of_a_sentence_is_in_the_data(work_precision, one, asked):
         assert missing([*texts, title_of(dataset)], dataset, ratios) == []
         for text in texts:
             assert len(numbers_in(text)) <= 2, text
+
+
+def test_the_exciter_of_the_first_scene_stands_beside_the_answers(one, work_precision):
+    found = side({"one": one, "others": work_precision})
+    assert list(found.drawn) == ["one"]
+    assert found.rows[0].value == "1"
 
 
 def test_both_pictures_can_be_chosen_and_time_over_error_is_the_default():

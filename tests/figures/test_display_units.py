@@ -10,7 +10,8 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.text import axis_label, plain_value, value_text
-from vibropipe.figures.units import display_units, in_si, shown_unit, unit_text
+from vibropipe.figures.units import display_units, unit_text
+from vibropipe.solve.shown_units import in_si, shown_unit
 
 M, C = 2.0, 8000.0
 P = math.sqrt(C / M)

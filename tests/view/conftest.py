@@ -5,7 +5,7 @@ import pytest
 from small_study import EXCITER, NU, F
 
 import vibropipe as vp
-from vibropipe.store import write
+from vibropipe.store import load, write
 from vibropipe.view.results import open_results
 
 
@@ -29,3 +29,13 @@ def study(tmp_path_factory):
 def results(study):
     """The same, opened."""
     return open_results(study, study.parent)
+
+
+@pytest.fixture(scope="session")
+def with_units(study, tmp_path_factory):
+    """The map in SI, of a study that writes Hz, mm and mm/s."""
+    dataset = vp.to_physical(load(study / "map.nc"), m="2 kg", C="8 N/mm")
+    units = "frequency: Hz; length: mm; velocity: mm/s; time: ms; stiffness: N/mm; mass: g"
+    folder = tmp_path_factory.mktemp("results") / "units"
+    write(dataset.assign_attrs(display_units=units), folder / "map.nc")
+    return open_results(folder, folder.parent)

@@ -155,9 +155,10 @@ def fake_page(page):
     }  # fmt: skip
 
 
-def test_a_saved_page_shows_what_the_server_shows(results):
+@pytest.mark.parametrize("has_units", [False, True])
+def test_a_saved_page_shows_what_the_server_shows(results, with_units, has_units):
     """The whole script: motion, jumps, slices and text of a point that was not shown before."""
-    page = Page(replace(results, first="map"))
+    page = Page(with_units if has_units else replace(results, first="map"))
     models = fake_page(page)
     nu, f = (float(values[6]) for values in page.plane.values)
     models["crosshair"]["data"] = {"x": [nu], "y": [f]}
@@ -184,7 +185,7 @@ def test_a_saved_page_shows_what_the_server_shows(results):
         assert points["data"]["colour"] == list(expected.points.data["colour"])
         assert ruler["axis_label"] == expected.ruler.axis_label
     assert "Two-sided" in found["law"]["text"]
-    assert found["walls"][0]["bottom"] == pytest.approx(0.51)
+    assert found["walls"][0]["bottom"] == pytest.approx(510.0 if has_units else 0.51)
 
 
 def test_a_saved_page_loads_nothing_from_outside(results, tmp_path):

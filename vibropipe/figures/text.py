@@ -14,7 +14,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.units import shows_cycles, unit_text
+from vibropipe.figures.units import unit_text
+from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.figures.units import DISPLAY_UNITS
 from vibropipe.jobs.estimates import load_estimate
 from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.physics.exciter import ParameterError
@@ -18,6 +17,7 @@ from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.rows import with_origin
+from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store import (
     StoreError,
     count_equal,

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, plain_symbol_of, with_units
-from vibropipe.figures.units import shows_cycles
+from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.vocabulary import VOCABULARY
 
 # Symbol in mathtext -> the same in plain text.

@@ -6,6 +6,7 @@ import math
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,9 +17,11 @@ from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.physics.start import start_at
 from vibropipe.solve.motion import simulate
 from vibropipe.solve.physical import convert, is_physical, to_physical
+from vibropipe.solve.shown_units import in_si, shown_factor, shown_in
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.status import UnsolvedWarning
-from vibropipe.words.vocabulary import held_name, physical_name
+from vibropipe.words.units import DIMENSIONS
+from vibropipe.words.vocabulary import held_name, physical_name, physical_quantity
 
 # Forcing periods that are drawn of a motion without an orbit, and those whose sections are.
 SHOWN_PERIODS, SECTION_PERIODS = 8, 400
@@ -56,14 +59,12 @@ class Motion:
     @cached_property
     def curves(self) -> xr.Dataset:
         """The motion in the units of the row."""
-        si = mass_and_stiffness(self.row)
-        return self.plain if si is None else to_physical(self.plain, **si)
+        return in_units_of(self.row, self.plain)
 
     @property
     def period(self) -> float:
         """The forcing period, in the units of the row."""
-        si = mass_and_stiffness(self.row)
-        return self.exciter.period * (1.0 if si is None else float(convert("tau", 1.0, si)))
+        return self.exciter.period * unit_of_row(self.row, "tau")
 
     @property
     def soft(self) -> tuple[int, ...]:
@@ -72,8 +73,9 @@ class Motion:
 
     @property
     def walls(self) -> dict[int, float]:
-        """Positions of the supports."""
-        return {1: self.exciter.upper, 2: self.exciter.lower}
+        """Positions of the supports, in the units of the row."""
+        length = unit_of_row(self.row, "displacement")
+        return {1: self.exciter.upper * length, 2: self.exciter.lower * length}
 
 
 def exciter_of(row: xr.Dataset) -> Exciter:
@@ -82,7 +84,7 @@ def exciter_of(row: xr.Dataset) -> Exciter:
     A damping that a restitution gives is left out, so that it follows in copies.
     """
     names = [name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables]
-    values = {name: float(np.ravel(row[name].values)[0]) for name in names}
+    values = {name: float(np.ravel(in_si(row[name]))[0]) for name in names}
     if is_physical(row):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of far supports
@@ -102,19 +104,42 @@ def changed_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     exciter, si = exciter_of(row), is_physical(row)
     held = {h: physical_name(h) if si else h for _R, _k, h in SUPPORTS}
     follow = [held[h] for h in held if not exciter.states(h) and held[h] not in changed]
-    return row.drop_vars(follow, errors="ignore").assign_coords(changed)
+    units = shown_in(row)
+
+    def attrs(name: str) -> dict[str, Any]:
+        if name in row.coords or not si:
+            return dict(row[name].attrs) if name in row.coords else {}
+        stored = DIMENSIONS[PHYSICAL[name].dimension].units
+        return {"units": units.unit(name, stored)}
+
+    coords = {name: ((), value, attrs(name)) for name, value in changed.items()}
+    return row.drop_vars(follow, errors="ignore").assign_coords(coords)
 
 
 def mass_and_stiffness(row: xr.Dataset) -> dict[str, float] | None:
-    """Return m and C of a dataset in SI."""
-    return {name: float(row[name]) for name in ("m", "C")} if is_physical(row) else None
+    """Return m and C, in SI, of a dataset with units."""
+    return {name: float(in_si(row[name])) for name in ("m", "C")} if is_physical(row) else None
+
+
+def unit_of_row(row: xr.Dataset, name: str) -> float:
+    """Return the value, in the units of a row, of a quantity that is 1 without units."""
+    si = mass_and_stiffness(row)
+    if si is None:
+        return 1.0
+    unit = shown_in(row).unit(physical_name(name), physical_quantity(name).units)
+    return float(convert(name, 1.0, si)) * shown_factor(unit)
+
+
+def in_units_of(row: xr.Dataset, plain: xr.Dataset) -> xr.Dataset:
+    """Return a dataset without units in the units of a row."""
+    si = mass_and_stiffness(row)
+    return plain if si is None else shown_in(row).dataset(to_physical(plain, **si))
 
 
 def without_units(row: xr.Dataset, name: str, value: float | None = None) -> float:
-    """Return a value of a quantity (default: that of the row), which may be in SI, without units."""
-    si = mass_and_stiffness(row)
+    """Return a value of a quantity (default: that of the row), which may have units, without them."""
     number = float(row[held_name(row, name)]) if value is None else value
-    return number if si is None else number / float(convert(name, 1.0, si))
+    return number / unit_of_row(row, name)
 
 
 def section_of(row: xr.Dataset, exciter: Exciter) -> tuple[float, float]:
@@ -142,8 +167,7 @@ def motion_of(row: xr.Dataset) -> Motion | None:
         visits = plain.isel(tau=slice(None, None, SAMPLES)).isel(tau=slice(0, multiple))
     else:
         visits = _marched(exciter, SECTION_PERIODS * exciter.period, x, v, 1)
-    si = mass_and_stiffness(row)
-    visits = visits if si is None else to_physical(visits, **si)
+    visits = in_units_of(row, visits)
     section = np.stack([visits["displacement"].values, visits["velocity"].values], axis=1)
     return Motion(row, plain, length, section, exciter)
 

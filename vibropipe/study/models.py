@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
-from vibropipe.figures.units import DISPLAY_UNITS, display_units, units_as_text
+from vibropipe.figures.units import display_units
 from vibropipe.scenes.keys.base import BaseScene, Prose, Question, Title
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical
@@ -22,6 +22,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, on
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
+from vibropipe.solve.shown_units import DISPLAY_UNITS, units_as_text
 from vibropipe.study.display import display_units_of
 from vibropipe.study.tables import Files
 
@@ -106,10 +107,13 @@ class Study(StudyModel):
         chosen = {} if self.units is None else self.units.model_dump(exclude_none=True)
         return units_as_text(display_units_of(self._written, chosen))
 
-    def shown(self, datasets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
-        """Return its datasets in the units in which it shows them."""
+    def shown(
+        self, datasets: Mapping[str, xr.Dataset], prefixes: bool = True
+    ) -> dict[str, xr.Dataset]:
+        """Return its datasets in the units in which it shows them; `prefixes` as in `display_units`."""
         units = {DISPLAY_UNITS: self.display_units} if self.display_units else {}
-        return display_units({name: data.assign_attrs(units) for name, data in datasets.items()})
+        named = {name: data.assign_attrs(units) for name, data in datasets.items()}
+        return display_units(named, prefixes)
 
     @property
     def fingerprints(self) -> dict[str, str]:

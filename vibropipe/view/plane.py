@@ -11,8 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.figures.palette import FAILED
 from vibropipe.figures.text import REGIME_TEXT, regime_name
-from vibropipe.scenes.basins.basin_map import COLOURS, NONE_COLOUR
+from vibropipe.scenes.basins.attractors import colours_of
 from vibropipe.scenes.sweep.impacts import row_at
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.map_layout import map_axes
@@ -113,10 +114,11 @@ class Plane:
         """What the codes mean: laws of motion, or the attractors at the chosen values of the other dimensions."""
         if not self.of_starts:
             return self._laws[1]
-        regions = [Region("none found", "no attractor was found", NONE_COLOUR)]
+        regions = [Region("none found", "no attractor was found", FAILED)]
         regimes = self.dataset["regime"].isel(self.further).values
+        own = colours_of(self.dataset)
         for index, regime in enumerate(regimes):
-            words, colour = REGIME_TEXT[regime_name(int(regime))], COLOURS[index % len(COLOURS)]
+            words, colour = REGIME_TEXT[regime_name(int(regime))], own.get(index, FAILED)
             regions.append(Region(f"{index}", f"attractor {index}: {words}", colour))
         return regions
 

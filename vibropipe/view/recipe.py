@@ -10,22 +10,28 @@ import xarray as xr
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, section_of
+from vibropipe.solve.shown_units import in_si
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
-from vibropipe.words.units import DIMENSIONS
+from vibropipe.words.units import plain_units
 
 PERIODS = 4
 
 
 def _parameters(row: xr.Dataset) -> dict[str, float]:
     """Return the parameters of a row that differ from the defaults, in its units."""
+    return {name: float(row[name]) for name in _stated(row)}
+
+
+def _stated(row: xr.Dataset) -> list[str]:
+    """Return the names of the parameters of a row that differ from the defaults."""
     names = [name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables]
     values = {name: float(row[name]) for name in dict.fromkeys(names)}
     is_si = is_physical(row)
-    return {
-        name: value
+    return [
+        name
         for name, value in values.items()
         if (is_si and name in PHYSICAL) or PARAMETERS[name].default != value
-    }
+    ]
 
 
 def _start(row: xr.Dataset) -> tuple[float, float]:
@@ -36,7 +42,7 @@ def _start(row: xr.Dataset) -> tuple[float, float]:
 
 def as_python(row: xr.Dataset) -> str:
     """Return code that finds the steady state of a row again, from its section."""
-    given = ", ".join(f"{name}={value!r}" for name, value in _parameters(row).items())
+    given = ", ".join(f"{name}={float(in_si(row[name]))!r}" for name in _stated(row))
     call = "Exciter.from_physical" if is_physical(row) else "Exciter"
     exciter = exciter_of(row)
     x, v = section_of(row, exciter)
@@ -61,10 +67,9 @@ def as_yaml(row: xr.Dataset, title: str) -> str:
     """Return a study of the motion of a row, from its section on."""
     is_si, (x, v) = is_physical(row), _start(row)
 
-    def written(name: str, value: float, dimension: str | None = None) -> str:
-        parameter = PHYSICAL.get(name)
-        entry = dimension or (parameter.dimension if parameter else None)
-        unit = f" {DIMENSIONS[entry].plain}" if is_si and entry else ""
+    def written(name: str, value: float, of: str = "") -> str:
+        units = str(row[of or name].attrs.get("units", "1"))
+        unit = f" {plain_units(units)}" if is_si and units != "1" else ""
         return f"{name}: {value!r}{unit}"
 
     values = _parameters(row)
@@ -72,7 +77,7 @@ def as_yaml(row: xr.Dataset, title: str) -> str:
     others = [
         written(name, value) for name, value in values.items() if not (is_si and name in PHYSICAL)
     ]
-    start = f"{{{written('x0', x, 'length')}, {written('v0', v, 'velocity')}}}"
+    start = f"{{{written('x0', x, 'displacement_strobe')}, {written('v0', v, 'velocity_strobe')}}}"
     length = PERIODS * exciter_of(row).period
     lines = [f"title: {json.dumps(title, ensure_ascii=False)}"]
     lines += [f"physical: {{{', '.join(own)}}}"] if own else []

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import xarray as xr
 
+from vibropipe.figures.units import display_units
+from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store import StoreError, check_intact, scene_files
 from vibropipe.store.files import open_lazily
 from vibropipe.words.wording import series
@@ -67,7 +69,7 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
         If there are no results, or none that can be explored.
     """
     place, title = path, path.stem
-    fingerprints: Mapping[str, str] | None = None
+    study, fingerprints = None, None
     if path.suffix in STUDY_ENDINGS:
         from vibropipe.study import load_study
 
@@ -77,6 +79,7 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
     for file in files:
         check_intact(file, every_byte=False)
     datasets = {file.stem: _opened(file) for file in files}
+    datasets = study.shown(datasets, False) if study else display_units(datasets, False)
     note = "" if fingerprints is None else _outdated(path, fingerprints, datasets)
     results = Results(title, datasets, note=note)
     if not results.explorable:
@@ -112,4 +115,7 @@ def _outdated(
 def _opened(file: Path) -> xr.Dataset:
     """Return a dataset, in memory unless it is large."""
     dataset = open_lazily(file, chunks=None)
-    return dataset.load() if dataset.nbytes <= MAX_LOADED else dataset
+    if dataset.nbytes <= MAX_LOADED:
+        return dataset.load()
+    # units are converted where values are read
+    return open_lazily(file, chunks="auto") if DISPLAY_UNITS in dataset.attrs else dataset

@@ -72,14 +72,15 @@ const show_motion = (row) => {
     events.push([events_source.data.time[i] * period, side < 0 ? velocity * period : velocity, side])
   }
   const is_known = rows.data.known[row] == 1
-  const {time, x, v} = is_known ? rebuild(p, events, m * period, 256) : {time: [], x: [], v: []}
+  const {time, x: plain_x, v} = is_known ? rebuild(p, events, m * period, 256) : {time: [], x: [], v: []}
+  const long = plan.scale.length, x = plain_x.map((each) => each * long), upper = p.upper * long, lower = p.lower * long
   const wide = Math.max(...x.filter(Number.isFinite).map(Math.abs), 1e-300)
-  const ends = [...x.filter(Number.isFinite), ...[p.upper, p.lower].filter((each) => Math.abs(each) <= plan.far * wide)]
+  const ends = [...x.filter(Number.isFinite), ...[upper, lower].filter((each) => Math.abs(each) <= plan.far * wide)]
   motion.data = {time: time.map((t) => t * plan.scale.time), x, v: v.map((each) => each * plan.scale.velocity)}
   motion.tags = [period * plan.scale.time]
   const hits = is_known ? events.filter(([, , side]) => side > 0) : []
   jumps.data = {
-    time: hits.map(([t]) => t * plan.scale.time), x: hits.map(([, , side]) => wall(p, side)),
+    time: hits.map(([t]) => t * plan.scale.time), x: hits.map(([, , side]) => wall(p, side) * long),
     before: hits.map(([, velocity]) => velocity * plan.scale.velocity),
     after: hits.map((hit) => after(p, hit, 0).v * plan.scale.velocity),
     colour: hits.map(([, , side]) => plan.support_colours[side - 1]),
@@ -91,12 +92,12 @@ const show_motion = (row) => {
   const half = 0.5 * plan.mass * (high - low + 2 * margin)
   drawing_range.setv({start: low - margin - half, end: high + margin + half})
   mass.data = {x: [x[0]], width: [2 * half]}
-  const coils = spring.data.y, left = Math.max(low - margin, p.lower) - half
+  const coils = spring.data.y, left = Math.max(low - margin, lower) - half
   spring.data = {x: Array.from(coils, (_, n) => left + (x[0] - left) * n / (coils.length - 1)), y: coils}
   walls.forEach((box, n) => {
     const side = n < 2 ? ["bottom", "top"] : ["left", "right"], moved = n > 3 ? half : 0
-    if (n % 2 == 0) box[side[0]] = p.upper + moved
-    else box[side[1]] = p.lower - moved
+    if (n % 2 == 0) box[side[0]] = upper + moved
+    else box[side[1]] = lower - moved
   })
 }
 

@@ -14,8 +14,7 @@ from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import parameter_names
 from vibropipe.scenes.sweep.quantities import Series
-from vibropipe.solve.physical import convert
-from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, without_units
+from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, unit_of_row, without_units
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.view.drawing import MASS
 from vibropipe.view.legend import MARKERS
@@ -129,7 +128,8 @@ def _physics(plane: Plane, menus: list[str]) -> dict[str, Any]:
         "menu_names": [plain(name) for name in menus],
         "menu_factors": [factor(name) for name in menus],
         "scale": {
-            "time": 1.0 if si is None else float(convert("tau", 1.0, si)),
-            "velocity": 1.0 if si is None else float(convert("velocity", 1.0, si)),
+            "time": unit_of_row(one, "tau"),
+            "length": unit_of_row(one, "displacement"),
+            "velocity": unit_of_row(one, "velocity"),
         },
     }

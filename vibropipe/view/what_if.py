@@ -18,14 +18,16 @@ from vibropipe.figures.text import format_number, parameter_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
 from vibropipe.solve.basins import basins
-from vibropipe.solve.physical import stored
+from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import (
     changed_row,
     exciter_of,
+    in_units_of,
     mass_and_stiffness,
     section_of,
     without_units,
 )
+from vibropipe.solve.shown_units import shown_in
 from vibropipe.solve.steady import steady_state
 from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
 from vibropipe.solve.sweep_grid import DIRECTION
@@ -63,7 +65,7 @@ def absent(plane: Plane) -> dict[str, xr.DataArray]:
         if held not in plane.dataset.variables:
             attrs = physical_attributes(name) if is_si else attributes(name)
             parameters[held] = xr.DataArray(0.0, name=held, attrs=attrs)
-    return parameters
+    return dict(shown_in(plane.dataset).dataset(xr.Dataset(parameters)).data_vars)  # type: ignore[arg-type]
 
 
 def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
@@ -88,19 +90,20 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnsolvedWarning)
         steady = steady_state(exciter, x0=x, v0=v, outputs=OF_STEADY_STATE, patience=PATIENCE)
-    si = mass_and_stiffness(row.assign_coords(changed))
-    return stored(steady, None if si is None else (si["m"], si["C"]))
+    return in_units_of(changed_row(row, changed), steady)
 
 
 def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
     """Solve all rows of a plane again with changed parameters; `on_rows` is called as on_rows(done, total)."""
     dataset = changed_row(plane.dataset, changed)
-    si = mass_and_stiffness(dataset)
-    units = None if si is None else (si["m"], si["C"])
     swept = [str(name) for name in plane.dims if name != DIRECTION]
     one = dataset.isel(dict.fromkeys(plane.dims, 0))
     exciter = exciter_of(one)
-    names = {physical: entry.non_dimensional for physical, entry in PHYSICAL.items() if units}
+    names = {
+        physical: entry.non_dimensional
+        for physical, entry in PHYSICAL.items()
+        if is_physical(dataset)
+    }
     over: dict[str, Any] = {
         names.get(name) or name: np.asarray(dataset[name].values, float)
         * without_units(one, names.get(name) or name, 1.0)
@@ -112,8 +115,8 @@ def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr
             exciter, **starts, phase=float(dataset["start_phase"]), over=over or None,
             harmonics=dataset.sizes.get("harmonic", 1), progress=on_rows,
         )  # fmt: skip
-        return stored(solved, units)
-    return stored(_swept(exciter, over, dataset, on_rows), units)
+        return in_units_of(dataset, solved)
+    return in_units_of(dataset, _swept(exciter, over, dataset, on_rows))
 
 
 def _swept(

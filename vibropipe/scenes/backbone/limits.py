@@ -6,7 +6,7 @@ import math
 
 import xarray as xr
 
-from vibropipe.figures.units import in_si, shown_factor
+from vibropipe.solve.shown_units import in_si, shown_factor
 from vibropipe.words.vocabulary import held_name
 
 

@@ -18,7 +18,6 @@ from vibropipe.figures.canvas import LETTER, SMALL, axes, colour_bar, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
 from vibropipe.figures.text import axis_label, is_forced
-from vibropipe.figures.units import shown_factor, stored_value
 from vibropipe.scenes.basins.attractors import (
     attractor_words,
     colours_of,
@@ -127,8 +126,7 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
     periods = periods_of([motion for _, motion in drawn if motion is not None])
     slot = min(SLOT_CM, TALL_CM / len(drawn))
     letters, shares = letters_of(dataset), dataset["basin_share"]
-    factor = shown_factor(str(dataset["x0"].attrs.get("units", "1")))
-    limits = limits_of([motion for _, motion in drawn if motion is not None], factor)
+    limits = limits_of([motion for _, motion in drawn if motion is not None])
     words = {
         index: textwrap.wrap(attractor_words(dataset, index), LETTERS)[:2] for index, _ in drawn
     }
@@ -137,9 +135,9 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
         low, high = bottom + TALL_CM - (position + 1) * slot, slot - text_cm
         ax = axes(figure, BESIDE, low, MOTION_CM, high)
         if motion is not None:
-            ax.plot(*displacement_over(motion, periods, factor), color=INK, linewidth=0.9)
+            ax.plot(*displacement_over(motion, periods), color=INK, linewidth=0.9)
             ax.set(xlim=(0, periods), ylim=limits)
-            support_bands(ax, factor * motion.walls[2], factor * motion.walls[1])
+            support_bands(ax, motion.walls[2], motion.walls[1])
         heading = f"{percent(float(shares[index]))} of the starts"
         for line, text in enumerate(reversed([heading, *words[index]])):
             y = 1 + (0.2 + line * LINE_CM) / high
@@ -171,7 +169,7 @@ def figure_height(figure: Figure) -> float:
 
 
 def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
-    """Return the motion of an attractor, marched on from its section in the units that are stored."""
+    """Return the motion of an attractor, marched on from its section."""
     row = dataset.sel(attractor_id=index)
     names = [
         name
@@ -184,8 +182,7 @@ def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
         )
         if name in row.variables
     ]
-    values = {name: ((), stored_value(row[name]), row[name].attrs) for name in names}
-    return motion_of(xr.Dataset({**values, "period_multiple": row["period_multiple"]}))
+    return motion_of(row[[*names, "period_multiple"]])
 
 
 def periods_of(motions: Sequence[Motion]) -> int:
@@ -195,25 +192,25 @@ def periods_of(motions: Sequence[Motion]) -> int:
     return min(max(longest, MOST_PERIODS if has_chaos else LEAST_PERIODS), MOST_PERIODS)
 
 
-def limits_of(motions: Sequence[Motion], factor: float) -> tuple[float, float]:
+def limits_of(motions: Sequence[Motion]) -> tuple[float, float]:
     """Return the limits of the displacement: a little beyond the supports."""
     if not motions:
         return -1.0, 1.0
-    ends = [factor * motions[0].walls[support] for support in (2, 1)]
-    seen = [factor * motion.plain["displacement"].values for motion in motions]
+    ends = [motions[0].walls[support] for support in (2, 1)]
+    seen = [motion.curves["displacement"].values for motion in motions]
     low, high = min(ends[0], *map(np.nanmin, seen)), max(ends[1], *map(np.nanmax, seen))
     return float(low - 0.15 * (high - low)), float(high + 0.15 * (high - low))
 
 
-def displacement_over(motion: Motion, periods: int, factor: float) -> tuple[np.ndarray, np.ndarray]:
+def displacement_over(motion: Motion, periods: int) -> tuple[np.ndarray, np.ndarray]:
     """Return time in forcing periods and displacement of a motion, with its impacts; an orbit is repeated."""
     plain, period = motion.plain, motion.exciter.period
     wall = np.where(plain["impact_support"].values == 1, motion.walls[1], motion.walls[2])
     hard = ~np.isin(plain["impact_support"].values, motion.soft)
     t = np.concatenate([plain["tau"].values, plain["impact_tau"].values[hard]])
-    x = np.concatenate([plain["displacement"].values, wall[hard]])
+    x = np.concatenate([motion.curves["displacement"].values, wall[hard]])
     order = np.argsort(t, kind="stable")
-    t, x = t[order] / period, factor * x[order]
+    t, x = t[order] / period, x[order]
     times = -(-periods * period // motion.length) if motion.is_orbit else 1
     shifts = np.arange(max(int(times), 1)) * motion.length / period
     return (t + shifts[:, None]).ravel(), np.tile(x, shifts.size)

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from vibropipe.figures.style import BLACK, REGIME_STYLES, legend, new_figure, write_centred
 from vibropipe.figures.text import REGIME_TEXT, axis_label, parameter_line, regime_name
-from vibropipe.figures.units import shown_factor
+from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.vocabulary import FLAGS, REGIMES
 
 HEIGHT_CM = 12.0

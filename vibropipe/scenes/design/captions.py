@@ -14,7 +14,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.figures.units import shown_unit, unit_text
+from vibropipe.figures.units import unit_text
 from vibropipe.scenes.design.data import (
     Part,
     has_spread,
@@ -25,6 +25,7 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
 )
 from vibropipe.scenes.design.spread_pictures import NO_SPREAD
+from vibropipe.solve.shown_units import shown_unit
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.wording import count, series
 

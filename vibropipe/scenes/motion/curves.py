@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.jumps import certain_jumps, with_breaks
 from vibropipe.figures.phase_plane import walls_of
 from vibropipe.figures.text import clock, frequency, times_of
-from vibropipe.figures.units import in_si, shown_unit
+from vibropipe.solve.shown_units import in_si, shown_unit
 
 Floats = NDArray[np.float64]
 

@@ -30,7 +30,6 @@ from vibropipe.figures.text import (
     parameter_line,
     symbol_of,
 )
-from vibropipe.figures.units import shows_cycles
 from vibropipe.scenes.sweep.layout import Column, Spots, columns_of, lay_out
 from vibropipe.scenes.sweep.legends import (
     BACKBONE_STYLE,
@@ -51,6 +50,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
+from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.contacts import OF_SOFT
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import xarray as xr
 from scipy.optimize import brentq
 
-from vibropipe.figures.units import shown_factor
+from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.vocabulary import held_name
 
 NAMES = ("nu", "f", "h", "l", "delta", "load", "f2", "friction", "m", "C")

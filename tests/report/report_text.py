@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+from vibropipe.figures.units import display_units
+
 HOSTILE = (
     '#panic("no") $x$ *b* _i_ `c` @a <l> \\ // /* "q" #import "x": * https://a.b'
     ' = - + ~ {{}} [#read("/etc/passwd")]'
@@ -33,4 +35,5 @@ def items(data, kind: str):
 def study_of(scenes, **given) -> SimpleNamespace:
     """Return a study with the keys that a report reads."""
     keys = {"name": "small", "title": "One", "question": "", "description": "", "hero": None}
-    return SimpleNamespace(**{**keys, "scenes": scenes, "fingerprints": {}, "source": "", **given})
+    keys |= {"scenes": scenes, "fingerprints": {}, "source": "", "display_units": ""}
+    return SimpleNamespace(**{**keys, "shown": display_units, **given})

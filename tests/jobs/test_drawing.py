@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import Scene, motion, sweep
 
+from vibropipe.compiler.sources import PACKAGE
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import figure_names, remove_unchosen, scenes_drawn
+from vibropipe.jobs.drawing import DRAWN, _files, figure_names, remove_unchosen, scenes_drawn
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import study_of_text
 
@@ -102,3 +103,8 @@ scenes:
     study = study_of_text(text, "t")
     names = {scene: scenes_drawn(study, study.scenes[scene]) for scene in study.scenes}
     assert names == {"spine": ["spine"], "under": ["spine", "under"], "alone": ["alone"]}
+
+
+def test_the_hash_covers_what_fills_the_pages():
+    files = {path.name for entry in DRAWN for path in _files(PACKAGE / entry)}
+    assert {"template.typ", "reporting.py", "partial_report.py", "exciter.py", "claims.py"} <= files

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
-DRAWN = ("figures", "report", "scenes", "words")
+DRAWN = ("figures", "report", "scenes", "words", "jobs/reporting.py", "jobs/partial_report.py")
 
 
 def figure_names(scene: BaseScene) -> list[str]:
@@ -185,6 +185,8 @@ def drawing_hash() -> str:
 
 
 def _files(path: Path) -> Iterable[Path]:
+    if path.is_file():
+        return [path]
     return sorted(
         item for item in path.rglob("*") if item.suffix in (".py", ".toml", ".typ", ".otf")
     )

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from pdf_pages import page_texts
 from report_text import HOSTILE, flat, items, study_of
 
@@ -101,6 +102,10 @@ def test_parameters_in_si_have_their_units(solved):
     assert rows["ω"] == "0.3 … 3 rad/s"
     assert rows["l"] == "0.5 mm"
     assert drawing_of({"response": dataset})["symbols"]["force"] == "F sin ωt"
+    no_force = xr.zeros_like(dataset["F"])
+    assert drawing_of({"response": dataset.assign_coords(F=no_force)})["symbols"]["force"] == ""
+    two = dataset.assign_coords(F2=no_force + 1.0)
+    assert drawing_of({"response": two})["symbols"]["force"] == "F(t)"
 
 
 def test_methods_and_provenance(data):

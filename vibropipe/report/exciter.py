@@ -70,6 +70,15 @@ def values_text(name: str, datasets: Datasets) -> str:
     return with_units(arrays[0], text)
 
 
+def force_text(datasets: Datasets, has_units: bool) -> str:
+    """Write the force of the drawing: its formula unless it has a second harmonic; empty without a force."""
+    if not any(is_forced(data) for data in datasets.values()):
+        return ""
+    if any(values_text(name, datasets) for name in ("f2", "F2")):
+        return "F(t)" if has_units else "f(τ)"
+    return "F sin ωt" if has_units else "f sin ντ"
+
+
 def drawing_of(datasets: Datasets) -> dict[str, Any]:
     """Return what the drawing shows: soft supports, friction, a load, and the symbols of spring, damper and force."""
     has_units = any("C" in data.variables for data in datasets.values())
@@ -82,7 +91,7 @@ def drawing_of(datasets: Datasets) -> dict[str, Any]:
         "symbols": {
             "stiffness": "C" if has_units else "1",
             "damping": "H" if has_units else "h",
-            "force": "F sin ωt" if has_units else "f sin ντ",
+            "force": force_text(datasets, has_units),
             "supports": [
                 s if is_soft else r
                 for s, r, is_soft in zip(stiffness, ("R₁", "R₂"), soft, strict=True)

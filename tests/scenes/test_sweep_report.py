@@ -103,6 +103,28 @@ def test_exponents_count_beyond_their_error():
     assert said(quiet)[0].startswith("No Lyapunov exponent is positive")
 
 
+def test_a_coarse_grid_shows_no_jump():
+    """A response without impacts is continuous, and a step over a wide gap is no steeper than its neighbours."""
+    nu = np.array([0.5, 0.6, 0.7, 0.72, 1.3, 1.32, 1.4, 1.5])
+    amplitude = 0.1 / np.hypot(1 - nu**2, 0.05 * nu)
+    regime = np.full(nu.size, Regime.NO_IMPACT, np.int8)
+    data = {
+        "regime": ("nu", regime),
+        "displacement_amplitude": (("nu", "harmonic"), amplitude[:, None]),
+    }
+    line = xr.Dataset(data, {"nu": nu, "harmonic": [1]})
+    assert jumps_of(line, "nu") == []
+    assert (
+        jumps_of(line.assign(regime=("nu", np.where(nu < 1, Regime.TWO_SIDED, regime))), "nu") == []
+    )
+    even = line.assign_coords(nu=np.linspace(0.5, 1.2, nu.size))
+    assert jumps_of(even, "nu") == []
+    assert (
+        len(jumps_of(even.assign(regime=("nu", np.where(nu < 1, Regime.TWO_SIDED, regime))), "nu"))
+        == 1
+    )
+
+
 def followed_both_ways() -> xr.Dataset:
     """Return the line followed up, and down without impacts until nu = 1.2."""
     up, down = one_line(), one_line()

@@ -9,9 +9,10 @@ import xarray as xr
 
 from vibropipe.words.regimes import Regime
 
-# A jump is a step of the amplitude by this share of its maximum on the line, and by this factor larger than the
+# A jump is a step of the amplitude by this share of its maximum on the line, and by this factor steeper than the
 # steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
-# either side, at an end of a line or beside a row without an orbit, cannot be told from steepness.
+# either side, at an end of a line or beside a row without an orbit, cannot be told from steepness; motions without
+# impacts do not jump.
 JUMP_SHARE, JUMP_FACTOR = 0.1, 5.0
 NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
 
@@ -35,11 +36,14 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
     if has_orbit.sum() < 2:
         return []
     pairs = has_orbit[:-1] & has_orbit[1:]
-    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), np.inf)
-    padded = np.concatenate([[np.inf], steps, [np.inf]])
-    beside = np.maximum(padded[:-2], padded[2:])
-    is_jump = (steps > JUMP_SHARE * amplitude[has_orbit].max()) & (steps > JUMP_FACTOR * beside)
     values = line[axis].values
+    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), np.inf)
+    slopes = steps / np.diff(values)
+    padded = np.concatenate([[np.inf], slopes, [np.inf]])
+    beside = np.maximum(padded[:-2], padded[2:])
+    struck = line["regime"].values != Regime.NO_IMPACT
+    is_jump = (steps > JUMP_SHARE * amplitude[has_orbit].max()) & (slopes > JUMP_FACTOR * beside)
+    is_jump &= struck[:-1] | struck[1:]
     return [
         Jump(*(float(v) for v in (values[n], values[n + 1], amplitude[n], amplitude[n + 1])))
         for n in np.flatnonzero(is_jump)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.figures.claims import inwards
 from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
@@ -124,7 +125,8 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
         in jumps
     )
     assert f"downwards at ν = {graze:.4g}, f = 0.25, where (1; 0, 0) touches a support" in jumps
-    assert f"ν = {graze:.4g} … {fold:.4g} for f = 0.25" in together
+    first, last = inwards(graze, fold)
+    assert f"ν = {first} … {last} for f = 0.25" in together
     assert "there the start decides" in together
     assert "folds" in kinds
     assert "on support 1 at ν = " in hardest

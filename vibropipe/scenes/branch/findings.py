@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import inwards
 from vibropipe.figures.text import flag_texts, format_number, with_units
 from vibropipe.report.findings import Finding, symbol_text, value_text
 from vibropipe.report.table import Datasets
@@ -220,8 +221,8 @@ def together_text(dataset: xr.Dataset, stretches: list[Stretch]) -> str:
 
 
 def interval_text(axis: xr.DataArray, low: float, high: float) -> str:
-    """Write an interval with as many digits as tell its ends apart."""
-    first, last = distinct_texts(np.array([low, high]))
+    """Write an interval within which something holds, its ends rounded inwards."""
+    first, last = inwards(low, high)
     return f"{symbol_text(axis)} = {first} … {with_units(axis, last)}"
 
 

@@ -16,7 +16,7 @@ SOLVING = """
 import sys
 import numpy as np
 import vibropipe as vp
-exciter = vp.Exciter(l=0.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
 vp.simulate(exciter, tau_end=3.0, energy=True)
 vp.simulate(exciter, tau_end=3.0, accuracy=1e-2)
 vp.steady_state(exciter)
@@ -41,8 +41,8 @@ NUMBERS = (
 )
 MEASUREMENTS = {
     "lab/hard_cases/chatter.py": {"hard_cases"},
-    "lab/peers/recorder.py": {"accuracy", "effects"},
-    "lab/crude.py": {"accuracy", "effects"},
+    "lab/peers/recorder.py": {"accuracy", "effects", "hard_cases"},
+    "lab/crude.py": {"accuracy", "effects", "hard_cases"},
     "scenes/effects/solve.py": {"effects"},
     "scenes/motion/solve.py": {"motion"},
     "lab/effect_bytes.py": {"effects"},

@@ -169,7 +169,8 @@ def random_exciter(seed: int) -> vp.Exciter:
         values = {name: draw.uniform(*ends) for name, ends in ranges.items()}
         kind = draw.integers(3)
         for i in "12"[: 2 - kind]:
-            values |= {f"k{i}": 10 ** draw.uniform(0.5, 6), f"h{i}": draw.uniform(0, 5)}
+            soft = {f"k{i}": 10 ** draw.uniform(0.5, 6), f"h{i}": draw.uniform(0, 5)}
+            values |= soft | {f"R{i}": 1.0}
         if kind > 0:
             values["friction"] = draw.uniform(0.01, 0.2)
         if draw.random() < 0.4:

@@ -38,7 +38,12 @@ def motions(draw: Any, lossless: bool = False) -> Start:
     for support in "12":
         k = draw(st.just(0.0) | st.floats(0.0, 6.0).map(lambda n: 10.0**n))
         of_support[f"k{support}"] = k
-        of_support[f"h{support}"] = 2.0 * math.sqrt(k) * number(0.0, 1.5) * (not lossless)
+        of_support[f"R{support}"] = 1.0 if lossless else number(0.1, 1.0)
+        if k > 0.0 and draw(
+            st.booleans()
+        ):  # a damping of its own, in place of that of a restitution
+            h = 2.0 * math.sqrt(k) * number(0.0, 1.5) * (not lossless)
+            of_support |= {f"h{support}": h, f"R{support}": 1.0}
     friction = draw(st.just(0.0) | st.floats(0.01, 0.6)) * (not lossless)
     second = 0.0 if lossless else draw(st.just(0.0) | st.floats(-1.0, 1.0, allow_subnormal=False))
     assume(friction > 0.0 or of_support["k1"] + of_support["k2"] > 0.0)
@@ -48,8 +53,6 @@ def motions(draw: Any, lossless: bool = False) -> Start:
         f=0.0 if lossless else number(-1.5, 1.5),
         h=0.0 if lossless else number(0.0, 0.5),
         delta=number(-0.4, 0.4),
-        R1=1.0 if lossless else number(0.1, 1.0),
-        R2=1.0 if lossless else number(0.1, 1.0),
         friction=friction,
         load=draw(st.just(0.0) | st.floats(-0.5, 0.5, allow_subnormal=False)),
         f2=second,

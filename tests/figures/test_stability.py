@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.stability import is_neutral, is_unstable, stability_text
+from vibropipe.figures.stability import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.store.stability import is_neutral
 
 FREE = vp.Exciter(l=0.5)
 RUBBED = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.1, R1=0.8, R2=0.8)
@@ -31,6 +32,11 @@ def test_motions_without_losses_are_neutral(free):
     assert is_neutral(free).all()
     assert not is_unstable(free).any()
     assert stability_text(free.isel(v0=0)) == "neutral"
+
+
+def test_tables_call_neutral_orbits_so(free, rubbed):
+    assert (vp.table(free)["stable"] == "neutral").all()
+    assert list(vp.table(rubbed)["stable"]) == ["stable", "stable", "neutral", "neutral"]
 
 
 def test_a_mass_held_by_friction_is_neutral(rubbed):

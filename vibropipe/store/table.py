@@ -11,7 +11,9 @@ from vibropipe.solve.physical import is_physical
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
+from vibropipe.store.stability import is_neutral
 from vibropipe.words.units import plain_units
+from vibropipe.words.vocabulary import FLAGS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,6 +37,7 @@ COMPONENTS = (
 MAX_COMPONENTS = 64
 # Quantities that a chatter, which has infinitely many impacts, has no number of.
 OF_CHATTER = ("impacts_per_orbit", "impacts_per_period")
+NEUTRAL = 2  # code of `stable` in a table
 # Dimensions whose length differs from row to row, or that list events.
 RAGGED = ("impact", "rest", "grazing", "turn", "stick", "orbit_impact")
 
@@ -95,20 +98,32 @@ def table(
 
 
 def _with_gaps(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset without what has no number: the impacts of a chatter, and the stability without an orbit."""
+    """Return a dataset without what has no number, and with neutral orbits as such.
+
+    Without a number are the impacts of a chatter, and the stability of a motion without an orbit.
+    """
     masked: dict[str, xr.DataArray] = {}
+    if "stable" in dataset and "floquet_multiplier" in dataset:
+        # Read once, for two columns.
+        dataset = dataset.assign(floquet_multiplier=dataset["floquet_multiplier"].compute())
     if "rests_per_orbit" in dataset:
         moves = dataset["rests_per_orbit"] == 0
         masked |= {name: moves for name in OF_CHATTER if name in dataset}
     if "stable" in dataset and "period_multiple" in dataset:
         has_orbit = dataset["period_multiple"] > 0
         masked |= {} if bool(has_orbit.all()) else {"stable": has_orbit}
-    return dataset.assign(
+    with_gaps = dataset.assign(
         {
             name: dataset[name].where(mask).assign_attrs(dataset[name].attrs)
             for name, mask in masked.items()
         }
     )
+    if "stable" not in dataset or not is_neutral(dataset).any():
+        return with_gaps
+    stable = with_gaps["stable"].where(~is_neutral(dataset), NEUTRAL)
+    flags = {**FLAGS["stable"], "neutral": NEUTRAL}
+    names = {"flag_values": [*flags.values()], "flag_meanings": " ".join(flags)}
+    return with_gaps.assign(stable=stable.assign_attrs(dataset["stable"].attrs | names))
 
 
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:

@@ -6,7 +6,6 @@ from collections.abc import Collection, Sequence
 
 import xarray as xr
 
-from vibropipe.figures.stability import is_neutral
 from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
@@ -26,6 +25,7 @@ from vibropipe.scenes.sweep.quantities import (
     row_kinds,
     with_impacts_per_period,
 )
+from vibropipe.store.stability import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 

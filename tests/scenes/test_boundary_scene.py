@@ -10,11 +10,12 @@ import xarray as xr
 from figures.figure_text import words
 
 import vibropipe as vp
+from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.boundary.curves import ends_of_axis
-from vibropipe.scenes.boundary.report import findings, sections
+from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -82,17 +83,29 @@ def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
     drawn = np.concatenate([line.get_xdata() for line in ax.lines])
     assert set(dataset["nu"].values) <= set(drawn)
     assert len(ax.collections) == 1
+    # what settles is named on the map
+    shown = {text.get_text() for text in ax.texts}
+    assert {"no impact", "each support struck once a period"} & shown
     caption = picture.describe(dataset, scene.figure, datasets)
     curves = np.unique(dataset["curve_id"]).size
-    assert f"{curves} curves" in caption
+    assert f"{amount_text(curves, 'curve').capitalize()}: " in caption
+    assert "part the motions" in picture.title(dataset, scene.figure, datasets)
     with house_style():
         assert not picture.draw(dataset, None, {}).axes[0].collections
 
 
-def test_the_table_lists_each_curve(study, datasets):
-    (section,) = sections({"borders": datasets["borders"]})
-    (table,) = section.tables
-    assert len(table.rows) == np.unique(datasets["borders"]["curve_id"]).size
+def test_the_table_lists_each_curve(datasets):
+    dataset = datasets["borders"]
+    (table,) = tables({"borders": dataset})
+    assert len(table.rows) == np.unique(dataset["curve_id"]).size
+    first, _last = np.flatnonzero(dataset["curve_id"].values == dataset["curve_id"].values[0])[
+        [0, -1]
+    ]
+    assert (
+        table.rows[0][2] == f"({float(dataset['nu'][first]):.4g}, {float(dataset['f'][first]):.4g})"
+    )
+    assert any(row[0] == "grazing" and row[1] == "no impact" for row in table.rows)
+    assert end_text("box") == "end of the range"
 
 
 def test_a_box_without_curves_is_drawn(tmp_path):
@@ -106,21 +119,22 @@ def test_a_box_without_curves_is_drawn(tmp_path):
     with house_style():
         figure = picture.draw(dataset, scene.figure, {})
     (ax,) = figure.axes
-    assert "$R_1$ = 0.7" in words(figure)
     assert "No curve is found" in words(figure)
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.8, 2.0), (0.05, 0.06))
     text = "No curve of fold, grazing and pitchfork is found"
     assert text in picture.describe(dataset, scene.figure, {})
-    (finding,) = findings({"borders": dataset})
-    assert finding.texts == [f"{text}, within ν = 1.8 … 2 and f = 0.05 … 0.06."]
+    (answer,) = answers({"borders": dataset})["borders"]
+    assert answer.lead == f"{text} within the ranges that were searched."
+    assert tables({"borders": dataset}) == []
 
 
-def test_the_first_page_counts_curves(study, datasets):
+def test_the_answers_count_curves_and_meetings(datasets):
     dataset = datasets["borders"]
-    (finding,) = findings({"borders": dataset})
-    (text,) = finding.texts
-    assert text.startswith(f"{np.unique(dataset['curve_id']).size} curves: ")
-    assert text.endswith(", within ν = 0.8 … 2 and f = 0.05 … 1.")
+    curves, meet = answers({"borders": dataset})["borders"]
+    number = np.unique(dataset["curve_id"]).size
+    assert curves.lead == f"{amount_text(number, 'curve').capitalize()} part the motions."
+    assert "grazing" in curves.rest
+    assert meet.rest.startswith("These are ")
 
 
 def test_a_box_with_units_is_drawn_in_those_that_are_shown():

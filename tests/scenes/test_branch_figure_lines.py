@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.scenes.branch.curves import velocities_of
+from vibropipe.scenes.branch.lines import velocities_of
 
 
 def test_lines_of_impacts_cross_instead_of_turning_back():

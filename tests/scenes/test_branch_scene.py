@@ -6,18 +6,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.claims import inwards
+from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
+from vibropipe.scenes.branch.cascade import cascade_of
+from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
-from vibropipe.scenes.branch.findings import common_intervals, stretches_of, together_text
+from vibropipe.scenes.branch.lines import both_alike
 from vibropipe.scenes.branch.places import places_of
-from vibropipe.scenes.branch.report import findings, sections
+from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.bifurcations import Bifurcation
@@ -85,59 +90,100 @@ def test_the_picture_marks_what_the_data_hold(scene, dataset):
     }
     drawn = np.concatenate([line.get_xdata() for line in figure.axes[0].lines])
     assert set(dataset["bifurcation_nu"].values) <= set(drawn)
-    # Unstable points are dotted and nothing else is.
-    dotted = [
-        line
-        for line in figure.axes[0].lines
-        if line.get_linestyle() == ":" or line._dash_pattern[1]
-    ]
+    # Unstable points are dashed and nothing else is.
+    dotted = [line for line in figure.axes[0].lines if line._dash_pattern[1]]
     unstable = dataset["nu"].values[dataset["stable"].values == 0]
     assert set(unstable) <= set(np.concatenate([line.get_xdata() for line in dotted]))
     # each line bears its value, since colours do not differ enough in grey
-    for ax in figure.axes:
-        assert {text.get_text() for text in ax.texts if text.get_gid() == VALUE} == {"0.25", "0.5"}
+    for ax in figure.axes[:2]:
+        written = {text.get_text() for text in ax.texts if text.get_gid() == VALUE}
+        assert written == {"$f$ = 0.25", "$f$ = 0.5"}
     caption = picture.describe(dataset, scene.figure, {})
-    assert "fold" in caption
-    assert "ν = " in caption
+    assert "folds" in caption
+    assert "solid: stable, dashed: unstable" in caption
 
 
-def test_the_table_lists_each_bifurcation(scene, dataset):
-    (section,) = sections({"response": dataset})
-    (table,) = section.tables
-    assert len(table.rows) == dataset.sizes["bifurcation"]
+def test_the_table_lists_where_each_motion_is_stable(dataset):
+    table = stable_table("response", dataset)
+    stretches = list(stretches_of(dataset))
+    assert len(table.rows) == len(
+        {(s.over, s.words, *s.values[[0, -1]].round(8)) for s in stretches}
+    )
+    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
+    assert ["0.5", "both supports, once a period", "–", "–", f"{fold:.4g}", "fold"] in table.rows
 
 
-def test_branches_without_bifurcations_have_no_section(scene, dataset):
-    plain = dataset.isel(bifurcation=slice(0, 0))
-    assert sections({"response": plain}) == []
+def test_branches_without_bifurcations_have_no_tables(dataset):
+    plain = dataset.isel(bifurcation=slice(0, 0), point=dataset["f"].values == 0.5)
+    assert tables({"response": plain}) == []
 
 
 def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     scene = loaded(tmp_path, STUDY + "    switch: [grazing]\n").scenes["response"]
     dataset = kind_of(scene).solve(scene)
-    (finding,) = findings({"response": dataset})
-    jumps, together, kinds, hardest = finding.texts
-    # f = 0.25: the response with impacts ends at its fold, the linear motion where it grazes a support.
-    graze = grazing_frequency(0.25)
-    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())
-    assert (
-        f"upwards at ν = {fold:.4g}, f = 0.25, where (1; 1, 1) meets an unstable motion (fold)"
-        in jumps
-    )
-    assert f"downwards at ν = {graze:.4g}, f = 0.25, where (1; 0, 0) touches a support" in jumps
-    first, last = inwards(graze, fold)
-    assert f"ν = {first} … {last} for f = 0.25" in together
-    assert "there the start decides" in together
-    assert "folds" in kinds
-    assert "on support 1 at ν = " in hardest
-
-
-def test_a_jump_to_a_motion_that_is_not_followed_is_told(scene, dataset):
-    (finding,) = findings({"response": dataset})
+    together, jumps, hardest = branch_answers(dataset)
+    # the response with impacts ends at its fold, the linear motion where it grazes a support
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
-    assert f"upwards at ν = {fold:.4g}, f = 0.5" in finding.texts[0]
-    assert "to a motion that is not followed here" in finding.texts[0]
-    assert "(grazing)" not in finding.texts[0]
+    first, last = inwards(grazing_frequency(0.5), fold)
+    assert together.rest == (
+        f"Among those followed here, at least two are stable from ν = {first} to {last} at the largest f, and elsewhere."
+    )
+    assert jumps.lead == "A motion that is followed jumps at four places."
+    assert jumps.rest == (
+        f"The largest jump, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, to no "
+        "impact (fold)."
+    )
+    assert hardest.lead.startswith("Stable motions strike hardest at ν = ")
+    assert "on each support" in hardest.rest
+    rows = together_table("response", dataset).rows
+    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())
+    expected = inwards(grazing_frequency(0.25), fold)
+    assert ["0.25", "both supports, once a period; no impact", *expected] in rows
+
+
+def test_a_jump_to_a_motion_that_is_not_followed_is_told(dataset):
+    (jumps,) = [answer for answer in branch_answers(dataset) if "jumps" in answer.lead]
+    fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
+    assert f"upwards at ν = {fold:.4g} at the largest f" in jumps.rest
+    assert "to a motion that is not followed here (fold)" in jumps.rest
+
+
+def test_a_cascade_is_told_with_the_ratios_of_its_steps(tmp_path):
+    """The velocity map of one support: steps shrink towards Feigenbaum's ratio."""
+    text = STUDY.replace(
+        "{l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}", "{l: 2, delta: -1.95, h: 0.1, f: 1, R1: 0.8, R2: 0.8}"
+    )
+    text = text.replace("{from: 1.05, to: [0.8, 3]}", "{from: 2.53, to: 2.616}").replace(
+        "    at: [1, 2]\n", ""
+    )
+    text = text.replace("    over: {f: [0.25, 0.5]}\n", "    switch: [flip]\n")
+    scene = loaded(tmp_path, text).scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    places = cascade_of(dataset)
+    flips = dataset["bifurcation_nu"].values[dataset["bifurcation_kind"].values == Bifurcation.FLIP]
+    assert places == sorted(flips.tolist())[: len(places)]
+    assert len(places) == 3
+    ratio = (places[1] - places[0]) / (places[2] - places[1])
+    assert cascade_table("response", dataset).rows[2][3] == f"{ratio:.3g}"
+    assert [row[0] for row in cascade_table("response", dataset).rows] == [
+        "1 to 2",
+        "2 to 4",
+        "4 to 8",
+    ]
+    (answer,) = [each for each in branch_answers(dataset) if "doubles" in each.lead]
+    assert answer.lead == "The period doubles three times, in ever smaller steps."
+    assert cascade_of(dataset.isel(bifurcation=slice(0, 2))) == []
+
+
+def test_ends_of_intervals_are_told_apart():
+    assert distinct_texts((1.0, 2.0), (1.00001, 1.00002)) == [("1", "2"), ("1.00001", "1.00002")]
+
+
+def test_lines_of_both_supports_are_alike_in_a_symmetric_exciter(dataset):
+    velocity = dataset["impact_velocity_max"]
+    assert both_alike(dataset, velocity)
+    weaker = velocity * xr.DataArray([1.0, 0.99], dims="support")
+    assert not both_alike(dataset, weaker)
 
 
 def grazing_frequency(f: float, length: float = 0.5, h: float = 0.2) -> float:
@@ -200,16 +246,14 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     (picture,) = kind_of(scene).pictures
     with house_style():
         figure = picture.draw(shown["response"], scene.figure, shown)
-    assert figure.axes[0].get_ylabel() == "first harmonic $A_1$ (mm)"
+    assert figure.axes[0].texts[-1].get_text() == "first harmonic $A_1$ (mm)"
     assert figure.axes[-1].get_xlabel() == "angular frequency of excitation $\\omega$ (rad/s)"
-    caption = picture.describe(shown["response"], scene.figure, shown)
-    assert "rad/s" in caption
     report = report_data(study, {"free": free, "response": data}, {})
-    assert "rad/s, F = 32 N" in " ".join(report["answers"][0].values())
+    assert "rad/s at the smallest F" in " ".join(report["answers"][0].values())
     tables = [
         item for group in report["groups"] for item in group["items"] if item["type"] == "table"
     ]
-    assert tables[0]["head"][1:3] == ["ω (rad/s)", "F (N)"]
+    assert tables[0]["head"][::2] == ["F (N)", "from (rad/s)", "to (rad/s)"]
     beside = {row["symbol"]: row["value"] for row in report["side"]["rows"]}
     assert beside["ω"] == "50 … 150 rad/s"
     assert beside["F"] == "32, 64 N"
@@ -277,17 +321,18 @@ def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
     free = vp.amplitude_frequency(vp.Exciter(l=0.5), np.linspace(0.51, 1.5, 40))
     with house_style():
         figure = draw_branches(dataset, ["displacement_amplitude", "impact_velocity_max"], free)
+    # both supports are alike
     expected = [
         free.displacement_amplitude.sel(harmonic=1),
-        *(free.impact_velocity_max.sel(support=support) for support in (1, 2)),
+        free.impact_velocity_max.sel(support=1),
     ]
-    for ax, values in zip(figure.axes, expected, strict=True):
+    for ax, values in zip(figure.axes, expected, strict=False):
         drawn = ax.lines[0]
         assert np.array_equal(drawn.get_xdata(), free.eigenfrequency)
         assert np.array_equal(drawn.get_ydata(), values)
 
 
-def test_the_caption_and_the_finding_count_the_same_places(tmp_path):
+def test_the_caption_counts_each_place_once(tmp_path):
     """Mirror images have the same bifurcation, and all branches that meet at a grazing end there."""
     text = STUDY.replace("[0.25, 0.5]", "[0.25]") + "    switch: [pitchfork, grazing]\n"
     scene = loaded(tmp_path, text.replace("[0.8, 3]", "[0.6, 3]")).scenes["response"]
@@ -299,13 +344,10 @@ def test_the_caption_and_the_finding_count_the_same_places(tmp_path):
         rows = dataset["bifurcation_nu"].values[kinds == Bifurcation[name.upper()]]
         assert abs(rows[:, None] - at).min(axis=1).max() < 1e-9
         assert at.size == 1 or np.diff(at).min() > 1e-9
-    (finding,) = findings({"response": dataset})
     (picture,) = kind_of(scene).pictures
     caption = picture.describe(dataset, scene.figure, {})
     for name, at in places.items():
-        number = f"{at.size} {name}{'s' if at.size > 1 else ''} "
-        assert number in caption
-        assert number in " ".join(finding.texts)
+        assert f"{amount_text(at.size, name)}" in caption
 
 
 def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
@@ -317,5 +359,5 @@ def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
     intervals = common_intervals(list(stretches_of(dataset)))
     flips = places_of(dataset)["flip"]
     assert any(low < flip < high for low, high in intervals for flip in flips)
-    together = together_text(dataset, list(stretches_of(dataset)))
-    assert together.startswith("Among the motions followed here, at least two are stable at ν = ")
+    together = together_answer(dataset, list(stretches_of(dataset)))
+    assert together.rest.startswith("Among those followed here, at least two are stable from ν = ")

@@ -22,7 +22,8 @@ from vibropipe.scenes.basins.attractors import (
     ordered,
     swept_name,
 )
-from vibropipe.scenes.branch.curves import UNSTABLE, pieces_of
+from vibropipe.scenes.branch.curves import UNSTABLE
+from vibropipe.scenes.branch.lines import pieces_of
 from vibropipe.solve.attractors import shares
 
 # Share of the height that a band needs for its letter.

@@ -1,4 +1,4 @@
-"""Caption of the picture of boundaries, written from its data."""
+"""Title, caption and answers of boundaries, written from their data."""
 
 from __future__ import annotations
 
@@ -7,9 +7,21 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.motion_words import amount_text, number_word, times_word
 from vibropipe.figures.text import flag_texts, plain_symbol, sentences
+from vibropipe.report.parts import Answer
 from vibropipe.scenes.boundary.curves import kinds_present, marks, of_kinds, plane
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import series
+
+PLURALS = {"grazing": "grazings", "fold": "folds", "flip": "flips", "pitchfork": "pitchforks"}
+
+
+def title_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> str:
+    """Return the title: which bifurcations part the motions; that of the scene without a curve."""
+    kinds = series(PLURALS[name] for name in kinds_present(of_kinds(dataset, show)))
+    return f"{kinds[0].upper()}{kinds[1:]} part the motions" if kinds else ""
 
 
 def describe_boundaries(
@@ -25,8 +37,8 @@ def describe_boundaries(
         + ("; thin: of an unstable orbit" if unstable else ""),
         curves_text(dataset),
         f"Not drawn: {series(left_out)}" if left_out else "",
-        meetings_text(dataset),
-        "Colours: regimes that settle; where they change without a curve, another orbit attracts the start"
+        "Circles: curves meet" if marks(dataset).any() else "",
+        "Colours: the motions that settle; where they change without a curve, another orbit attracts the start"
         if regimes is not None
         else "",
         dataset.attrs.get("incomplete", ""),
@@ -39,21 +51,36 @@ def curves_text(dataset: xr.Dataset) -> str:
     numbers = {
         name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
     }
-    listed = series(f"{number} of {name}" for name, number in numbers.items())
+    listed = series(f"{number_word(number)} of {name}" for name, number in numbers.items())
     sought = dataset.attrs.get("sought", "").split()
     none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
-    return f"{count(int(np.unique(ids).size), 'curve')}: {listed}" if numbers else none
+    whole = amount_text(int(np.unique(ids).size), "curve")
+    return f"{whole[0].upper()}{whole[1:]}: {listed}" if numbers else none
+
+
+def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return how many curves of which kind there are, and where they meet."""
+    lead, _, kinds = curves_text(dataset).partition(": ")
+    if not kinds:
+        return [Answer(f"{lead} within the ranges that were searched.")]
+    is_one = lead.startswith("One ")
+    verb, rest = ("parts", f"It is {kinds}.") if is_one else ("part", f"They are {kinds}.")
+    answers = [Answer(f"{lead} {verb} the motions.", rest)]
+    if met := meetings_text(dataset):
+        answers.append(
+            Answer("Curves meet where two conditions hold at once.", f"These are {met}.")
+        )
+    return answers
 
 
 def meetings_text(dataset: xr.Dataset) -> str:
-    """Write which bifurcations meet."""
+    """Write which bifurcations meet, and how often."""
     codes = dataset["meeting_kind"].values[marks(dataset)]
     names = {
         code: text if text.startswith(("double", "degenerate")) else text.replace(" ", " and ")
         for code, text in flag_texts("meeting_kind").items()
     }
-    listed = series(
-        f"{names[int(code)]} ({int(n)})"
+    return series(
+        f"{names[int(code)]} ({times_word(int(n))})"
         for code, n in zip(*np.unique(codes, return_counts=True), strict=True)
     )
-    return f"Marks show where curves meet: {listed}" if listed else ""

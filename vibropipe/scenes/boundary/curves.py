@@ -10,17 +10,22 @@ import matplotlib.patheffects as effects
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from vibropipe.figures.style import BLACK, REGIME_STYLES, legend, new_figure, write_centred
-from vibropipe.figures.text import REGIME_TEXT, axis_label, parameter_line, regime_name
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas
+from vibropipe.figures.map_shapes import cell_edges, frame
+from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
+from vibropipe.figures.region_labels import label_regions
+from vibropipe.figures.style import write_centred
+from vibropipe.figures.text import axis_label
+from vibropipe.scenes.sweep.regions import regions_of
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.vocabulary import FLAGS, REGIMES
+from vibropipe.words.vocabulary import FLAGS
 
-HEIGHT_CM = 12.0
+LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
+LABELLED = 0.01  # of the map: a smaller region has no words
 # Styles of the kinds of boundaries: dashes tell them apart in grey.
 CURVES: Mapping[str, Any] = {
     "grazing": "-",
@@ -80,9 +85,14 @@ def draw_boundaries(
     """
     whole, dataset = dataset, of_kinds(dataset, show)
     x, y = plane(dataset)
-    figure = new_figure(HEIGHT_CM)
-    ax = figure.add_subplot()
-    present = draw_regimes(ax, regimes, x, y) if regimes is not None else []
+    figure = new_canvas(LOW + HIGH + TOP)
+    ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
+    of_axes = regimes if regimes is not None else whole
+    for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
+        if ends := ends_of_axis(of_axes[name]):
+            set_limits(*ends)
+    if regimes is not None:
+        draw_regimes(ax, regimes, x, y)
     # Folds may lie a hair beside grazings: what is broken is drawn over what is solid.
     for name, code in kinds_present(dataset).items():
         for points in curves_of(dataset, code):
@@ -93,14 +103,13 @@ def draw_boundaries(
         **MARK_STYLE, clip_on=False,
     )  # fmt: skip
     ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
+    frame(ax)
     if not dataset.sizes["point"] and regimes is None:
         write_centred(ax, "No curve is found")
-    of_axes = regimes if regimes is not None else whole
-    for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
-        if ends := ends_of_axis(of_axes[name]):
-            set_limits(*ends)
-    legend(figure, curve_handles(dataset), "upper", parameter_line(dataset))
-    legend(figure, [regime_patch(name) for name in present], "lower")
+    figure.legend(
+        handles=curve_handles(dataset), loc="upper left", ncols=10, borderaxespad=0.1, fontsize=SMALL,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0), handletextpad=0.5, columnspacing=1.2,
+    )  # fmt: skip
     return figure
 
 
@@ -121,7 +130,7 @@ def box_of(array: xr.DataArray) -> tuple[float, float]:
 
 MARK_STYLE: Mapping[str, Any] = {
     "linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white",
-    "markeredgecolor": BLACK, "markeredgewidth": 0.7, "zorder": 6,
+    "markeredgecolor": INK, "markeredgewidth": 0.7, "zorder": 6,
 }  # fmt: skip
 
 
@@ -134,33 +143,36 @@ def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> 
         part = points[start : min(stop + 1, points.size)]
         width = STABLE_WIDTH if stable[start] else UNSTABLE_WIDTH
         (line,) = ax.plot(
-            dataset[x].values[part], dataset[y].values[part], color=BLACK, linestyle=CURVES[name],
+            dataset[x].values[part], dataset[y].values[part], color=INK, linestyle=CURVES[name],
             linewidth=width, zorder=3 + (name != "grazing"),
         )  # fmt: skip
         halo = effects.Stroke(linewidth=width + HALO_WIDTH, foreground="white")
         line.set_path_effects([halo, effects.Normal()])
 
 
-def faded(name: str) -> tuple[float, float, float]:
+def faded(name: str) -> str:
     """Return the colour of a regime mixed with white."""
-    red, green, blue = to_rgb(REGIME_STYLES[name].colour)
-    share = 1.0 - FADED
-    return FADED + share * red, FADED + share * green, FADED + share * blue
+    return lighter(REGIME_STYLES[name].colour, FADED)
 
 
-def draw_regimes(ax: Axes, regimes: xr.Dataset, x: str, y: str) -> list[str]:
-    """Draw the cells of a sweep in faded colours of their regimes; return the regimes that occur."""
-    for dim in regimes["regime"].dims:
+def draw_regimes(ax: Axes, regimes: xr.Dataset, x: str, y: str) -> None:
+    """Draw the cells of a sweep in faded colours of how the mass moves, with its words."""
+    codes, regions = regions_of(regimes)
+    for dim in codes.dims:
         if dim not in (x, y):
-            regimes = regimes.isel({dim: 0})
-    ordered = regimes.sortby([x, y])
-    codes = ordered["regime"].transpose(y, x).values
-    colours = ListedColormap([faded(name) for name in REGIMES])
-    ax.pcolormesh(
-        ordered[x].values, ordered[y].values, codes, cmap=colours, shading="nearest",
-        norm=BoundaryNorm(np.arange(len(REGIMES) + 1) - 0.5, len(REGIMES)), rasterized=True,
-    )  # fmt: skip
-    return [regime_name(int(code)) for code in np.unique(codes)]
+            codes = codes.isel({dim: 0})
+    ordered = codes.sortby([x, y])
+    values = ordered.transpose(y, x).values
+    colours = ListedColormap(
+        [faded(region.name) for region in sorted(regions, key=lambda r: r.code)]
+    )
+    found = np.unique([region.code for region in regions])
+    edges = cell_edges(ordered[x].values), cell_edges(ordered[y].values)
+    numbers = np.searchsorted(found, values)
+    norm = BoundaryNorm(np.arange(found.size + 1) - 0.5, max(found.size, 1))
+    ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
+    present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
+    label_regions(ax, values, edges, present)
 
 
 def marks(dataset: xr.Dataset) -> np.ndarray:
@@ -169,20 +181,15 @@ def marks(dataset: xr.Dataset) -> np.ndarray:
     return ~np.isin(dataset["meeting_kind"].values, unmarked)
 
 
-def regime_patch(name: str) -> Patch:
-    """Return the legend entry of a regime."""
-    return Patch(facecolor=faded(name), edgecolor=BLACK, linewidth=0.3, label=REGIME_TEXT[name])
-
-
 def curve_handles(dataset: xr.Dataset) -> list[Line2D]:
     """Return legend entries of the kinds of curves, of thin lines and of the marks."""
     handles = [
-        Line2D([], [], color=BLACK, linestyle=CURVES[name], linewidth=STABLE_WIDTH, label=name)
+        Line2D([], [], color=INK, linestyle=CURVES[name], linewidth=STABLE_WIDTH, label=name)
         for name in kinds_present(dataset)
     ]
     if (dataset["stable"] == 0).any():
         handles.append(
-            Line2D([], [], color=BLACK, linewidth=UNSTABLE_WIDTH, label="of an unstable orbit")
+            Line2D([], [], color=INK, linewidth=UNSTABLE_WIDTH, label="of an unstable orbit")
         )
     if marks(dataset).any():
         handles.append(Line2D([], [], **MARK_STYLE, label="curves meet"))

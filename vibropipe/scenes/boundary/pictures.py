@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.boundary.captions import describe_boundaries
+from vibropipe.scenes.boundary.captions import describe_boundaries, title_boundaries
 from vibropipe.scenes.boundary.curves import draw_boundaries
 from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.kind import Picture
@@ -20,4 +20,12 @@ def keywords(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -
     return {"regimes": regimes, "show": options.show}
 
 
-PICTURES = (Picture("boundaries", draw_boundaries, describe_boundaries, keywords=keywords),)
+PICTURES = (
+    Picture(
+        "boundaries",
+        draw_boundaries,
+        describe_boundaries,
+        keywords=keywords,
+        titled=title_boundaries,
+    ),
+)

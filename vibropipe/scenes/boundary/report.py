@@ -1,66 +1,89 @@
-"""Part of the report on boundaries: their curves, in a table."""
+"""Part of the report on boundaries: how many curves there are, and from where to where each leads."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import flag_texts, format_number, orbit_texts
-from vibropipe.figures.units import unit_text
-from vibropipe.report.findings import Finding, range_text, symbol_text
-from vibropipe.report.parts import answers_of, tables_of
-from vibropipe.report.section import Section
+from vibropipe.figures.motion_words import motion_words
+from vibropipe.figures.text import flag_texts, format_number, in_brackets, rests_of
+from vibropipe.report.findings import symbol_text
+from vibropipe.report.parts import Answers
 from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.boundary.captions import curves_text
-from vibropipe.scenes.boundary.curves import box_of, plane
+from vibropipe.scenes.boundary.captions import boundary_answers
+from vibropipe.scenes.boundary.curves import plane
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.wording import series
+from vibropipe.words.regimes import Regime
 
-# Rows of a table; the others are in the dataset.
-MAX_ROWS = 24
+MAX_ROWS = 10
 KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
 
 
-def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on the boundaries of a study."""
-    tables = [curve_table(name, data) for name, data in datasets.items() if data.sizes["point"]]
-    return [Section("Boundaries in two parameters", tables=tables)] if tables else []
+def answers(datasets: Datasets) -> Answers:
+    """Return the answers of each scene."""
+    return {scene: boundary_answers(data) for scene, data in datasets.items()}
+
+
+def tables(datasets: Datasets) -> list[Table]:
+    """Return a table of the curves of each scene."""
+    return [curve_table(scene, data) for scene, data in datasets.items() if data.sizes["point"]]
 
 
 def curve_table(scene: str, dataset: xr.Dataset) -> Table:
-    """Return a table of the curves of a scene."""
+    """Return a table of the curves of a scene, the longest MAX_ROWS."""
     x, y = plane(dataset)
     ids, ends = dataset["curve_id"].values, ends_of(dataset)
-    curves, laws = np.unique(ids), orbit_texts(dataset, "point")
+    curves, lengths = np.unique(ids, return_counts=True)
+    longest = np.sort(curves[np.argsort(-lengths, kind="stable")[:MAX_ROWS]])
     rows = []
-    for number in curves[:MAX_ROWS]:
-        points = np.flatnonzero(ids == number)
-        first = int(points[0])
-        places = [
-            f"({format_number(float(dataset[x][n]), 6)}, {format_number(float(dataset[y][n]), 6)})"
-            for n in (first, int(points[-1]))
-        ]
+    for number in longest:
+        first, last = np.flatnonzero(ids == number)[[0, -1]].tolist()
         names = ends.get(int(number), ["closed", "closed"])
         rows.append(
             [
                 KINDS[int(dataset["boundary_kind"][first])],
-                laws[first],
-                places[0],
-                names[0],
-                places[1],
-                names[-1],
+                words_at(dataset, first),
+                place_text(dataset, first),
+                end_text(names[0]),
+                place_text(dataset, last),
+                end_text(names[-1]),
             ]
         )
-    axes = f"({axis_text(dataset[x])}, {axis_text(dataset[y])})"
-    rest = f"; {curves.size - MAX_ROWS} more are in the dataset" if curves.size > MAX_ROWS else ""
-    caption = f"Curves of {scene}: bifurcation, law of motion (m; p1, p2) at the first point, and both ends{rest}."
-    return Table(["kind", "law", f"from {axes}", "end", f"to {axes}", "end"], rows, caption, left=1)
+    where = f"({in_brackets(symbol_text(dataset[x]), dataset[x])}, {in_brackets(symbol_text(dataset[y]), dataset[y])})"
+    note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets."
+    if curves.size > longest.size:
+        note += f" {curves.size - longest.size} shorter curves are left out."
+    head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]
+    title = "From where to where each curve leads"
+    return Table(head, rows, note, left=2, title=title, scene=scene)
 
 
-def axis_text(array: xr.DataArray) -> str:
-    """Write the symbol of a parameter, with its unit."""
-    units = unit_text(str(array.attrs.get("units", "1")))
-    return f"{symbol_text(array)} in {units}" if units else symbol_text(array)
+def place_text(dataset: xr.Dataset, point: int) -> str:
+    """Write the parameters of a point of a curve."""
+    return f"({', '.join(format_number(float(dataset[name][point])) for name in plane(dataset))})"
+
+
+def end_text(name: str) -> str:
+    """Write what a curve meets at an end."""
+    return {"box": "end of the range"}.get(name, name)
+
+
+def words_at(dataset: xr.Dataset, point: int) -> str:
+    """Write the motion of a point of a curve in words."""
+    struck = dataset["impacts_per_orbit"]
+    impacts, rests = (
+        np.nan_to_num(array.isel(point=point).values)
+        for array in (struck, rests_of(dataset, struck))
+    )
+    both = (int(impacts[0] > 0), int(impacts[1] > 0))
+    regime = {
+        (0, 0): Regime.NO_IMPACT,
+        (1, 0): Regime.ONE_SIDED_1,
+        (0, 1): Regime.ONE_SIDED_2,
+    }.get(both, Regime.TWO_SIDED)
+    if (rests > 0).any():
+        regime = Regime.WITH_REST
+    return motion_words(regime, int(dataset["period_multiple"][point]), impacts, rests)
 
 
 def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:
@@ -73,24 +96,6 @@ def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:
     return ends
 
 
-def findings(datasets: Datasets) -> list[Finding]:
-    """Return, for each scene, how many curves of which kind there are in its box."""
-    return [Finding((finding_text(data),), name) for name, data in datasets.items()]
-
-
-def finding_text(dataset: xr.Dataset) -> str:
-    """Write the numbers of curves, with the box in which they were sought."""
-    box = series(
-        range_text(dataset[name], np.array(box_of(dataset[name])))
-        for name in plane(dataset)
-        if "box" in dataset[name].attrs
-    )
-    return curves_text(dataset) + (f", within {box}" if box else "")
-
-
 REPORT = ReportPart(
-    "Bifurcations",
-    "Where in two parameters does the motion change?",
-    answers_of(findings),
-    tables_of(sections),
+    "Bifurcations", "Where in two parameters does the motion change?", answers, tables
 )

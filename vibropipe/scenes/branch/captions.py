@@ -1,31 +1,56 @@
-"""Caption of the picture of branches, written from its data."""
+"""Title and caption of the picture of branches, written from its data."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import sentences, with_units
+from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.text import sentences
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.curves import followed, kinds_present
-from vibropipe.scenes.branch.findings import distinct_texts
+from vibropipe.scenes.branch.cascade import cascade_of
+from vibropipe.scenes.branch.curves import coexistence
+from vibropipe.scenes.branch.lines import followed, kinds_present, swept
 from vibropipe.scenes.branch.places import PLURALS, places_of
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import series
 
-# Bifurcations of a kind that a caption lists.
-MAX_LISTED = 6
 CHANGES = "Changes: contacts, turns or sticks of the orbit begin or end"
+
+
+def title_branches(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> str:
+    """Return the title: where several motions are stable, else a cascade; else that of the scene."""
+    symbol = symbol_text(dataset[followed(dataset)])
+    if places := cascade_of(dataset):
+        times = amount_text(len(places), "time")
+        return f"The period doubles {times} along {symbol}, in ever smaller steps"
+    number = sum(len(intervals) for intervals in coexistence(dataset).values())
+    if not number:
+        return ""
+    if swept(dataset):
+        which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
+        return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"
+    intervals = amount_text(number, "interval")
+    return f"At least two motions are stable in {intervals} of {symbol}"
+
+
+def _values(dataset: xr.Dataset) -> int:
+    """Return the number of values of the further parameter."""
+    return len({float(value) for value in dataset[swept(dataset)].values})
 
 
 def describe_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
-    """Return the caption: what is drawn, and where the bifurcations are."""
+    """Return the caption: what is drawn, and how many bifurcations there are."""
     return sentences(
-        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dotted: unstable",
-        bifurcations_text(dataset),
+        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable",
+        f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
+        "Bars below: where at least two of these motions are stable"
+        if coexistence(dataset)
+        else "",
         CHANGES if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",
         dataset.attrs.get("incomplete", ""),
@@ -33,11 +58,6 @@ def describe_branches(
 
 
 def bifurcations_text(dataset: xr.Dataset) -> str:
-    """Write where each kind of bifurcation is found."""
-    axis = dataset[followed(dataset)]
-    clauses = []
-    for name, at in places_of(dataset).items():
-        listed = with_units(axis, series(distinct_texts(np.unique(at))))
-        where = f" at {symbol_text(axis)} = {listed}" if at.size <= MAX_LISTED else ""
-        clauses.append(f"{count(at.size, name, PLURALS.get(name))}{where}")
-    return series(clauses)
+    """Write how many bifurcations of each kind there are."""
+    places = places_of(dataset)
+    return series(amount_text(at.size, kind, PLURALS.get(kind)) for kind, at in places.items())

@@ -1,10 +1,9 @@
-"""Branches along a parameter: stable orbits as solid lines, unstable ones dotted, bifurcations as marks."""
+"""Branches along a parameter: stable orbits as solid lines, unstable ones dashed, bifurcations as marks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,153 +11,35 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.style import (
-    BLACK,
-    BLUE,
-    DOTTED,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    SMALL_FONT_SIZE,
-    VERMILLION,
-    legend,
-    new_figure,
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel
+from vibropipe.figures.motion_words import words_of
+from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
+from vibropipe.figures.text import axis_label, value_text
+from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
+from vibropipe.scenes.branch.lines import (
+    Piece,
+    followed,
+    kinds_present,
+    panels_of,
+    pieces_of,
+    swept,
 )
-from vibropipe.figures.text import (
-    ORDINALS,
-    axis_label,
-    flag_texts,
-    format_number,
-    in_brackets,
-    orbit_texts,
-    parameter_line,
-    parameter_names,
-    symbol_of,
-    value_text,
-)
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.regimes import Regime
 
-PANEL_HEIGHT_CM, MIN_HEIGHT_CM, MARGINS_CM = 4.6, 7.5, 3.2
+LEFT, WIDTH, LOW, TOP, BETWEEN = 1.3, 14.4, 1.05, 0.4, 0.75  # cm
+PANELS_CM, LEAST_CM, MOST_CM = 9.0, 2.6, 7.2  # of all panels; of one
+BAR_CM, BARS_CM = 0.16, 0.75  # a bar of coexistence, and the room above the bars
 MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
-# The first ones differ most in lightness; dots are for unstable motions, so that lines cannot be dashed.
-COLOURS = (BLACK, BLUE, ORANGE, VERMILLION, SKY, GREEN, PURPLE)
+STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.4}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.6)), "linewidth": 0.9}
 VALUE = "value of a line"
 VALUE_STYLE: dict[str, Any] = {
-    "fontsize": SMALL_FONT_SIZE, "ha": "center", "va": "center", "zorder": 4,
+    "fontsize": SMALL, "ha": "center", "va": "center", "zorder": 4, "gid": VALUE,
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
 }  # fmt: skip
-# Bifurcations beyond which their marks shrink.
-MANY_MARKS = 16
+MANY_MARKS = 16  # bifurcations beyond which their marks shrink
+MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
-SHORT_TEXT = {
-    "impact_velocity_max": "impact velocity",
-    "support_force_max": "largest force",
-    "support_depth_max": "largest depth",
-    "contact_duration_max": "longest contact",
-    "impacts_per_period": "impacts per period",
-}
-
-
-class Panel(NamedTuple):
-    """A panel: its label, and the values of each line, (points, lines); `backbone` is the line of the free motion."""
-
-    label: str
-    values: np.ndarray
-    backbone: np.ndarray | None = None
-
-
-class Piece(NamedTuple):
-    """Consecutive points of a branch of one stability and one law of motion."""
-
-    points: slice
-    law: str
-    is_stable: bool
-    value: float
-
-
-def followed(dataset: xr.Dataset) -> str:
-    """Return the parameter along which the branches were followed."""
-    return str(dataset.attrs["follow"]).split()[0]
-
-
-def swept(dataset: xr.Dataset) -> str | None:
-    """Return the further parameter with several values, or None."""
-    along = followed(dataset)
-    names = (name for name in parameter_names(dataset) if dataset[name].dims == ("point",))
-    return next((name for name in names if name != along), None)
-
-
-def panels_of(
-    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
-) -> list[Panel]:
-    """Return the panels of the quantities to show, of harmonics the first, without supports that are not struck."""
-    panels: list[Panel] = []
-    for name in show:
-        entry, array = quantity(name), dataset[name]
-        if name == "impact_velocity":
-            text = in_brackets("impact velocity\nof each impact", array)
-            panels.append(Panel(text, velocities_of(dataset)))
-        elif "harmonic" in entry.dims:
-            free = free_values(backbone, name, harmonic=1)
-            values = array.sel(harmonic=1).values[:, None]
-            text = in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array)
-            panels.append(Panel(text, values, free))
-        elif "support" in entry.dims:
-            text = SHORT_TEXT.get(name, entry.long_name)
-            for support in dataset["support"].values.tolist():
-                values = array.sel(support=support).values[:, None]
-                if np.isfinite(values).any():
-                    free = free_values(backbone, name, support=support)
-                    label = in_brackets(f"{text}\non support {support}", array)
-                    panels.append(Panel(label, values, free))
-        else:
-            free = free_values(backbone, name)
-            text = in_brackets(f"{entry.long_name}\n{symbol_of(array)}", array)
-            panels.append(Panel(text, array.values[:, None], free))
-    return panels
-
-
-def free_values(backbone: xr.Dataset | None, name: str, **index: int) -> np.ndarray | None:
-    """Return a quantity of the free motion over its amplitude; None without a backbone that has it."""
-    if backbone is None or name not in backbone:
-        return None
-    return np.asarray(backbone[name].sel(index).values)
-
-
-def velocities_of(dataset: xr.Dataset) -> np.ndarray:
-    """Return the velocity of each impact of each point, NaN beyond the last: (points, impacts).
-
-    Whichever impact comes first in an orbit, a column follows one impact along a branch while their number is the same.
-    """
-    sizes, branches = dataset["row_size"].values, dataset["branch_id"].values
-    velocities = np.full((sizes.size, max(int(sizes.max(initial=0)), 1)), np.nan)
-    velocities[np.arange(velocities.shape[1]) < sizes[:, None]] = np.abs(dataset["impact_velocity"])
-    follows = (np.diff(branches, prepend=-1) == 0) & (np.diff(sizes, prepend=-1) == 0)
-    for point in np.flatnonzero(follows & (sizes > 0)):
-        own, before = velocities[point, : sizes[point]], velocities[point - 1, : sizes[point]]
-        expected = before
-        if follows[point - 1]:  # tells two lines apart where they cross
-            expected = 2.0 * before - velocities[point - 2, : sizes[point]]
-        turned = np.stack([np.roll(own, shift) for shift in range(own.size)])
-        own[:] = turned[np.abs(turned - expected).sum(axis=1).argmin()]
-    return velocities
-
-
-def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
-    """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
-    branches, stable = dataset["branch_id"].values, dataset["stable"].values
-    laws, over = orbit_texts(dataset, "point"), swept(dataset)
-    values = dataset[over].values if over else np.zeros(branches.size)
-    keys = list(zip(branches, stable, laws, strict=True))
-    cuts = [0, *(n + 1 for n in range(len(keys) - 1) if keys[n] != keys[n + 1]), len(keys)]
-    for start, stop in pairwise(cuts):
-        joined = stop < len(keys) and branches[stop] == branches[start]
-        yield Piece(
-            slice(start, stop + joined), laws[start], bool(stable[start]), float(values[start])
-        )
 
 
 def draw_branches(
@@ -176,33 +57,91 @@ def draw_branches(
         Backbone over amplitude, drawn under the branches.
     """
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
-    figure = new_figure(MARGINS_CM + max(PANEL_HEIGHT_CM * len(panels), MIN_HEIGHT_CM))
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    pieces = list(pieces_of(dataset))
+    bars, pieces = coexistence(dataset), list(pieces_of(dataset))
+    names = line_names(dataset, pieces)
     colours = colours_of(dataset, pieces)
-    for ax, panel in zip(axes, panels, strict=True):
-        if backbone is not None and panel.backbone is not None:
-            ax.plot(backbone["eigenfrequency"], panel.backbone, **FREE_STYLE)
-        draw_pieces(ax, dataset[along].values, panel.values, pieces, colours, swept(dataset))
-        draw_bifurcations(ax, dataset, panel.values)
-        if swept(dataset):
-            draw_values(ax, dataset[along].values, panel.values, pieces)
-        ax.set_ylabel(panel.label)
-        ax.margins(x=0.01)
-    low, high = float(dataset[along].min()), float(dataset[along].max())
-    axes[-1].set_xlim(low, high)
-    axes[-1].set_xlabel(axis_label(dataset[along]))
-    figure.align_ylabels(axes)
-    legend(figure, line_handles(dataset, colours, backbone), "upper", parameter_line(dataset))
-    legend(figure, mark_handles(dataset), "lower")
+    number = max(len(panels), 1)
+    high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
+    base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
+    figure = new_canvas(base + number * (high + BETWEEN) + TOP)
+    limits = float(dataset[along].min()), float(dataset[along].max())
+    drawn = []
+    for position, each in enumerate(panels):
+        bottom = base + (number - 1 - position) * (high + BETWEEN)
+        ax = axes(figure, LEFT, bottom, WIDTH, high)
+        drawn.append(ax)
+        if backbone is not None and each.backbone is not None:
+            ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
+        draw_pieces(ax, dataset[along].values, each.values, pieces, colours)
+        draw_bifurcations(ax, dataset, each.values)
+        ax.margins(y=0.08)
+        ax.set_xlim(*limits)
+        if swept(dataset) or position == 0:
+            write_names(ax, dataset[along].values, each.values, pieces, names)
+        panel(ax, "abcdefgh"[position % 8] if number > 1 else "", each.label, indent=-1.1)
+        ax.tick_params(labelbottom=position == number - 1 and not bars)
+    if bars:
+        drawn.append(draw_bars(figure, bars, colours, limits, number > 1))
+    if drawn:
+        drawn[-1].set_xlabel(axis_label(dataset[along]))
+    figure.legend(
+        handles=handles_of(dataset, backbone), loc="upper left", ncols=10, borderaxespad=0.1,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0), handletextpad=0.5, columnspacing=1.2, fontsize=SMALL,
+    )  # fmt: skip
     return figure
 
 
-def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
-    """Return a colour for each value of the further parameter or, without one, for each law of motion."""
+def coexistence(dataset: xr.Dataset) -> dict[float, list[tuple[float, float]]]:
+    """Return the intervals in which at least two motions are stable, by the values of the further parameter."""
+    stretches = list(stretches_of(dataset))
+    values = dict.fromkeys(stretch.over for stretch in stretches)
+    found = {
+        value: common_intervals([each for each in stretches if each.over == value])
+        for value in values
+    }
+    return {value: intervals for value, intervals in found.items() if intervals}
+
+
+def draw_bars(
+    figure: Figure,
+    bars: Mapping[float, list[tuple[float, float]]],
+    colours: Mapping[Any, str],
+    limits: tuple[float, float],
+    has_letters: bool,
+) -> Axes:
+    """Draw where at least two motions are stable, a row of bars for each value of the further parameter."""
+    ax = axes(figure, LEFT, LOW, WIDTH, BAR_CM * len(bars))
+    for row, (value, intervals) in enumerate(bars.items()):
+        spans = [
+            (low, max(high - low, 0.0015 * (limits[1] - limits[0]))) for low, high in intervals
+        ]
+        ax.broken_barh(spans, (row + 0.1, 0.8), facecolor=colours.get(value, INK), linewidth=0)
+    ax.set(ylim=(0, len(bars)), yticks=[], xlim=limits)
+    ax.spines["left"].set_visible(False)
+    panel(ax, title="where at least two of these motions are stable")
+    return ax
+
+
+def line_names(dataset: xr.Dataset, pieces: Sequence[Piece]) -> list[str]:
+    """Return what is written at the line of each piece: the value of the further parameter, or the motion in words."""
     over = swept(dataset)
-    names = dict.fromkeys(piece.value if over else piece.law for piece in pieces)
-    return {name: COLOURS[n % len(COLOURS)] for n, name in enumerate(names)}
+    if over:
+        return [value_text(dataset[over], piece.value) for piece in pieces]
+    return [words_of(dataset.isel(point=piece.points.start)) for piece in pieces]
+
+
+def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
+    """Return a colour for each value of the further parameter, or the colour of its regime for each law."""
+    if swept(dataset):
+        values = sorted({piece.value for piece in pieces})
+        return dict(zip(values, shades(len(values)), strict=True))
+    return {piece.law: regime_colour(dataset, piece.points.start) for piece in pieces}
+
+
+def regime_colour(dataset: xr.Dataset, point: int) -> str:
+    """Return the colour of the regime of a point, legible as a line on white."""
+    name = Regime(int(dataset["regime"][point])).name.lower()
+    return INK if name == "no_impact" else readable(REGIME_STYLES[name].colour)
 
 
 def draw_pieces(
@@ -210,46 +149,40 @@ def draw_pieces(
     x: np.ndarray,
     y: np.ndarray,
     pieces: Sequence[Piece],
-    colours: dict[Any, str],
-    over: str | None,
+    colours: Mapping[Any, str],
 ) -> None:
-    """Draw the pieces, stable ones solid and unstable ones dotted."""
+    """Draw the pieces, stable ones solid and unstable ones dashed."""
     for piece in pieces:
-        style: dict[str, Any] = (
-            {"linestyle": "-", "linewidth": 1.5}
-            if piece.is_stable
-            else {"linestyle": DOTTED, "linewidth": 1.0}
-        )
-        colour, heights = colours[piece.value if over else piece.law], y[piece.points].copy()
+        style = STABLE if piece.is_stable else UNSTABLE
+        colour, heights = colours.get(piece.law) or colours[piece.value], y[piece.points].copy()
         if len(heights) > 1 and (np.isfinite(heights[-1]) != np.isfinite(heights[-2])).any():
             heights[-1] = np.nan  # of other impacts
         ax.plot(x[piece.points], heights, color=colour, **style)
 
 
-def draw_values(ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece]) -> None:
-    """Write the value of the further parameter on the widest stable piece of each, to be told apart in grey, too."""
-    values = list(dict.fromkeys(piece.value for piece in pieces))
-    for position, value in enumerate(values, 1):
+def write_names(
+    ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece], names: Sequence[str]
+) -> None:
+    """Write each name on the widest stable piece that has it, at places that differ from name to name."""
+    least = 0.0 if len({piece.value for piece in pieces}) > 1 else MIN_SPAN * np.ptp(x)
+    different = list(dict.fromkeys(names))
+    for position, name in enumerate(different, 1):
         drawn = [
             piece.points
-            for piece in pieces
-            if piece.value == value and piece.is_stable and np.isfinite(y[piece.points]).any()
+            for piece, own in zip(pieces, names, strict=True)
+            if own == name and piece.is_stable and np.isfinite(y[piece.points]).any()
         ]
         if not drawn:
             continue
         widest = max(drawn, key=lambda points: np.ptp(x[points]))
-        at = x[widest].min() + position / (len(values) + 1) * np.ptp(x[widest])
+        if np.ptp(x[widest]) < least:
+            continue
+        share = position / (len(different) + 1) if least == 0.0 else 0.5
+        at = x[widest].min() + share * np.ptp(x[widest])
         index = widest.start + int(np.abs(x[widest] - at).argmin())
         height = y[index][np.isfinite(y[index])]
         if height.size:
-            ax.text(x[index], height[0], format_number(value), gid=VALUE, **VALUE_STYLE)
-
-
-def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return the mask of each kind of bifurcation that occurs."""
-    codes = dataset["bifurcation_kind"].values
-    masks = {name: codes == code for code, name in flag_texts("bifurcation_kind").items()}
-    return {name: mask for name, mask in masks.items() if mask.any()}
+            ax.text(x[index], height[0], name, **VALUE_STYLE)
 
 
 def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:
@@ -265,33 +198,17 @@ def mark_style(name: str, size: float = 4.5) -> dict[str, Any]:
     """Return the style of the mark of a kind of bifurcation."""
     return {
         "linestyle": "none", "marker": MARKS[name], "markersize": size, "markerfacecolor": "white",
-        "markeredgecolor": BLACK, "markeredgewidth": 0.7, "zorder": 5,
+        "markeredgecolor": INK, "markeredgewidth": 0.7, "zorder": 5,
     }  # fmt: skip
 
 
-def line_handles(
-    dataset: xr.Dataset, colours: dict[Any, str], backbone: xr.Dataset | None
-) -> list[Line2D]:
-    """Return legend entries of the lines."""
-    over = swept(dataset)
+def handles_of(dataset: xr.Dataset, backbone: xr.Dataset | None) -> list[Line2D]:
+    """Return legend entries of stability, of the bifurcations and of the free motion."""
     handles = [
-        Line2D(
-            [], [], color=colour, linewidth=1.5,
-            label=value_text(dataset[over], name) if over else f"$(m; p_1, p_2)$ = {name}",
-        )
-        for name, colour in colours.items()
-    ]  # fmt: skip
+        Line2D([], [], color=INK, **STABLE, label="stable"),
+        Line2D([], [], color=INK, **UNSTABLE, label="unstable"),
+    ]
+    handles += [Line2D([], [], **mark_style(name), label=name) for name in kinds_present(dataset)]
     if backbone is not None:
         handles.append(Line2D([], [], **FREE_STYLE, label="free motion"))
     return handles
-
-
-def mark_handles(dataset: xr.Dataset) -> list[Line2D]:
-    """Return legend entries of stability and of the bifurcations."""
-    stability = [
-        Line2D([], [], color=BLACK, linewidth=1.5, label="stable"),
-        Line2D([], [], color=BLACK, linewidth=1.0, linestyle=DOTTED, label="unstable"),
-    ]
-    return stability + [
-        Line2D([], [], **mark_style(name), label=name) for name in kinds_present(dataset)
-    ]

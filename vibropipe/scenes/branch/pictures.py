@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.branch.captions import describe_branches
+from vibropipe.scenes.branch.captions import describe_branches, title_branches
 from vibropipe.scenes.branch.curves import draw_branches
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.kind import Picture
@@ -20,4 +20,6 @@ def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> 
     return {"show": options.show, "backbone": backbone}
 
 
-PICTURES = (Picture("branches", draw_branches, describe_branches, keywords=keywords),)
+PICTURES = (
+    Picture("branches", draw_branches, describe_branches, keywords=keywords, titled=title_branches),
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.scenes.branch.curves import followed, kinds_present, swept
+from vibropipe.scenes.branch.lines import followed, kinds_present, swept
 
 # Distance, as a share of the range followed, within which bifurcations of one kind are one.
 SAME_PLACE = 1e-9

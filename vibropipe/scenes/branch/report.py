@@ -1,71 +1,150 @@
-"""Part of the report on branches: their bifurcations, in a table."""
+"""Part of the report on branches: answers, where which motion is stable, and the steps of a cascade."""
 
 from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import flag_texts, format_number, in_brackets, orbit_texts
-from vibropipe.report.parts import answers_of, tables_of
-from vibropipe.report.section import Section
-from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.branch.curves import followed, swept
-from vibropipe.scenes.branch.findings import findings
+from vibropipe.figures.claims import inwards
+from vibropipe.figures.motion_words import number_word
+from vibropipe.figures.text import format_number, in_brackets
+from vibropipe.report.findings import symbol_text
+from vibropipe.report.parts import Answers
+from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
+from vibropipe.scenes.branch.cascade import cascade_of
+from vibropipe.scenes.branch.coexistence import Stretch, stretches_of
+from vibropipe.scenes.branch.curves import coexistence
+from vibropipe.scenes.branch.lines import followed, swept
 from vibropipe.scenes.kind import ReportPart
 
-# Rows of a table; the others are in the dataset.
-MAX_ROWS = 24
-KINDS, REASONS = flag_texts("bifurcation_kind"), flag_texts("end_reason")
+MAX_ROWS = 10
+LEFT_OUT = "{} narrower ranges are left out."
 
 
-def sections(datasets: Datasets) -> list[Section]:
-    """Return the section on the branches of a study, if they have bifurcations."""
-    tables = [bifurcation_table(name, data) for name, data in datasets.items()]
-    found = [table for table in tables if table]
-    return [Section("Bifurcations of the branches", tables=found)] if found else []
+def answers(datasets: Datasets) -> Answers:
+    """Return the answers of each scene."""
+    return {scene: branch_answers(data) for scene, data in datasets.items()}
 
 
-def bifurcation_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return a table of the bifurcations of a scene, those of the first branches; None if there are none."""
-    points = dataset["bifurcation_point"].values
-    if points.size == 0:
+def tables(datasets: Datasets) -> list[Table]:
+    """Return the tables of each scene."""
+    made: tuple[Callable[[str, xr.Dataset], Table | None], ...] = (
+        cascade_table,
+        stable_table,
+        together_table,
+    )
+    found = [make(scene, data) for scene, data in datasets.items() for make in made]
+    return [table for table in found if table is not None]
+
+
+def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the stable motions: from where to where, and what ends them; None without bifurcations."""
+    if not dataset.sizes["bifurcation"]:
         return None
-    along, over = followed(dataset), swept(dataset)
-    laws = orbit_texts(dataset, "point")
-    shown = np.lexsort((points, dataset["branch_id"].values[points]))[:MAX_ROWS]
-    rows = [row(dataset, int(n), laws[int(points[n])], along, over) for n in shown]
-    head = ["bifurcation", *(in_brackets(name, dataset[name]) for name in (along, over) if name)]
-    rest = f"; {points.size - MAX_ROWS} more are in the dataset" if points.size > MAX_ROWS else ""
-    caption = f"Bifurcations of {scene}: where, law of motion (m; p1, p2), and what the branch does{rest}."
-    return Table([*head, "law", "branch", "goes on"], rows, caption, left=1)
-
-
-def row(dataset: xr.Dataset, n: int, law: str, along: str, over: str | None) -> list[str]:
-    """Return a row of the table of bifurcations."""
-    point = int(dataset["bifurcation_point"][n])
-    reason = REASONS[int(dataset["end_reason"][n])]
-    return [
-        KINDS[int(dataset["bifurcation_kind"][n])],
-        format_number(float(dataset[f"bifurcation_{along}"][n]), 8),
-        *([format_number(float(dataset[over][point]))] if over else []),
-        law,
-        str(int(dataset["branch_id"][point])),
-        goes_on_text(KINDS[int(dataset["bifurcation_kind"][n])], reason),
+    axis, over = dataset[followed(dataset)], swept(dataset)
+    limits = (float(axis.min()), float(axis.max()))
+    stretches = list(stretches_of(dataset))
+    kept: dict[tuple[object, ...], Stretch] = {}
+    for each in stretches:  # mirror images have the same ends but for rounding
+        first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
+        kept.setdefault((each.over, each.words, first, last), each)
+    widest = sorted(kept.values(), key=lambda each: -np.ptp(each.values))[:MAX_ROWS]
+    shown = sorted(widest, key=lambda each: (each.over, each.values[0]))
+    texts = distinct_texts(*((float(each.values[0]), float(each.values[-1])) for each in shown))
+    rows = [
+        stable_row(dataset, each, ends, limits) for each, ends in zip(shown, texts, strict=True)
     ]
+    head = [
+        *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
+        "stable motion", in_brackets("from", axis), "begins at a", in_brackets("to", axis), "ends at a",
+    ]  # fmt: skip
+    note = f"Values of {symbol_text(axis)}; a dash: it goes on to the end of the range. Mirror images are listed once."
+    if len(kept) > len(shown):
+        note += f" {LEFT_OUT.format(len(kept) - len(shown))}"
+    left = 2 if over else 1
+    title = "Which motions are stable, and where"
+    return Table(head, rows, note, left=left, title=title, scene=scene)
 
 
-def goes_on_text(kind: str, reason: str) -> str:
-    """Return whether a branch goes on beyond a bifurcation, and if not, or if what begins there is left, why."""
-    if reason == "goes on":
-        return "yes"
-    is_passed = kind in ("flip", "pitchfork") and reason != "parent"
-    return f"yes; new orbits: {reason}" if is_passed else f"no: {reason}"
+def stable_row(
+    dataset: xr.Dataset, stretch: Stretch, texts: tuple[str, str], limits: tuple[float, float]
+) -> list[str]:
+    """Return the cells of a stable stretch; texts : its ends."""
+    low, high = float(stretch.values[0]), float(stretch.values[-1])
+    ends = [
+        (DASH, DASH) if value == limit and not kind else (text, kind or DASH)
+        for value, limit, text, kind in zip((low, high), limits, texts, stretch.ends, strict=True)
+    ]
+    over = [format_number(stretch.over)] if swept(dataset) else []
+    return [*over, stretch.words, *ends[0], *ends[1]]
+
+
+def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the intervals in which several motions are stable, rounded inwards; None for one alone."""
+    axis, over = dataset[followed(dataset)], swept(dataset)
+    found = [
+        (value, *ends) for value, intervals in coexistence(dataset).items() for ends in intervals
+    ]
+    if len(found) < 2:
+        return None
+    shown = sorted(sorted(found, key=lambda each: each[1] - each[2])[:MAX_ROWS])
+    texts = [inwards(low, high) for _, low, high in shown]
+    stretches = list(stretches_of(dataset))
+    rows = [
+        [
+            *([format_number(value)] if over else []),
+            stable_words([s for s in stretches if s.over == value], low, high),
+            *ends,
+        ]
+        for (value, low, high), ends in zip(shown, texts, strict=True)
+    ]
+    head = [in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []
+    head += ["stable motions", in_brackets("from", axis), in_brackets("to", axis)]
+    note = f"Values of {symbol_text(axis)} between which the start decides which of the motions followed here settles."
+    if len(found) > len(shown):
+        note += f" {LEFT_OUT.format(len(found) - len(shown))}"
+    title = "Where at least two motions are stable"
+    return Table(head, rows, note, left=2 if over else 1, title=title, scene=scene)
+
+
+def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
+    """Write the motions that are stable at some value of an interval, in words; of equal ones, how many."""
+    inside = [s.words for s in stretches if s.values[0] < high and s.values[-1] > low]
+    return "; ".join(
+        words if amount == 1 else f"{number_word(amount)} with {words}"
+        for words, amount in Counter(inside).items()
+    )
+
+
+def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of a cascade of flips: places, steps, and their ratios; None without one."""
+    places = cascade_of(dataset)
+    if not places:
+        return None
+    axis, steps = dataset[followed(dataset)], np.abs(np.diff(places))
+    first = int(dataset["period_multiple"].values[dataset["bifurcation_point"].values].min())
+    pairs = distinct_texts(*pairwise(places))
+    rows = []
+    for n, text in enumerate([pairs[0][0], *(last for _, last in pairs)]):
+        step = format_number(steps[n - 1], 3) if n else DASH
+        ratio = format_number(steps[n - 2] / steps[n - 1], 3) if n > 1 else DASH
+        rows.append([f"{first * 2**n} to {first * 2 ** (n + 1)}", text, step, ratio])
+    symbol = symbol_text(axis)
+    head = ["forcing periods", in_brackets(symbol, axis), in_brackets("step", axis), "ratio"]
+    note = "Ratio: the step before over this one; in an endless cascade it tends to 4.669 (Feigenbaum)."
+    title = "Each step of the cascade is a fraction of the one before"
+    return Table(head, rows, note, title=title, scene=scene)
 
 
 REPORT = ReportPart(
     "Branches of orbits",
     "Which orbits are there, stable or not, and where do they change?",
-    answers_of(findings),
-    tables_of(sections),
+    answers,
+    tables,
     rank=0,
 )

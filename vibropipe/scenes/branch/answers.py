@@ -1,0 +1,183 @@
+"""Answers of branches: where several motions are stable, where and why motions jump, where impacts are hardest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.claims import inwards
+from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.text import format_number, with_units
+from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.parts import Answer
+from vibropipe.scenes.branch.cascade import cascade_of
+from vibropipe.scenes.branch.coexistence import SAME, Stretch, common_intervals, stretches_of
+from vibropipe.scenes.branch.lines import followed, swept
+from vibropipe.scenes.branch.places import PLURALS, places_of
+from vibropipe.words.wording import series
+
+# Bifurcations at which a motion may jump.
+CAUSES = ("fold", "grazing", "change")
+UNKNOWN = "a motion that is not followed here"
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Where a followed motion has no stable neighbour, the laws beyond, and the change of impact velocity."""
+
+    stretch: Stretch
+    is_up: bool
+    targets: tuple[str, ...]
+    size: float
+
+    @property
+    def value(self) -> float:
+        """Where it jumps."""
+        return float(self.stretch.values[-1 if self.is_up else 0])
+
+
+def branch_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
+    stretches = list(stretches_of(dataset))
+    changes = jump_answer(dataset, stretches) or cascade_answer(dataset) or kinds_answer(dataset)
+    found = [together_answer(dataset, stretches), changes, velocity_answer(dataset)]
+    return [answer for answer in found if answer is not None]
+
+
+def at_text(dataset: xr.Dataset, value: float) -> str:
+    """Write a value of the parameter that is followed: ν = 1.723."""
+    axis = dataset[followed(dataset)]
+    return f"{symbol_text(axis)} = {value_text(axis, value)}"
+
+
+def over_text(dataset: xr.Dataset, value: float) -> str:
+    """Write which value of the further parameter it is, without a number: at the largest f; empty without one."""
+    over = swept(dataset)
+    if over is None:
+        return ""
+    values, symbol = dataset[over].values, symbol_text(dataset[over])
+    ends = {float(values.min()): "smallest", float(values.max()): "largest"}
+    return f" at the {ends[value]} {symbol}" if value in ends else f" at a {symbol} between"
+
+
+def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
+    """Write between which values of the parameter several motions are stable: the widest interval."""
+    found = [
+        (high - low, low, high, value)
+        for value in dict.fromkeys(stretch.over for stretch in stretches)
+        for low, high in common_intervals([s for s in stretches if s.over == value])
+    ]
+    if not found:
+        return None
+    _, low, high, value = max(found)
+    axis = dataset[followed(dataset)]
+    first, last = inwards(low, high)
+    symbol, last = symbol_text(axis), with_units(axis, last)
+    more = ", and elsewhere" if len(found) > 1 else ""
+    return Answer(
+        "In places, the start decides which motion settles.",
+        f"Among those followed here, at least two are stable from {symbol} = {first} to {last}"
+        f"{over_text(dataset, value)}{more}.",
+    )
+
+
+def distinct_texts(*intervals: tuple[float, float]) -> list[tuple[str, str]]:
+    """Write intervals with as many digits as tell the ends of each apart, at least 4."""
+    for digits in range(4, 13):
+        texts = [
+            (format_number(low, digits), format_number(high, digits)) for low, high in intervals
+        ]
+        if all(low != high for low, high in texts):
+            break
+    return texts
+
+
+def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
+    """Return where motions jump that are followed upwards or downwards, the largest jumps first."""
+    along = dataset[followed(dataset)].values
+    gap = SAME * float(along.max() - along.min())
+    found: dict[tuple[float, bool, str, float], Jump] = {}
+    for stretch in stretches:
+        for is_up, kind in ((False, stretch.ends[0]), (True, stretch.ends[1])):
+            if kind not in CAUSES:
+                continue
+            value = float(stretch.values[-1 if is_up else 0])
+            before = stretch.amplitude(value)
+            beyond = value + (gap if is_up else -gap)
+            others = [s for s in stretches if s.over == stretch.over and s.reaches(beyond)]
+            steps = [abs(s.amplitude(beyond) - before) for s in others]
+            # The amplitude changes as a square root beside a grazing: by the root of the gap.
+            if steps and min(steps) <= np.sqrt(SAME) * 10 * max(before, gap):
+                continue
+            if not steps and kind != "fold":
+                continue  # it may go on with another impact sequence
+            laws = tuple(dict.fromkeys(s.words for s in others)) or (UNKNOWN,)
+            speed = stretch.speed(value)
+            size = min((abs(s.speed(beyond) - speed) for s in others), default=speed)
+            jump = Jump(stretch, is_up, laws, size)
+            found.setdefault((stretch.over, is_up, stretch.law, round(value / gap)), jump)
+    return sorted(found.values(), key=lambda jump: -jump.size)
+
+
+def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
+    """Write where motions jump, and the hardest jump: why, and to which motion."""
+    jumps = jumps_of(dataset, stretches)
+    if not jumps:
+        return None
+    largest = jumps[0]
+    kind = largest.stretch.ends[1 if largest.is_up else 0]
+    way = "upwards" if largest.is_up else "downwards"
+    places = len({(jump.stretch.over, round(jump.value, 9)) for jump in jumps})
+    lead = f"A motion that is followed jumps at {amount_text(places, 'place')}."
+    place = f"{at_text(dataset, largest.value)}{over_text(dataset, largest.stretch.over)}"
+    rest = (
+        f"The {'largest ' if places > 1 else ''}jump, {way} at {place}, leads from {largest.stretch.words}, to "
+        f"{' or '.join(largest.targets[:2])} ({kind})."
+    )
+    return Answer(lead, rest)
+
+
+def cascade_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write how often the period doubles, and by what ratio the steps shrink."""
+    places = cascade_of(dataset)
+    if not places:
+        return None
+    steps = np.abs(np.diff(places))
+    return Answer(
+        f"The period doubles {amount_text(len(places), 'time')}, in ever smaller steps.",
+        f"First at {at_text(dataset, places[0])}; the last step is {format_number(steps[-2] / steps[-1], 3)} times "
+        "smaller than the one before.",
+    )
+
+
+def kinds_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write how many bifurcations of each kind there are."""
+    places = {kind: at for kind, at in places_of(dataset).items() if kind in PLURALS}
+    if not places:
+        return None
+    texts = series(amount_text(at.size, kind, PLURALS[kind]) for kind, at in places.items())
+    return Answer("The motion changes its law at bifurcations.", f"The branches have {texts}.")
+
+
+def velocity_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write the largest impact velocity of the stable points and its place."""
+    velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
+    if not bool((velocity > 0).any()):
+        return None
+    top = velocity.isel({str(k): int(v) for k, v in velocity.argmax(...).items()})
+    axis, over = dataset[followed(dataset)], swept(dataset)
+    point = int(velocity.max("support").argmax("point"))
+    value = float(axis.values[point])
+    beside = over_text(dataset, float(dataset[over][point])) if over else ""
+    is_end = value in (float(axis.min()), float(axis.max()))
+    end = ", at the end of the range" if is_end else ""
+    both = velocity.isel(point=point).values
+    where = (
+        "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"
+    )
+    return Answer(
+        f"Stable motions strike hardest at {at_text(dataset, value)}{beside}{end}.",
+        f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",
+    )

@@ -1,0 +1,153 @@
+"""Lines of branches: their pieces of one stability and one law, and the values of quantities along them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import (
+    ORDINALS,
+    flag_texts,
+    in_brackets,
+    orbit_texts,
+    parameter_names,
+    symbol_of,
+)
+from vibropipe.words.vocabulary import quantity
+
+SHORT_TEXT = {
+    "impact_velocity_max": "largest velocity before impact",
+    "support_force_max": "largest force",
+    "support_depth_max": "largest depth",
+    "contact_duration_max": "longest contact",
+    "impacts_per_period": "impacts per period",
+}
+SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
+
+
+class Panel(NamedTuple):
+    """A panel: its label, and the values of each line, (points, lines); `backbone` is the line of the free motion."""
+
+    label: str
+    values: np.ndarray
+    backbone: np.ndarray | None = None
+
+
+class Piece(NamedTuple):
+    """Consecutive points of a branch of one stability and one law of motion."""
+
+    points: slice
+    law: str
+    is_stable: bool
+    value: float
+
+
+def followed(dataset: xr.Dataset) -> str:
+    """Return the parameter along which the branches were followed."""
+    return str(dataset.attrs["follow"]).split()[0]
+
+
+def swept(dataset: xr.Dataset) -> str | None:
+    """Return the further parameter with several values, or None."""
+    along = followed(dataset)
+    names = (name for name in parameter_names(dataset) if dataset[name].dims == ("point",))
+    return next((name for name in names if name != along), None)
+
+
+def panels_of(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> list[Panel]:
+    """Return the panels of the quantities to show, of harmonics the first, without supports that are not struck."""
+    panels: list[Panel] = []
+    for name in show:
+        entry, array = quantity(name), dataset[name]
+        if name == "impact_velocity":
+            text = in_brackets("velocity of each impact", array)
+            panels.append(Panel(text, velocities_of(dataset)))
+        elif "harmonic" in entry.dims:
+            free = free_values(backbone, name, harmonic=1)
+            values = array.sel(harmonic=1).values[:, None]
+            text = in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array)
+            panels.append(Panel(text, values, free))
+        elif "support" in entry.dims:
+            text = SHORT_TEXT.get(name, entry.long_name)
+            supports = dataset["support"].values.tolist()
+            are_alike = both_alike(dataset, array)
+            for support in supports[:1] if are_alike else supports:
+                values = array.sel(support=support).values[:, None]
+                if np.isfinite(values).any():
+                    free = free_values(backbone, name, support=support)
+                    who = "each support" if are_alike else f"support {support}"
+                    panels.append(Panel(in_brackets(f"{text}, {who}", array), values, free))
+        else:
+            free = free_values(backbone, name)
+            text = in_brackets(f"{entry.long_name} {symbol_of(array)}", array)
+            panels.append(Panel(text, array.values[:, None], free))
+    return panels
+
+
+def both_alike(dataset: xr.Dataset, array: xr.DataArray) -> bool:
+    """Return whether the lines of both supports are the same, those of mirror images taken together."""
+    along, over = dataset[followed(dataset)].values, swept(dataset)
+    beside = dataset[over].values if over else np.zeros(along.size)
+    # points of mirror images differ by rounding
+    along = np.round(along / np.ptp(along), 8)
+    first, second = (array.sel(support=support).values for support in (1, 2))
+    orders = [np.lexsort([values, along, beside]) for values in (first, second)]
+    return bool(
+        np.allclose(
+            first[orders[0]], second[orders[1]], rtol=SAME_VALUES, atol=1e-12, equal_nan=True
+        )
+        and np.allclose(along[orders[0]], along[orders[1]], rtol=SAME_VALUES, atol=0.0)
+    )
+
+
+def free_values(backbone: xr.Dataset | None, name: str, **index: int) -> np.ndarray | None:
+    """Return a quantity of the free motion over its amplitude; None without a backbone that has it."""
+    if backbone is None or name not in backbone:
+        return None
+    return np.asarray(backbone[name].sel(index).values)
+
+
+def velocities_of(dataset: xr.Dataset) -> np.ndarray:
+    """Return the velocity of each impact of each point, NaN beyond the last: (points, impacts).
+
+    Whichever impact comes first in an orbit, a column follows one impact along a branch while their number is the same.
+    """
+    sizes, branches = dataset["row_size"].values, dataset["branch_id"].values
+    velocities = np.full((sizes.size, max(int(sizes.max(initial=0)), 1)), np.nan)
+    velocities[np.arange(velocities.shape[1]) < sizes[:, None]] = np.abs(dataset["impact_velocity"])
+    follows = (np.diff(branches, prepend=-1) == 0) & (np.diff(sizes, prepend=-1) == 0)
+    for point in np.flatnonzero(follows & (sizes > 0)):
+        own, before = velocities[point, : sizes[point]], velocities[point - 1, : sizes[point]]
+        expected = before
+        if follows[point - 1]:  # tells two lines apart where they cross
+            expected = 2.0 * before - velocities[point - 2, : sizes[point]]
+        turned = np.stack([np.roll(own, shift) for shift in range(own.size)])
+        own[:] = turned[np.abs(turned - expected).sum(axis=1).argmin()]
+    return velocities
+
+
+def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
+    """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
+    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    laws, over = orbit_texts(dataset, "point"), swept(dataset)
+    values = dataset[over].values if over else np.zeros(branches.size)
+    keys = list(zip(branches, stable, laws, strict=True))
+    cuts = [0, *(n + 1 for n in range(len(keys) - 1) if keys[n] != keys[n + 1]), len(keys)]
+    for start, stop in pairwise(cuts):
+        joined = stop < len(keys) and branches[stop] == branches[start]
+        yield Piece(
+            slice(start, stop + joined), laws[start], bool(stable[start]), float(values[start])
+        )
+
+
+def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return the mask of each kind of bifurcation that occurs."""
+    codes = dataset["bifurcation_kind"].values
+    masks = {name: codes == code for code, name in flag_texts("bifurcation_kind").items()}
+    return {name: mask for name, mask in masks.items() if mask.any()}

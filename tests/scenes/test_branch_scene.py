@@ -126,7 +126,8 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
     first, last = inwards(grazing_frequency(0.5), fold)
     assert together.rest == (
-        f"Among those followed here, at least two are stable from ν = {first} to {last} at the largest f, and elsewhere."
+        f"Among those followed here, at least two are stable from ν = {first} to {last} at the largest f, and "
+        "elsewhere."
     )
     assert jumps.lead == "A motion that is followed jumps at four places."
     assert jumps.rest == (

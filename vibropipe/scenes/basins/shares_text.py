@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import outwards
+from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
 from vibropipe.figures.motion_words import amount_text
-from vibropipe.figures.text import format_number, in_brackets, sentences
+from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import Answer
 from vibropipe.report.table import DASH, Table
@@ -84,7 +86,11 @@ def together_answer(dataset: xr.Dataset) -> Answer:
     symbol, ranges = symbol_text(axis), together_ranges(dataset)
     if not ranges:
         return Answer(f"At no value of {symbol} do the starts settle on two motions.")
-    places = [_place(axis, border) for border in ranges[0]]
+    # rounded inwards, so that what is told holds within
+    places = [
+        _place(axis, border, rounded)
+        for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
+    ]
     texts = [f"{way} {place}" for way, place in zip(("from", "to"), places, strict=True) if place]
     where = " ".join(texts) or f"at all values of {symbol}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
@@ -125,12 +131,12 @@ def _border(places: np.ndarray, values: np.ndarray, inner: int, outer: int) -> t
     return float(values[inner]), float(values[outer])
 
 
-def _place(axis: xr.DataArray, border: Border) -> str:
+def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], str]) -> str:
     """Write a border that is located, or the value inside it; empty at an end of the range."""
     if border is None:
         return ""
     least = "" if len(border) == 1 else "at least "
-    return f"{least}{symbol_text(axis)} = {value_text(axis, border[0])}"
+    return f"{least}{symbol_text(axis)} = {with_units(axis, rounded(border[0], DIGITS))}"
 
 
 def change_answer(dataset: xr.Dataset) -> Answer | None:

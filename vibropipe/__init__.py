@@ -29,6 +29,7 @@ _FACE = {
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "table": "vibropipe.store",
+    "plot": "vibropipe.jobs.plot",
     "to_physical": "vibropipe.solve.physical",
 }
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "one_sided_orbit",
     "one_sided_orbit_boundaries",
     "open_study",
+    "plot",
     "simulate",
     "steady_state",
     "sweep",
@@ -61,6 +63,7 @@ __version__: str  # as installed; pyproject.toml states it
 if TYPE_CHECKING:
     from typing import Any
 
+    from vibropipe.jobs.plot import plot
     from vibropipe.physics.exciter import Exciter, ParameterError
     from vibropipe.solve.attractors import attractors
     from vibropipe.solve.basins import basins

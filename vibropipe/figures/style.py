@@ -152,6 +152,20 @@ def house_style() -> Iterator[None]:
             _mathtext.SHRINK_FACTOR = usual
 
 
+class HouseFigure(Figure):
+    """A figure that is drawn and saved in the house style wherever that happens."""
+
+    def draw(self, renderer: Any) -> None:
+        """Draw the figure."""
+        with house_style():
+            super().draw(renderer)
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Write the figure into a file."""
+        with house_style():
+            super().savefig(fname, **options)
+
+
 def new_figure(height_cm: float) -> Figure:
     """Return an empty figure of the printed width with constrained layout."""
     size = PRINT_WIDTH_CM / CM_PER_INCH, height_cm / CM_PER_INCH

@@ -154,6 +154,9 @@ class Kind:
         Whether its data are times; such a scene runs alone on all cores.
     packages : tuple of str
         Further packages that its data depend on, for the provenance.
+    holds : callable
+        Takes a dataset that does not say of which kind it is, such as one made in Python; returns whether it is of
+        this kind (default: of none).
     """
 
     package: str
@@ -166,6 +169,7 @@ class Kind:
     can_be_cut: bool = False
     is_timed: bool = False
     packages: tuple[str, ...] = ()
+    holds: Callable[[xr.Dataset], bool] = lambda dataset: False
 
     @property
     def name(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from vibropipe.scenes import (
     accuracy,
@@ -20,6 +21,9 @@ from vibropipe.scenes import (
 )
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _KINDS = {
     kind.name: kind
@@ -47,6 +51,12 @@ def kinds() -> dict[str, Kind]:
 def kind_of(scene: BaseScene) -> Kind:
     """Return the kind of a scene."""
     return _KINDS[scene.kind]
+
+
+def kind_of_dataset(dataset: xr.Dataset) -> Kind | None:
+    """Return the kind of a dataset: the one that it states, else by what it holds; None if it is of none."""
+    named = _KINDS.get(str(dataset.attrs.get("kind", "")))
+    return named or next((kind for kind in _KINDS.values() if kind.holds(dataset)), None)
 
 
 @contextmanager

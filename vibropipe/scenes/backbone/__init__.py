@@ -3,4 +3,10 @@
 from vibropipe.scenes.backbone.keys import CHECKS, BackboneScene
 from vibropipe.scenes.kind import Kind
 
-KIND = Kind(__name__, BackboneScene, CHECKS, unit="points")
+KIND = Kind(
+    __name__,
+    BackboneScene,
+    CHECKS,
+    unit="points",
+    holds=lambda data: "eigenfrequency" in data or "velocity_over_l" in data,
+)

@@ -17,6 +17,7 @@ PICTURES = (
         "backbone",
         draw_backbone,
         lambda dataset, show: describe_backbone(dataset),
+        lambda dataset: "velocity_over_l" in dataset,
         keywords=showing,
     ),
 )

@@ -4,4 +4,11 @@ from vibropipe.scenes.branch.keys import CHECKS, BranchScene
 from vibropipe.scenes.keys.checks import check_backbone
 from vibropipe.scenes.kind import Kind
 
-KIND = Kind(__name__, BranchScene, CHECKS, unit="branches", check_among=check_backbone)
+KIND = Kind(
+    __name__,
+    BranchScene,
+    CHECKS,
+    unit="branches",
+    check_among=check_backbone,
+    holds=lambda data: "branch_id" in data,
+)

@@ -12,7 +12,7 @@ from vibropipe.scenes.kind import Picture
 
 PICTURES = (
     Picture("front", draw_front, describe_front, is_front),
-    Picture("designs", draw_designs, describe_designs),
+    Picture("designs", draw_designs, describe_designs, lambda data: "vary" in data.attrs),
     Picture("tornado", draw_tornado, describe_tornado),
     Picture("sensitivities", draw_sensitivities, describe_sensitivities),
 )

@@ -3,4 +3,6 @@
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.motion.keys import CHECKS, MotionScene
 
-KIND = Kind(__name__, MotionScene, CHECKS, unit="periods")
+KIND = Kind(
+    __name__, MotionScene, CHECKS, unit="periods", holds=lambda data: "displacement_end" in data
+)

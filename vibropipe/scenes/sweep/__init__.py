@@ -1,7 +1,34 @@
 """Steady states over all combinations of swept parameters."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from vibropipe.scenes.keys.checks import check_backbone
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.sweep.keys import CHECKS, SweepScene
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 
-KIND = Kind(__name__, SweepScene, CHECKS, unit="rows", check_among=check_backbone, can_be_cut=True)
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Dimensions of the rows of a sweep.
+GRIDS = {*PARAMETERS, *PHYSICAL, *STARTS, "direction"}
+
+
+def holds(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset has steady states over a grid of parameters or starts, or a single one."""
+    has_rows = "regime" in dataset and "displacement_strobe" in dataset
+    is_spread = "law_change_share" in dataset  # of one design
+    return has_rows and not is_spread and {*dataset["regime"].dims} <= GRIDS
+
+
+KIND = Kind(
+    __name__,
+    SweepScene,
+    CHECKS,
+    unit="rows",
+    check_among=check_backbone,
+    can_be_cut=True,
+    holds=holds,
+)

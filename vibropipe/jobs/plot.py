@@ -1,0 +1,242 @@
+"""The picture that a study would draw of a dataset, as a figure of matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+from pydantic import ValidationError
+
+from vibropipe.figures.units import display_units
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.keys.parts import FigureOptions
+from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean
+from vibropipe.scenes.kind import Kind, Picture
+from vibropipe.scenes.registry import kind_of_dataset, kinds
+from vibropipe.store import load
+from vibropipe.study import study_of_text
+from vibropipe.study.pydantic_errors import problem_of
+from vibropipe.words.vocabulary import VOCABULARY, held_name
+from vibropipe.words.wording import series
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    Source = xr.Dataset | xr.DataTree | str | PathLike[str]
+
+SHOWN = "shown"  # the dataset among others, where it has no name
+
+
+def plot(
+    dataset: Source | Sequence[Source] | Mapping[str, Source],
+    picture: str | None = None,
+    **options: Any,
+) -> Figure:
+    """Draw the picture that a study would draw of a dataset.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset, xarray.DataTree, path, or several of them
+        Any dataset of this package, in SI or not, a scene of what `open_study` returns, or a file of results. Several
+        motions, or several sweeps of one parameter and branches along it, in a list or by name, are drawn over one
+        another.
+    picture : str, optional
+        The name of a picture in the key `figure` of a study (default: the one that the study of the dataset chooses,
+        else the first that fits it).
+    **options
+        Options of the key `figure` of a scene of this kind, such as `show=["displacement_mean"]`. Where a study names
+        another scene, as in `backbone`, a dataset or a path takes its place.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        16 or 7.75 cm wide, in units for display. `savefig` writes it as in a report.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such picture or option, the picture does not fit the dataset, or datasets cannot be drawn over
+        one another; the message lists what can.
+    StoreError
+        If a file is missing or damaged.
+
+    Examples
+    --------
+    >>> import vibropipe as vp
+    >>> exciter = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, R1=0.7, R2=0.7)
+    >>> figure = vp.plot(vp.simulate(exciter, tau_end=30))
+    """
+    from vibropipe.figures.style import HouseFigure, house_style
+
+    if isinstance(dataset, Mapping) and not hasattr(dataset, "dims"):
+        return _overlay(dict(dataset), picture, options)
+    if isinstance(dataset, Sequence) and not isinstance(dataset, str):
+        return _overlay(dict(enumerate(dataset, 1)), picture, options)
+    data = opened(dataset)
+    kind = kind_of_data(data)
+    data = with_a_grid(data)
+    choice, others = _options(kind, data, dataset, picture, options)
+    shown = display_units({**others, SHOWN: data})
+    chosen = _picture(kind, shown[SHOWN], choice.chosen(), picture)
+    with house_style():
+        figure = chosen.draw(shown[SHOWN], choice, shown)
+    figure.__class__ = HouseFigure
+    return figure
+
+
+def opened(dataset: Any) -> xr.Dataset:
+    """Return a dataset from itself, a node of a tree, or a file."""
+    import xarray as xr
+
+    if isinstance(dataset, str | PathLike):
+        return load(dataset)
+    if isinstance(dataset, xr.DataTree):
+        if dataset.children and not dataset.data_vars:
+            must = f"must be a scene of a study ({', '.join(dataset.children)})"
+            raise ParameterError("dataset", dataset, must=must, got="the whole study")
+        return dataset.to_dataset()
+    if not isinstance(dataset, xr.Dataset):
+        allowed = "an xarray.Dataset, a scene of open_study or a path"
+        raise ParameterError("dataset", dataset, allowed, got=type(dataset).__name__)
+    return dataset
+
+
+def kind_of_data(data: xr.Dataset) -> Kind:
+    """Return the kind of scenes that draws a dataset, or raise a ParameterError."""
+    kind = kind_of_dataset(data)
+    if kind is None:
+        must = f"must be what a scene of a study holds ({series(kinds())})"
+        held = series(map(str, [*data.data_vars][:4])) or "nothing"
+        raise ParameterError("dataset", data, must=must, got=f"a dataset of {held}")
+    return kind
+
+
+def with_a_grid(data: xr.Dataset) -> xr.Dataset:
+    """Return one steady state as a sweep of one row, that of `tolerance` as one design; any other as it is."""
+    if "law_change_share" in data and "design" not in data.dims:
+        return data.expand_dims("design")
+    is_row = "regime" in data and not data["regime"].dims and "displacement_end" not in data
+    if not is_row or not {"nu", "omega"} & {*data.coords}:
+        return data
+    name = "omega" if "omega" in data.coords else "nu"
+    lists = [each for each in data.variables if "impact" in data[each].dims]
+    return data.drop_vars(lists).expand_dims(name)
+
+
+def _options(
+    kind: Kind, data: xr.Dataset, source: Any, picture: str | None, given: Mapping[str, Any]
+) -> tuple[FigureOptions, dict[str, xr.Dataset]]:
+    """Return the options of the pictures, and the datasets of other scenes that they name."""
+    model: Any = kind.keys.model_fields["figure"].annotation
+    own = {} if picture is not None else _options_of_study(data)
+    others: dict[str, xr.Dataset] = {}
+    values = {**own, **given}
+    for name, value in given.items():
+        if name in model.model_fields and not isinstance(value, list | tuple | str | None):
+            values[name], others[name] = name, opened(value)
+        elif isinstance(value, PathLike | str) and str(value).endswith(".nc"):
+            values[name], others[name] = name, load(value)
+    if picture is not None and "pictures" in model.model_fields:
+        names = [each.name for each in kind.pictures]
+        if picture not in names:
+            raise _unknown(picture, [p.name for p in kind.pictures if p.fits(data)])
+        values["pictures"] = [picture]
+    try:
+        options: FigureOptions = model.model_validate(values)
+    except ValidationError as error:
+        raise _refused(problem_of(error.errors(include_url=False)[0], model)) from None
+    _check_shown(data, model, getattr(options, "show", ()))
+    for name in options.shown_scenes():
+        if name not in others:
+            others[name] = _beside(source, name)
+    return options, others
+
+
+def _options_of_study(data: xr.Dataset) -> dict[str, Any]:
+    """Return the options that the study of a dataset has for its scene; none of a dataset made in Python."""
+    study_name, _, scene = str(data.attrs.get("title", "")).partition(": ")
+    if "study" not in data.attrs or not scene:
+        return {}
+    try:
+        figure = study_of_text(str(data.attrs["study"]), study_name).scene(scene).figure
+    except StudyError:  # written for another version
+        return {}
+    return dict(figure.model_dump(exclude_unset=True))
+
+
+def _beside(source: Any, name: str) -> xr.Dataset:
+    """Return the dataset of another scene of the study from which a dataset comes."""
+    import xarray as xr
+
+    if isinstance(source, xr.DataTree) and source.parent is not None and name in source.parent:
+        return source.parent[name].to_dataset()
+    if (
+        isinstance(source, str | PathLike)
+        and (path := Path(source).with_name(f"{name}.nc")).exists()
+    ):
+        return load(path)
+    must = f"must be a dataset or a path, since {name!r} is a scene that is not known here"
+    raise ParameterError("options", name, must=must, got="")
+
+
+def _refused(problem: Problem) -> ParameterError:
+    """Return a fault of an option as the error of an argument."""
+    name = str(problem.path[0]) if problem.path else "options"
+    must = problem.must or f"must be {problem.allowed}"
+    must += f" ({problem.hint})" if problem.hint and not problem.found else ""
+    got = f"{problem.found} ({problem.hint})" if problem.found and problem.hint else problem.found
+    return ParameterError(name, problem.found, must=must, got=got)
+
+
+def _check_shown(data: xr.Dataset, model: Any, show: Sequence[str]) -> None:
+    """Raise a ParameterError for a quantity to show that the dataset does not hold."""
+    for name in show:
+        is_derived = name not in VOCABULARY or name == "impacts_per_period"
+        if not is_derived and held_name(data.variables, name) not in data.variables:
+            shown = get_args(get_args(model.model_fields["show"].annotation)[0])
+            held = [str(each) for each in data.data_vars if each in shown]
+            must = f"must name quantities that the dataset holds ({series(held)})"
+            raise ParameterError("show", show, must=must, got=repr(name))
+
+
+def _picture(kind: Kind, data: xr.Dataset, chosen: Sequence[str], picture: str | None) -> Picture:
+    """Return the picture that is drawn: the one that is named, that the study chooses, or the first that fits."""
+    fitting = [each for each in kind.pictures if each.fits(data)]
+    wanted = picture if picture is not None else next(iter(chosen), None)
+    if wanted is None and fitting:
+        return fitting[0]
+    found = next((each for each in fitting if each.name == wanted), None)
+    if found is None:
+        raise _unknown(wanted, [each.name for each in fitting])
+    return found
+
+
+def _unknown(picture: str | None, fitting: Sequence[str]) -> ParameterError:
+    must = f"must be a picture that fits the dataset ({series(fitting) or 'there is none'})"
+    hint = did_you_mean(picture, fitting)
+    got = f"{picture!r} ({hint})" if hint else repr(picture)
+    return ParameterError("picture", picture, must=must, got=got)
+
+
+def _overlay(
+    sources: Mapping[Any, Source], picture: str | None, options: Mapping[str, Any]
+) -> Figure:
+    """Draw datasets over one another."""
+    from vibropipe.figures.style import HouseFigure, house_style
+    from vibropipe.scenes.overlay import draw_overlay
+
+    if not sources:
+        raise ParameterError("dataset", sources, "at least one dataset", got="none")
+    if picture is not None or options.keys() - {"show"}:
+        name = "picture" if picture is not None else next(iter(options.keys() - {"show"}))
+        must = "must be left out where datasets are drawn over one another: only show is taken"
+        raise ParameterError(name, picture, must=must, got="")
+    datasets = {key: with_a_grid(opened(source)) for key, source in sources.items()}
+    names = [kind_of_data(data).name for data in datasets.values()]
+    with house_style():
+        figure = draw_overlay(display_units(datasets), names, tuple(options.get("show", ())))
+    figure.__class__ = HouseFigure
+    return figure

@@ -28,6 +28,7 @@ from vibropipe.words.wording import count, series
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
+MAX_LEAD = 110  # letters of what is bold
 DIGITS = 3
 OF_LINES = (
     "regime",
@@ -206,14 +207,18 @@ def moves_answer(dataset: xr.Dataset) -> Answer:
     by_code = {region.code: region for region in regions}
     turns = [by_code[code] for code, _ in groupby(codes.sortby(axis).values.ravel().tolist())]
     symbol = symbol_text(dataset[axis])
+    if codes.size == 1:
+        where = point_text(codes.squeeze(), dataset["regime"].dims)
+        return Answer(f"The mass {regions[0].does} at {where}.")
     if len(regions) == 1:
         return Answer(f"The mass {regions[0].does} in all rows along {symbol}.")
     (_, line), *others = lines_of(dataset)
     border = border_text(line, axis, is_followed(dataset))
-    if others or len(turns) > MAX_RUNS:
+    lead = f"With rising {symbol} the mass {turns_text(turns)}."
+    if others or len(turns) > MAX_RUNS or len(lead) > MAX_LEAD:
         found = impacts_answer(dataset)
         return found if others or " between " in found.lead else Answer(found.lead, border)
-    return Answer(f"With rising {symbol} the mass {turns_text(turns)}.", border)
+    return Answer(lead, border)
 
 
 def turns_text(turns: list[Region]) -> str:

@@ -1,6 +1,6 @@
 """Bifurcation diagram of a sweep: every impact, or every state at the section, against a swept parameter.
 
-Periodic rows show as many points as their orbit has, aperiodic rows a band.
+Periodic rows show as many points as their orbit has, aperiodic rows a band. Beneath them is the Lyapunov exponent.
 """
 
 from __future__ import annotations
@@ -14,41 +14,32 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.map_shapes import scale_of
+from vibropipe.figures.canvas import panel, zero_line
+from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
-from vibropipe.figures.style import (
-    SUPPORT_COLOURS,
-    legend,
-    write_centred,
-)
-from vibropipe.figures.text import (
-    axis_label,
-    in_brackets,
-    parameter_line,
-    plain_symbol,
-    sentences,
-    symbol_of,
-)
+from vibropipe.figures.style import write_centred
+from vibropipe.figures.text import plain_symbol_of, sentences
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
     follow_text,
     left_out_text,
     unresolved_text,
 )
+from vibropipe.scenes.sweep.curves import (
+    LEGEND_COLUMNS,
+    LEGEND_LINE,
+    add_legend,
+    draw_bars,
+    finish,
+    legend_patches,
+)
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
-from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, columns_of, fitting_panels, lay_out
-from vibropipe.scenes.sweep.quantities import (
-    LABEL_WIDTH,
-    Panel,
-    Series,
-    abscissa_label,
-    axis_and_others,
-)
-from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, Spot, fitting_panels, lay_out, spot_axes
+from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series
 
 Floats = NDArray[np.float64]
 DEFAULT_SHOW = ("impact_velocity", "poincare_displacement", "displacement_strobe")
@@ -68,34 +59,17 @@ def fits_bifurcation(dataset: xr.Dataset) -> bool:
 
 
 def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
-    """Return the panels: impacts on each support, then states at the section."""
+    """Return the panels: impacts on each support, then states at the section, then the Lyapunov exponent."""
     wanted = [name for name in show if name in IN_DIAGRAM]
     if not wanted:
         section = "displacement_strobe" if "poincare_displacement" not in dataset else ""
-        wanted = [name for name in (*DEFAULT_SHOW[:2], section) if name in dataset]
-    panels = []
+        wanted = [*DEFAULT_SHOW[:2], section, "lyapunov_exponent"]
+    panels: list[Panel] = []
     for name in dict.fromkeys(name for name in wanted if name in dataset):
-        text = axis_label(dataset[name], width=LABEL_WIDTH)
-        if name != "impact_velocity":
-            panels.append(
-                Panel(
-                    text,
-                    (Series(name),),
-                    in_brackets(symbol_of(dataset[name]), dataset[name]),
-                )
-            )
-            continue
-        for support in (1, 2):
-            own = dataset[name].copy(deep=False)
-            own.attrs = {**own.attrs, "long_name": f"impact velocity, support {support}",
-                         "symbol": r"$|\dot{x}^-|$"}  # fmt: skip
-            panels.append(
-                Panel(
-                    axis_label(own, width=LABEL_WIDTH),
-                    (Series(name, "support", support - 1),),
-                    f"{in_brackets(symbol_of(own), own)}\nsupport {support}",
-                )
-            )
+        if name == "impact_velocity":
+            panels += [Panel((Series(name, "support", n),)) for n in (0, 1)]
+        else:
+            panels.append(Panel((Series(name),)))
     return panels
 
 
@@ -112,6 +86,12 @@ def points_of(dataset: xr.Dataset, panel: Panel) -> Points:
     return Points(row, values[row, column])
 
 
+def diagram_dims(dataset: xr.Dataset) -> tuple[str, list[str]]:
+    """Return the abscissa, and the parameters of which each combination of values has its own diagram."""
+    along, others = axis_and_others(dataset)
+    return along, [*others, DIRECTION] if DIRECTION in dataset["regime"].dims else others
+
+
 def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw a bifurcation diagram over the parameter with the finest grid.
 
@@ -122,78 +102,98 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         in which rows were followed, has its own diagrams; of many, MAX_MULTIPLES are drawn.
     show : collection of str
         Quantities among `impact_velocity`, `poincare_displacement`, `poincare_velocity`, `displacement_strobe` and
-        `lyapunov_exponent` (default: impacts, and displacement at the section).
+        `lyapunov_exponent` (default: impacts, displacement at the section, and the exponent).
     """
-    along, others = axis_and_others(dataset)
-    dims = [*others, DIRECTION] if DIRECTION in dataset["regime"].dims else others
-    panels = diagram_panels(dataset, show)
-    points = {panel: points_of(dataset, panel) for panel in panels}
-    index = xr.DataArray(
-        np.arange(dataset["regime"].size).reshape(dataset["regime"].shape),
-        dims=dataset["regime"].dims,
-    )
-    names = ("regime", along, *(name for name in dims if name in dataset.coords))
-    rows = columns_of(dataset[list(names)].assign(index=index), dims, panels, fold=False)
-    figure, spots = lay_out(rows, 1)
+    along, dims = diagram_dims(dataset)
+    panels = fitting_panels(dataset, dims, diagram_panels(dataset, show))
+    points = {each: points_of(dataset, each) for each in panels}
+    index = np.arange(dataset["regime"].size).reshape(dataset["regime"].shape)
+    rows = dataset[["regime", along, *(name for name in dims if name in dataset.coords)]]
+    rows = rows.assign(index=(dataset["regime"].dims, index)).sortby(along)
+    legend = legend_patches(dataset)
+    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
+    layout = lay_out(rows, dims, panels, 1, True, below)
     first: dict[Panel, Axes] = {}
-    for row, row_spots in zip(rows, spots, strict=True):
-        for number, (column, own) in enumerate(zip(row, row_spots, strict=True)):
-            part = column.part.sortby(along)
-            x_of = np.full(dataset["regime"].size, np.nan)
-            x_of[part["index"].values] = part[along].values
-            axes: list[Axes] = []
-            for panel, spot in zip(column.panels, own.panels, strict=True):
-                ax = figure.add_subplot(spot, sharey=first.get(panel))
-                first.setdefault(panel, ax)
-                axes.append(ax)
-                draw_diagram(ax, points[panel], x_of, panel)
-                ax.set_ylabel(panel.fitted(own.height_cm) if number == 0 else "")
-                ax.tick_params(labelbottom=False, labelleft=number == 0)
-            axes[0].set_title(column.title)
-            bottom = figure.add_subplot(own.strip)
-            strip = [Strip("", part)]
-            bottom.set_xscale(scale_of(part[along].values))
-            draw_strips(bottom, strip, along, "regime" if number == 0 else "", own.width_cm)
-            for ax in axes:
-                ax.set_xscale(scale_of(part[along].values))
-                ax.set_xlim(bottom.get_xlim())
-            bottom.set_xlabel(abscissa_label(dataset[along], own.width_cm))
-            figure.align_ylabels(axes)
-    figure.suptitle(parameter_line(dataset))
-    legend(figure, regime_patches(dataset), "lower")
-    return figure
+    drawn: list[tuple[Spot, Axes]] = []
+    for spot, letter in zip(
+        layout.spots, "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyz", strict=False
+    ):
+        ax = spot_axes(layout.figure, spot, along, first.get(spot.panel))
+        first.setdefault(spot.panel, ax)
+        drawn.append((spot, ax))
+        ax.tick_params(labelleft=not spot.is_inner)
+        x_of = np.full(dataset["regime"].size, np.nan)
+        x_of[spot.part["index"].values] = spot.part[along].values
+        draw_diagram(ax, points[spot.panel], x_of, spot.panel)
+        words = title_of(dataset, spot.panel, spot.width)
+        two = spot.title and len(panels) > 1
+        panel(
+            ax,
+            letter if len(layout.spots) > 1 and not spot.title else "",
+            spot.title or words,
+            words if two else "",
+            indent=-0.5,
+        )
+    finish(layout, drawn, draw_bars(layout, rows, along, None), dataset, along)
+    add_legend(layout.figure, legend, below)
+    return layout.figure
+
+
+def title_of(dataset: xr.Dataset, panel: Panel, width: float) -> str:
+    """Return the title of a panel; impacts have no dimension of supports, but one of impacts."""
+    own = panel.series[0]
+    if own.name != "impact_velocity":
+        return panel.title(dataset, width)
+    words = Panel((Series(own.name),)).title(dataset, max(2.0, width - 1.5))
+    return f"{words}, support {(own.position or 0) + 1}"
 
 
 def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
     """Draw the points whose rows are drawn, at the abscissae of their rows."""
     x = x_of[points.row]
     kept = np.isfinite(x)
+    series = panel.series[0]
+    is_impact = series.name == "impact_velocity"
+    if series.name in WITH_ZERO_LINE:
+        zero_line(ax)
     if not kept.any():
-        series = panel.series[0]
-        is_impact = series.name == "impact_velocity"
         write_centred(
             ax, f"Support {(series.position or 0) + 1} is not struck" if is_impact else "No values"
         )
         return
-    position = panel.series[0].position
-    colour = "#000000" if position is None else SUPPORT_COLOURS[position + 1]
+    colour = EXACT if series.position is None else SUPPORT_COLOURS[series.position + 1]
     draw_points(ax, x[kept], points.value[kept], colour)
-    if panel.series[0].name == "impact_velocity":
+    if is_impact:
         # Of all columns, which share the ordinate.
         ax.set_ylim(0.0, 1.05 * float(points.value.max()))
 
 
+def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return after how many forcing periods the motions repeat, if each row has an orbit or is aperiodic."""
+    regime = dataset["regime"]
+    if bool((regime > Regime.APERIODIC).any()) or "period_multiple" not in dataset:
+        return ""
+    longest = int(dataset["period_multiple"].where(regime < Regime.APERIODIC, 0).max())
+    has_chaos = bool((regime == Regime.APERIODIC).any())
+    if longest == 0:
+        return "No motion repeats itself"
+    within = (
+        "in each forcing period"
+        if longest == 1
+        else f"after up to {count(longest, 'forcing period')}"
+    )
+    return f"The motion repeats itself {within}{', or not at all' if has_chaos else ''}"
+
+
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of a bifurcation diagram: what is drawn, and the numbers of rows by period multiple."""
-    along, others = axis_and_others(dataset)
-    dims = [*others, DIRECTION] if DIRECTION in dataset["regime"].dims else others
+    along, dims = diagram_dims(dataset)
     wanted = diagram_panels(dataset, show)
-    panels = fitting_panels(dataset, dims, wanted)
-    names = [panel.series[0].name for panel in panels]
+    names = [panel.series[0].name for panel in fitting_panels(dataset, dims, wanted)]
     impacts = "the velocity of each impact of a row" if "impact_velocity" in names else ""
     at_section = any(name not in ("impact_velocity", "lyapunov_exponent") for name in names)
     section = "its states at the section, once per forcing period" if at_section else ""
-    exponent = "its Lyapunov exponent" if "lyapunov_exponent" in names else ""
+    exponent = "its largest Lyapunov exponent" if "lyapunov_exponent" in names else ""
     aperiodic = int((dataset["regime"] == Regime.APERIODIC).sum())
     strobe = (
         ", of which an orbit of m > 1 periods has one drawn"
@@ -202,7 +202,7 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     )
     drawn = series(filter(None, [impacts, section + strobe, exponent]))
     return sentences(
-        f"Bifurcation diagram over {plain_symbol(along)}: {drawn}",
+        f"Bifurcation diagram over {plain_symbol_of(dataset[along])}: {drawn}",
         f"Aperiodic rows ({aperiodic} of {dataset['regime'].size}) show a band"
         if aperiodic and (impacts or section)
         else "",

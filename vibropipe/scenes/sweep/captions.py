@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import (
@@ -14,42 +15,49 @@ from vibropipe.figures.text import (
     reasons_text,
     sentences,
 )
-from vibropipe.scenes.sweep.followed import LEFT_EARLY
+from vibropipe.report.findings import largest, point_text
+from vibropipe.scenes.sweep.followed import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.quantities import (
+    SIGNED,
     Panel,
+    Series,
     axis_and_others,
     combinations,
     directions,
     panels_of,
     row_kinds,
+    series_words,
     with_impacts_per_period,
 )
 from vibropipe.store.stability import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 
-MANY_ORBITS = 4  # orbits that a caption names
+MAX_TITLE = 85  # letters
 
 
 def describe_sweep(
     dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
 ) -> str:
-    """Return the caption of the curves: parameters, largest first harmonic, and rows drawn as marks."""
+    """Return the caption of the curves: parameters, colours, and rows drawn as marks."""
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset)
     lines = series(
         f"{plain_symbol_of(dataset[name])} = {grid_with_units(dataset[name])}" for name in others
     )
-    backbone_text = "Wide grey line: conservative exciter" if backbone is not None else ""
-    wanted = panels_of(dataset, show)
+    wanted = panels_of(dataset, show, joined=not others)
     panels = fitting_panels(dataset, others[1:], wanted)
     quantities = {each.name for panel in panels for each in panel.series}
+    shades = (
+        f"; blue, from light to dark, with {plain_symbol_of(dataset[others[0]])}" if others else ""
+    )
     return sentences(
-        f"Steady states against {plain_symbol(along)}" + (f" for {lines}" if lines else ""),
+        f"Steady states against {plain_symbol_of(dataset[along])}"
+        + (f" for {lines}{shades}" if lines else ""),
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
-        follow_text(dataset, arrows=True),
+        follow_text(dataset, arrows=bool(quantities)),
         "" if quantities else NO_CURVES,
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
@@ -57,8 +65,51 @@ def describe_sweep(
         row_kinds_text(dataset, show),
         aperiodic_text(dataset),
         unresolved_text(dataset),
-        backbone_text,
+        "Wide grey line: free motion without losses" if backbone is not None else "",
     )
+
+
+def sweep_title(
+    dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
+) -> str:
+    """Return what is seen: that the direction of following matters, else where the first quantity is largest."""
+    along, others = axis_and_others(dataset)
+    if differing_rows(dataset, along):
+        return f"Which motion settles depends on the direction in which {plain_symbol_of(dataset[along])} changes"
+    panels = panels_of(with_impacts_per_period(dataset), show, joined=not others)
+    return largest_title(dataset, panels[0].series[0]) if panels else ""
+
+
+def largest_title(dataset: xr.Dataset, own: Series) -> str:
+    """Return at which point an element of a quantity is largest; without a value, or room, only what it is."""
+    values = own.of(with_impacts_per_period(dataset))
+    top = largest(values)
+    words = series_words(dataset, own)
+    plain = f"{words[0].upper()}{words[1:]}"
+    if top is None or not float(top) or dataset["regime"].size == 1:
+        return plain
+    where = point_text(top, dataset["regime"].dims)
+    if own.name == "impact_velocity_max":
+        on = "" if own.position is None else f" on support {own.position + 1}"
+        text = f"Impacts{on} are hardest at {where}"
+    elif own.name == "lyapunov_exponent":
+        text = exponent_title(values.where(dataset["regime"] < Regime.UNBOUNDED))
+    else:
+        subject = plain.removeprefix("Largest ")
+        size = "is largest in size" if own.name in SIGNED else "is largest"
+        text = f"{subject[0].upper()}{subject[1:]} {size} at {where}"
+    return text if len(text) <= MAX_TITLE else plain
+
+
+def exponent_title(exponent: xr.DataArray) -> str:
+    """Return whether rows in which perturbations decay lie between rows in which they grow, along a line."""
+    if exponent.ndim != 1:
+        return ""
+    signs = np.sign(exponent.sortby(str(exponent.dims[0])).values)
+    growing = np.flatnonzero(signs > 0)
+    if growing.size and (signs[growing[0] : growing[-1]] < 0).any():
+        return "Between rows in which perturbations grow lie some in which they decay"
+    return ""
 
 
 def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
@@ -73,24 +124,13 @@ def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
 def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel]) -> str:
     """Write which panels are not drawn, since small multiples have no room for them; empty if all are."""
     left_out = panels[len(fitting_panels(dataset, dims, panels)) :]
-    names = series(panel_text(dataset, panel) for panel in left_out)
+    names = series(series_words(dataset, panel.series[0]) for panel in left_out)
     parameters = series(plain_symbol(name) for name in dims)
     return (
         f"Not drawn, since a page with a column for each {parameters} has no room: {names} (figure.show chooses others)"
         if left_out
         else ""
     )
-
-
-def panel_text(dataset: xr.Dataset, panel: Panel) -> str:
-    """Write what a panel shows in words, with the number of the support, harmonic or the like."""
-    own = panel.series[0]
-    words = str(dataset[own.name].attrs.get("long_name", own.name.replace("_", " ")))
-    if own.dim is None or own.position is None:
-        return words
-    numbers = dataset[own.dim].values if own.dim in dataset.coords else None
-    number = own.position + 1 if numbers is None else int(numbers[own.position])
-    return f"{words} ({own.dim} {number})"
 
 
 def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
@@ -101,7 +141,7 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     ways, follow = directions(dataset), str(dataset.attrs.get("follow", ""))
     along = f" along {plain_symbol(follow.split()[0])}" if follow else ""
     words = " and ".join(f"{way}wards" for way in ways)
-    kept = "; arrows mark where the two differ" if arrows and len(ways) > 1 else ""
+    kept = "; arrows: jumps" if arrows else ""
     if not ways:
         return ""
     return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
@@ -110,7 +150,7 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
 def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Write the numbers of rows that are drawn as marks or not at all."""
     kinds = row_kinds(dataset)
-    drawn = bool(panels_of(dataset, show))
+    drawn = bool(panels_of(dataset, show, joined=True))
     descriptions = [
         ("multiple", "an orbit of m > 1 forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),

@@ -1,7 +1,7 @@
 """A sweep along one parameter: its quantities as lines, the regime of every row in bars below.
 
-The first further swept parameter gives lines, the next ones columns or small multiples. Rows that were followed in
-both directions are drawn in one panel.
+The first further swept parameter gives lines, from light to dark; the next ones columns or small multiples. Rows that
+were followed in both directions are drawn in one panel.
 """
 
 from __future__ import annotations
@@ -13,51 +13,48 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
+from vibropipe.figures.canvas import axes, note, panel, plain_ticks, zero_line
+from vibropipe.figures.line_labels import Named, label_lines
 from vibropipe.figures.map_shapes import scale_of
-from vibropipe.figures.style import (
-    GREY,
-    SMALL_FONT_SIZE,
-    SUPPORT_COLOURS,
-    keep_zero_scale,
-    legend,
-    line_style,
-    write_centred,
-)
+from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
+from vibropipe.figures.style import by_rows, keep_zero_scale, write_centred
 from vibropipe.figures.text import (
+    REGIME_TEXT,
     format_number,
-    frequency,
-    parameter_line,
+    regime_name,
     symbol_of,
+    value_text,
 )
-from vibropipe.scenes.sweep.layout import Column, Spots, columns_of, lay_out
-from vibropipe.scenes.sweep.legends import (
-    BACKBONE_STYLE,
-    direction_handles,
-    line_handles,
-    mark_handles,
-)
-from vibropipe.scenes.sweep.lines import branches_differ, draw_arrows, draw_line, lines_of
+from vibropipe.scenes.sweep.layout import BAR_CM, Layout, Spot, fitting_panels, lay_out, spot_axes
+from vibropipe.scenes.sweep.lines import draw_line, lines_of
 from vibropipe.scenes.sweep.quantities import (
+    COUNTED,
     SIGNED,
     WITH_ZERO_LINE,
     Panel,
     Series,
-    abscissa_label,
     axis_and_others,
-    directions,
+    fitted_label,
     panels_of,
     with_impacts_per_period,
 )
-from vibropipe.scenes.sweep.strips import Strip, draw_strips, regime_patches
-from vibropipe.solve.shown_units import shows_cycles
+from vibropipe.scenes.sweep.strips import Strip, draw_strips
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.contacts import OF_SOFT
 
-HIGH_SHARE, HIGH = (
-    0.99,
-    2.0,
-)  # an axis of impacts ends at this quantile if the largest value is HIGH times as large
+# An axis of impacts ends at this quantile if the largest value is HIGH times as large.
+HIGH_SHARE, HIGH = 0.99, 2.0
+ALIKE: Any = (0, (3, 2))
+BACKBONE: dict[str, Any] = {
+    "color": HAIRLINE,
+    "linewidth": 4.0,
+    "zorder": 1,
+    "solid_capstyle": "butt",
+}
+SHORT_TEXT = 8  # letters of a value that have room for its symbol beside a bar
+LEGEND_LINE, LEGEND_COLUMNS = 0.45, 4  # cm, entries of a line
 
 
 def draw_sweep(
@@ -70,164 +67,166 @@ def draw_sweep(
     dataset : xarray.Dataset
         The sweep.
     show : collection of str
-        Quantities of the panels (default: `quantities.DEFAULT_SHOW`).
+        Quantities of the panels (default: those of `panels_of`).
     backbone : xarray.Dataset, optional
         Backbone over amplitude, drawn under the curves.
     """
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset.sortby(along))
     lines_dim = others[0] if others else None
-    panels = panels_of(dataset, show, joined=lines_dim is None)
-    rows = columns_of(dataset, others[1:], panels, fold=lines_dim is not None)
-    lines = list(lines_of(rows[0][0].part, lines_dim))
-    figure, spots = lay_out(rows, len(lines))
-    shared: dict[Any, Axes] = {}
-    name = "regime" if lines_dim is None else f"regime at\n{symbol_of(dataset[lines_dim])} ="
-    for row, row_spots in zip(rows, spots, strict=True):
-        for number, (column, own) in enumerate(zip(row, row_spots, strict=True)):
-            axes = draw_column(figure, column, own, along, lines_dim, backbone, shared)
-            bottom = axes[-1]
-            strips = [Strip(line.text, line.row) for line in lines_of(column.part, lines_dim)]
-            draw_strips(bottom, strips, along, name if number == 0 else "", own.width_cm)
-            bottom.set_xlabel(abscissa_label(dataset[along], own.width_cm))
-            figure.align_ylabels(axes[:-1])
-            if number > 0 and column.panels == row[0].panels:
-                for ax in axes[:-1]:
-                    ax.tick_params(labelleft=False)
-                    ax.set_ylabel("")
-    used = [panel for panel in panels if panel in shared]
-    scale_ordinates({panel: shared[panel] for panel in used}, dataset)
-    add_legends(figure, dataset, used, along, lines_dim, backbone)
-    return figure
+    panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
+    lines = len(list(lines_of(dataset, lines_dim)))
+    legend = legend_patches(dataset)
+    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1 if legend else 0.0
+    layout = lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
+    first: dict[Panel, Axes] = {}
+    drawn: list[tuple[Spot, Axes]] = []
+    letters = iter("abcdefghijklmnopqrstuvwxyz")
+    for spot in layout.spots:
+        ax = spot_axes(layout.figure, spot, along, first.get(spot.panel))
+        first.setdefault(spot.panel, ax)
+        drawn.append((spot, ax))
+        draw_panel(
+            ax, spot, along, lines_dim, backbone, arrows=len(drawn) == 1 or lines_dim is None
+        )
+        has_letter = len(layout.spots) > 1 and not spot.title
+        ax.tick_params(labelleft=not spot.is_inner)
+        words = spot.panel.title(dataset, spot.width - (1.2 if spot.title else 0.2))
+        panel(ax, next(letters, "") if has_letter else "", words if not spot.title else spot.title,
+              words if spot.title and len(panels) > 1 else "", indent=-0.5)  # fmt: skip
+    scale_ordinates(first, dataset)
+    finish(layout, drawn, draw_bars(layout, dataset, along, lines_dim), dataset, along)
+    if lines_dim is not None and drawn:
+        name_lines(drawn[0], along, lines_dim, backbone)
+    add_legend(layout.figure, legend, below)
+    return layout.figure
 
 
-def draw_column(
-    figure: Figure,
-    column: Column,
-    spots: Spots,
-    along: str,
-    lines_dim: str | None,
-    backbone: xr.Dataset | None,
-    shared: dict[Any, Axes],
-) -> list[Axes]:
-    """Draw the panels of a column and return their axes, with that of the bars at the end."""
-    axes: list[Axes] = []
-    for panel, spot in zip(column.panels, spots.panels, strict=True):
-        ax = figure.add_subplot(spot, sharex=shared.get("x"), sharey=shared.get(panel))
-        shared.setdefault("x", ax)
-        shared.setdefault(panel, ax)
-        axes.append(ax)
-        draw_panel(ax, column.part, panel, along, lines_dim, backbone)
-        ax.tick_params(labelbottom=False)
-        ax.set_ylabel(panel.fitted(spots.height_cm))
-    bottom = figure.add_subplot(spots.strip, sharex=shared.get("x"))
-    shared.setdefault("x", bottom)
-    bottom.set_xscale(scale_of(column.part[along].values))
-    top = axes[0] if axes else bottom
-    top.set_title(column.title)
-    if along == "omega" and axes and not shows_cycles(column.part[along]):
-        hertz = top.secondary_xaxis("top", functions=(to_hertz, from_hertz))
-        hertz.set_xlabel("frequency (Hz)")
-    return [*axes, bottom]
+def draw_bars(layout: Layout, dataset: xr.Dataset, along: str, lines_dim: str | None) -> list[Axes]:
+    """Draw the bars of regimes below each column, with the label of the abscissa."""
+    found = []
+    for bars in layout.bars:
+        strips = [Strip(line.text, line.row) for line in lines_of(bars.part, lines_dim)]
+        if lines_dim is not None and len(strips[0].text) <= SHORT_TEXT:
+            named = f"{symbol_of(dataset[lines_dim])} = {strips[0].text}"
+            strips[0] = Strip(named, strips[0].row)
+        height = BAR_CM * len(strips)
+        ax = axes(layout.figure, bars.left, bars.bottom - height, bars.width, height)
+        ax.set_xscale(scale_of(bars.part[along].values))
+        draw_strips(ax, strips, along, bars.is_first, bars.width)
+        ax.set_xlabel(fitted_label(dataset[along], bars.width))
+        plain_ticks(ax.xaxis, 7 if bars.width > 6.0 else 4)
+        found.append(ax)
+    return found
 
 
-def to_hertz(omega: Any) -> Any:
-    """Convert rad/s to Hz."""
-    return np.asarray(omega) / (2 * np.pi)
-
-
-def from_hertz(hertz: Any) -> Any:
-    """Convert Hz to rad/s."""
-    return np.asarray(hertz) * 2 * np.pi
-
-
-def add_legends(
-    figure: Figure,
+def finish(
+    layout: Layout,
+    drawn: list[tuple[Spot, Axes]],
+    bars: list[Axes],
     dataset: xr.Dataset,
-    panels: list[Panel],
     along: str,
-    lines_dim: str | None,
-    backbone: xr.Dataset | None,
 ) -> None:
-    """Add lines, directions and parameters above, marks and regimes below."""
-    is_under = backbone is not None and along == frequency(dataset) and "eigenfrequency" in backbone
-    above = line_handles(dataset, lines_dim, is_under) if panels else []
-    above += direction_handles(directions(dataset)) if panels else []
-    legend(figure, above, "upper", parameter_line(dataset))
-    marks = mark_handles(dataset) if panels else []
-    legend(figure, [*marks, *regime_patches(dataset)], "lower")
+    """Give panels the abscissa of the bars below them; a panel beside the bars has labels of its own."""
+    lowest = min((spot.bottom for spot, _ in drawn), default=0.0)
+    for spot, ax in drawn:
+        ax.set_xlim(bars[0].get_xlim())
+        plain_ticks(ax.yaxis, 5 if spot.height > 3.0 else 3)
+        plain_ticks(ax.xaxis, 7 if spot.width > 6.0 else 4)
+        is_labelled = (
+            spot.bottom == lowest < layout.bars[0].bottom and spot.left > layout.bars[-1].left
+        )
+        ax.tick_params(labelbottom=is_labelled)
+        if is_labelled:
+            ax.set_xlabel(fitted_label(dataset[along], spot.width))
+
+
+def name_lines(
+    drawn: tuple[Spot, Axes], along: str, lines_dim: str, backbone: xr.Dataset | None
+) -> None:
+    """Write the value of each line on it; of two directions once."""
+    spot, ax = drawn
+    series = spot.panel.series[0]
+    colours = shades(spot.part.sizes[lines_dim])
+    named, others = [], []
+    for line in lines_of(spot.part, lines_dim):
+        x, y = line.row[along].values, series.of(line.row).values
+        if line.direction == "down" and DIRECTION in spot.part["regime"].dims:
+            others.append((x, y))
+            continue
+        text = value_text(spot.part[lines_dim], float(line.row[lines_dim]))
+        text = text if line.position == 0 else text.rpartition(" = ")[2]
+        named.append(Named(x, y, text, colours[line.position]))
+    label_lines(ax, named, [*others, *backbone_curves(spot.panel, along, backbone)])
 
 
 def draw_panel(
     ax: Axes,
-    part: xr.Dataset,
-    panel: Panel,
+    spot: Spot,
     along: str,
     lines_dim: str | None,
     backbone: xr.Dataset | None,
+    arrows: bool,
 ) -> None:
-    """Draw the series of a panel: stable orbits of one forcing period as lines, other rows as marks."""
-    draw_backbone(ax, panel, along, backbone)
-    if panel.series[0].name in WITH_ZERO_LINE:
-        ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
-    both = DIRECTION in part["regime"].dims
-    values = [series.of(part).values for series in panel.series]
+    """Draw the series of a panel; those that share it are named on their lines."""
+    part, series = spot.part, spot.panel.series
+    for x, y in backbone_curves(spot.panel, along, backbone):
+        ax.plot(x, y, **BACKBONE)
+    if series[0].name in WITH_ZERO_LINE | SIGNED:
+        zero_line(ax)
+    values = [each.of(part).values for each in series]
     if not any(np.isfinite(each).any() for each in values):
-        write_centred(ax, empty_text(panel))
-    is_joined = len(panel.series) > 1
-    for number, series in enumerate(panel.series):
+        write_centred(ax, empty_text(spot.panel))
+    colours = shades(part.sizes[lines_dim]) if lines_dim else series_colours(series)
+    named = []
+    for number, each in enumerate(series):
         for line in lines_of(part, lines_dim):
-            style = series_style(series, number) if is_joined else line_style(line.position)
-            label = series.text if is_joined and not np.isnan(values[number]).all() else ""
-            x, y = line.row[along].values, series.of(line.row).values
-            draw_line(ax, x, y, line.row, {**style, "label": label})
-            if line.direction:
-                rows = part if lines_dim is None else part.isel({lines_dim: line.position})
-                differs = branches_differ(series.of(rows)) if both else None
-                draw_arrows(ax, x, y, line, differs, style["color"])
-    if is_joined and ax.get_legend_handles_labels()[0]:
-        by_text = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-        ax.legend(
-            by_text.values(), by_text.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.05),
-            handlelength=2.6, borderaxespad=0.2,
-        )  # fmt: skip
+            colour = colours[line.position if lines_dim else number]
+            x, y = line.row[along].values, each.of(line.row).values
+            # where both supports are struck alike, both lines are seen
+            dashes = ALIKE if lines_dim is None and each.dim == "support" and each.position else "-"
+            draw_line(
+                ax, x, y, line, {"color": colour, "linestyle": dashes}, arrows, each.name in COUNTED
+            )
+            if lines_dim is None and len(series) > 1 and line.direction != "down":
+                named.append(Named(x, y, each.text, colour))
+    if series[0].name not in SIGNED:
+        ax.set_ylim(bottom=0.0)
+    if named:
+        label_lines(ax, named)
 
 
-def series_style(series: Series, number: int) -> dict[str, Any]:
-    """Return colour and dashes of a series in a joined panel; supports have their own colours."""
-    style = line_style(number)
-    if series.dim == "support" and series.position is not None:
-        style["color"] = SUPPORT_COLOURS.get(series.position + 1, style["color"])
-    return style
+def series_colours(series: tuple[Series, ...]) -> list[str]:
+    """Return the colours of series that share a panel: supports have their own, others go from dark to light."""
+    if series[0].dim == "support":
+        return [SUPPORT_COLOURS[(each.position or 0) + 1] for each in series]
+    return shades(len(series), (BLUES[1], BLUES[0])) if len(series) > 1 else [BLUES[1]]
 
 
 def empty_text(panel: Panel) -> str:
     """Return the reason why a panel without finite values is empty."""
-    supports = [series.position for series in panel.series if series.dim == "support"]
-    if panel.series[0].name in ("impact_velocity_max", *OF_SOFT) and supports:
-        return (
-            f"Support {supports[0] + 1} is not struck"
-            if len(supports) == 1 and supports[0] is not None
-            else "No support is struck"
-        )
-    return "No finite values"
+    own = panel.series[0]
+    if own.name not in ("impact_velocity_max", *OF_SOFT) or own.dim != "support":
+        return "No finite values"
+    alone = len(panel.series) == 1 and own.position is not None
+    return f"Support {(own.position or 0) + 1} is not struck" if alone else "No support is struck"
 
 
-def scale_ordinates(axes: dict[Panel, Axes], dataset: xr.Dataset) -> None:
+def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
     """Start the axes of amplitudes at zero, and keep axes of vanishing quantities from being scaled to rounding.
 
     Quantities are compared with the largest of the same units.
     """
-    sizes = {panel: panel_size(dataset, panel) for panel in axes}
-    for panel, ax in axes.items():
-        name = panel.series[0].name
+    sizes = {each: panel_size(dataset, each) for each in drawn}
+    for each, ax in drawn.items():
+        name = each.series[0].name
         if name not in SIGNED:
             ax.set_ylim(bottom=0.0)
         if name == "impacts_per_period":
-            cut_high(ax, panel, dataset)
+            cut_high(ax, each, dataset)
         stem = name.partition("_")[0]
         alike = [size for other, size in sizes.items() if other.series[0].name.startswith(stem)]
-        keep_zero_scale(ax, sizes[panel], max(alike))
+        keep_zero_scale(ax, sizes[each], max(alike))
 
 
 def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:
@@ -237,10 +236,7 @@ def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:
     end = 1.15 * float(np.quantile(values, HIGH_SHARE)) if values.size else 0.0
     if 0.0 < HIGH * end < values.max(initial=0.0):
         ax.set_ylim(top=end)
-        ax.text(
-            0.99, 0.95, f"up to {format_number(float(values.max()), 3)}", transform=ax.transAxes,
-            ha="right", va="top", fontsize=SMALL_FONT_SIZE,
-        )  # fmt: skip
+        note(ax, 0.99, 0.95, f"up to {format_number(float(values.max()), 3)}", ha="right")
 
 
 def panel_size(dataset: xr.Dataset, panel: Panel) -> float:
@@ -249,11 +245,35 @@ def panel_size(dataset: xr.Dataset, panel: Panel) -> float:
     return float(values[np.isfinite(values)].max(initial=0.0))
 
 
-def draw_backbone(ax: Axes, panel: Panel, along: str, backbone: xr.Dataset | None) -> None:
-    """Draw the backbone of the conservative exciter under the curves over the frequency."""
+def backbone_curves(
+    panel: Panel, along: str, backbone: xr.Dataset | None
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the curves of the backbone of the conservative exciter under those of a panel over the frequency."""
     if backbone is None or along not in ("nu", "omega") or "eigenfrequency" not in backbone:
-        return
+        return []
+    found = []
     for series in panel.series:
         position = series.position or 0
         if series.name in backbone and position < backbone.sizes.get("harmonic", 1):
-            ax.plot(backbone["eigenfrequency"], series.of(backbone), **BACKBONE_STYLE)
+            found.append((backbone["eigenfrequency"].values, series.of(backbone).values))
+    return found
+
+
+def legend_patches(dataset: xr.Dataset) -> list[Patch]:
+    """Return a legend entry for each regime of the bars."""
+    return [
+        Patch(facecolor=style.colour, hatch=style.hatch, linewidth=0.4, label=REGIME_TEXT[name],
+              edgecolor=style.hatch_colour if style.hatch else INK)
+        for name in (regime_name(int(code)) for code in np.unique(dataset["regime"].values))
+        for style in (REGIME_STYLES[name],)
+    ]  # fmt: skip
+
+
+def add_legend(figure: Figure, handles: list[Patch], height: float) -> None:
+    """Name the regimes of the bars at the bottom of a figure."""
+    if not handles:
+        return
+    ax = axes(figure, 1.55, 0.0, 14.2, height)
+    ax.set_axis_off()
+    columns = min(LEGEND_COLUMNS, len(handles))
+    ax.legend(handles=by_rows(handles, columns), ncols=columns, loc="center left", borderpad=0)

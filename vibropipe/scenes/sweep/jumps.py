@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.words.regimes import Regime
 
@@ -32,19 +33,26 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
     if "displacement_amplitude" not in line:
         return []
     amplitude = line["displacement_amplitude"].isel(harmonic=0).values
-    has_orbit = (line["regime"].values < NO_ORBIT) & np.isfinite(amplitude)
-    if has_orbit.sum() < 2:
-        return []
-    pairs = has_orbit[:-1] & has_orbit[1:]
-    values = line[axis].values
-    steps = np.where(pairs, np.abs(np.diff(np.where(has_orbit, amplitude, 0.0))), np.inf)
-    slopes = steps / np.diff(values)
-    padded = np.concatenate([[np.inf], slopes, [np.inf]])
-    beside = np.maximum(padded[:-2], padded[2:])
-    struck = line["regime"].values != Regime.NO_IMPACT
-    is_jump = (steps > JUMP_SHARE * amplitude[has_orbit].max()) & (slopes > JUMP_FACTOR * beside)
-    is_jump &= struck[:-1] | struck[1:]
+    regime, values = line["regime"].values, line[axis].values
+    amplitude = np.where(regime < NO_ORBIT, amplitude, np.nan)
     return [
         Jump(*(float(v) for v in (values[n], values[n + 1], amplitude[n], amplitude[n + 1])))
-        for n in np.flatnonzero(is_jump)
+        for n in jump_steps(values, amplitude, regime)
     ]
+
+
+def jump_steps(
+    x: NDArray[np.float64], values: NDArray[np.float64], regime: NDArray[np.int8]
+) -> NDArray[np.intp]:
+    """Return the rows after which a quantity over `x` jumps; values that are not finite belong to no orbit."""
+    known = np.isfinite(values)
+    if known.sum() < 2:
+        return np.empty(0, np.intp)
+    pairs = known[:-1] & known[1:]
+    steps = np.where(pairs, np.abs(np.diff(np.where(known, values, 0.0))), np.inf)
+    slopes = steps / np.abs(np.diff(x))
+    padded = np.concatenate([[np.inf], slopes, [np.inf]])
+    beside = np.maximum(padded[:-2], padded[2:])
+    struck = regime != Regime.NO_IMPACT
+    is_jump = (steps > JUMP_SHARE * np.abs(values[known]).max()) & (slopes > JUMP_FACTOR * beside)
+    return np.flatnonzero(is_jump & pairs & (struck[:-1] | struck[1:]))

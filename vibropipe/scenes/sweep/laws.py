@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from vibropipe.figures.style import REGIME_STYLES
-from vibropipe.figures.text import REGIME_TEXT, orbit_text, regime_name
+from vibropipe.figures.text import REGIME_TEXT, orbit_text, regime_name, times
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
 
@@ -54,6 +54,20 @@ class Law:
         if self.m == 0 or (name == "no_impact" and self.m == 1):
             return REGIME_TEXT[name].replace(", support", "")
         return orbit_text(self.m, self.p1, self.p2)
+
+    @property
+    def words(self) -> str:
+        """Words for captions: how often the supports are struck, and in how many periods."""
+        name = regime_name(self.regime)
+        if self.m == OTHER or self.m == 0 or name == "no_impact":
+            return self.short
+        within = "a period" if self.m == 1 else f"in {self.m} periods"
+        if name.startswith("one_sided"):
+            support, hits = (1, self.p1) if self.p1 else (2, self.p2)
+            return f"support {support} {times(hits)} {within}"
+        if self.p1 == self.p2:
+            return f"each support {times(self.p1)} {within}"
+        return f"support 1 {times(self.p1)}, support 2 {times(self.p2)} {within}"
 
     @property
     def text(self) -> str:

@@ -1,4 +1,4 @@
-"""Where the panels of a sweep stand: columns of panels over bars of regimes, or small multiples, on one page."""
+"""Where the panels of curves stand: one large and small ones beside it, a stack, or small multiples; bars below."""
 
 from __future__ import annotations
 
@@ -6,115 +6,188 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
 
-from vibropipe.figures.style import PAGE_HEIGHT_CM, PRINT_WIDTH_CM, new_figure
-from vibropipe.figures.text import value_text
+from vibropipe.figures.canvas import WIDE, axes, new_canvas
+from vibropipe.figures.map_shapes import scale_of
+from vibropipe.scenes.sweep.map_layout import combination_text
 from vibropipe.scenes.sweep.quantities import Panel, combinations, evenly
 
-PANEL_HEIGHT_CM = 2.9
-STRIP_CM = 0.42
-STRIP_MARGIN_CM = 0.3
-MARGINS_CM = 3.4  # legends and titles
-AXIS_CM = 1.1  # labels of the abscissa and title of a row of columns
-LABELS_CM = 1.9  # labels of the ordinates
-MAX_COLUMNS = 3
-MAX_MULTIPLES = 12
+LEFT, RIGHT, BETWEEN = 1.55, 0.25, 1.0  # cm left of the panels, right of them, between columns
+TITLE, LABELS = 0.62, 1.0  # cm above a panel, below the lowest axes
+MAIN_CM, SIDE_CM = 8.6, 4.6  # widths of the large panel and of those beside it
+BAR_CM, BARS_GAP = 0.36, 0.25  # height of a bar of regimes, gap above the bars
+MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
+STACK_CM, GRID_CM, SMALL_CM = (
+    8.4,
+    2.5,
+    3.0,
+)  # height of a stack of panels, of one in columns, of small multiples
 
 
 @dataclass(frozen=True)
-class Column:
-    """Panels one above the other, with the bars of their rows below."""
+class Spot:
+    """A panel with its rows: place in cm from the lower left corner of the figure, and titles."""
 
-    title: str
+    panel: Panel
     part: xr.Dataset
-    panels: tuple[Panel, ...]
+    left: float
+    bottom: float
+    width: float
+    height: float
+    title: str = ""
+    is_inner: bool = False  # right of another one that has the same ordinate
 
 
-def columns_of(
-    dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel], fold: bool
-) -> list[list[Column]]:
-    """Return the columns of a picture, in rows.
+@dataclass(frozen=True)
+class Bars:
+    """The bars of regimes below a column: rows, place in cm, and whether they have names."""
+
+    part: xr.Dataset
+    left: float
+    bottom: float
+    width: float
+    is_first: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A figure with its panels and bars; the first panel is the largest."""
+
+    figure: Figure
+    spots: list[Spot]
+    bars: list[Bars]
+
+
+def combinations_drawn(dataset: xr.Dataset, dims: Sequence[str]) -> list[dict[str, int]]:
+    """Return the combinations of further parameters that are drawn."""
+    return evenly(combinations(dataset, list(dims)), MAX_MULTIPLES)
+
+
+def fitting_panels(
+    dataset: xr.Dataset, dims: Sequence[str], panels: Sequence[Panel]
+) -> list[Panel]:
+    """Return the panels that are drawn: all, or of several combinations as many as fit on a page."""
+    amount = len(combinations_drawn(dataset, dims))
+    most = MAX_PANELS if amount == 1 else 4 if amount <= MAX_COLUMNS else 1
+    return list(panels[:most])
+
+
+def lay_out(
+    dataset: xr.Dataset,
+    dims: Sequence[str],
+    panels: Sequence[Panel],
+    lines: int,
+    stacked: bool,
+    below: float,
+) -> Layout:
+    """Return the figure and the places of its panels.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         A sweep.
-    dims : list of str
-        Swept parameters beyond those of abscissa and lines; each combination of values has its column. More than
-        MAX_COLUMNS are small multiples, of `fitting_panels`, at MAX_MULTIPLES evenly spaced combinations.
+    dims : sequence of str
+        Parameters beyond those of abscissa and lines: each combination of their values has its panels.
     panels : sequence of Panel
-        Panels of a column.
-    fold : bool
-        Whether a single column is folded into two.
+        Those of `fitting_panels`.
+    lines : int
+        Number of bars below each column.
+    stacked : bool
+        Whether panels stand one above the other in full width.
+    below : float
+        Room for a legend at the bottom (cm).
     """
-    found = combinations(dataset, dims)
-    if len(found) == 1:
-        half = -(-len(panels) // 2)
-        parts = [panels[:half], panels[half:]] if fold and len(panels) > 2 else [panels]
-        return [[Column("", dataset, tuple(part)) for part in parts]]
-    panels = fitting_panels(dataset, dims, panels)
-    if len(found) > MAX_COLUMNS:
-        found = evenly(found, MAX_MULTIPLES)
-    columns = [
-        Column(combination_text(dataset, one), dataset.isel(one), tuple(panels)) for one in found
-    ]
-    across = 2 if len(found) == 4 else MAX_COLUMNS
-    return [columns[n : n + across] for n in range(0, len(columns), across)]
+    found = combinations_drawn(dataset, dims)
+    foot = below + LABELS + lines * BAR_CM
+    if len(found) > 1:
+        return _multiples(dataset, found, panels, foot, lines)
+    part = dataset.isel(found[0])
+    if stacked or len(panels) <= 1:
+        return _stack(part, panels, foot)
+    if len(panels) <= 1 + MAX_SIDE:
+        return _beside(part, panels, foot, lines)
+    return _columns(part, panels, foot)
 
 
-def fitting_panels(
-    dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel]
-) -> Sequence[Panel]:
-    """Return the panels of a column that are drawn: all, or of small multiples as many as fit on a page."""
-    columns = min(len(combinations(dataset, dims)), MAX_MULTIPLES)
-    return panels if columns <= MAX_COLUMNS else panels[: max(1, MAX_MULTIPLES // columns)]
+def _stack(part: xr.Dataset, panels: Sequence[Panel], foot: float) -> Layout:
+    width, amount = WIDE - LEFT - RIGHT, len(panels)
+    height = max(1.7, STACK_CM / amount - TITLE) if amount else 0.0
+    rise = height + TITLE
+    figure = new_canvas(foot + BARS_GAP + amount * rise)
+    spots = [
+        Spot(panel, part, LEFT, foot + BARS_GAP + (amount - 1 - n) * rise, width, height)
+        for n, panel in enumerate(panels)
+    ]  # fmt: skip
+    return Layout(figure, spots, [Bars(part, LEFT, foot, width, True)])
 
 
-def combination_text(dataset: xr.Dataset, indices: dict[str, int]) -> str:
-    """Write the values at some indices of parameters as mathtext."""
-    return ", ".join(
-        value_text(dataset[name], dataset[name].values[n].item()) for name, n in indices.items()
-    )
+def _beside(part: xr.Dataset, panels: Sequence[Panel], foot: float, lines: int) -> Layout:
+    """Place the first panel at the left above the bars, the others in a column at the right."""
+    first, *others = panels
+    high = max(9.2, foot + BARS_GAP + 5.0 + TITLE)
+    figure = new_canvas(high)
+    bottom = foot + BARS_GAP
+    spots = [Spot(first, part, LEFT, bottom, MAIN_CM, high - bottom - TITLE)]
+    low = foot - lines * BAR_CM
+    rise = (high - low) / len(others)
+    for n, panel in enumerate(others):
+        at = low + (len(others) - 1 - n) * rise
+        spots.append(Spot(panel, part, WIDE - RIGHT - SIDE_CM, at, SIDE_CM, rise - TITLE - 0.1))
+    return Layout(figure, spots, [Bars(part, LEFT, foot, MAIN_CM, True)])
 
 
-@dataclass(frozen=True)
-class Spots:
-    """Cells of one column, of its panels and of the bars below, with the printed size of a panel."""
+def _columns(part: xr.Dataset, panels: Sequence[Panel], foot: float) -> Layout:
+    """Place many panels in two columns, each above its bars."""
+    down = -(-len(panels) // 2)
+    width = (WIDE - LEFT - RIGHT - BETWEEN) / 2
+    rise = GRID_CM + TITLE - (0.4 if down > 4 else 0.0)
+    figure = new_canvas(foot + BARS_GAP + down * rise)
+    spots, bars = [], []
+    for n, panel in enumerate(panels):
+        column, row = divmod(n, down)
+        left = LEFT + column * (width + BETWEEN)
+        bottom = foot + BARS_GAP + (down - 1 - row) * rise
+        spots.append(Spot(panel, part, left, bottom, width, rise - TITLE))
+    for column in range(2):
+        bars.append(Bars(part, LEFT + column * (width + BETWEEN), foot, width, column == 0))
+    return Layout(figure, spots, bars)
 
-    panels: list[SubplotSpec]
-    strip: SubplotSpec
-    width_cm: float
-    height_cm: float
+
+def _multiples(
+    dataset: xr.Dataset,
+    found: list[dict[str, int]],
+    panels: Sequence[Panel],
+    foot: float,
+    lines: int,
+) -> Layout:
+    """Place a column of panels above its bars for each combination, at most MAX_COLUMNS beside each other."""
+    across = 2 if len(found) in (2, 4) else MAX_COLUMNS
+    down = -(-len(found) // across)
+    gap = 0.55
+    width = (WIDE - LEFT - RIGHT - (across - 1) * gap) / across
+    own = LABELS + lines * BAR_CM + BARS_GAP  # below the panels of a row
+    room = (20.0 - foot - down * (own + 0.4)) / (down * max(1, len(panels)))
+    height = min(SMALL_CM, room - TITLE)
+    rise = max(1, len(panels)) * (height + TITLE) + own + 0.3
+    figure = new_canvas(foot - LABELS - lines * BAR_CM + down * rise)
+    spots, bars = [], []
+    for n, one in enumerate(found):
+        row, column = divmod(n, across)
+        left = LEFT + column * (width + gap)
+        bottom = foot + (down - 1 - row) * rise
+        part = dataset.isel(one)
+        bars.append(Bars(part, left, bottom, width, column == 0))
+        for k, panel in enumerate(panels):
+            at = bottom + BARS_GAP + (len(panels) - 1 - k) * (height + TITLE)
+            title = combination_text(dataset, one)
+            spots.append(Spot(panel, part, left, at, width, height, title, column > 0))
+    return Layout(figure, spots, bars)
 
 
-def lay_out(rows: list[list[Column]], lines: int) -> tuple[Figure, list[list[Spots]]]:
-    """Return the figure, at most a page, and the cells of each column.
-
-    Columns of a row have as many cells as the longest of them; a shorter one leaves the upper cells free.
-    """
-    depth = max(len(column.panels) for row in rows for column in row)
-    strip = STRIP_CM * lines + STRIP_MARGIN_CM
-    beside = MARGINS_CM + len(rows) * (strip + AXIS_CM)
-    height = min(PANEL_HEIGHT_CM, (PAGE_HEIGHT_CM - beside) / max(1, depth * len(rows)))
-    figure = new_figure(height * depth * len(rows) + beside)
-    across = max(map(len, rows))
-    ratios = [*[height] * depth, strip] * len(rows)
-    grid = figure.add_gridspec(len(ratios), across, height_ratios=ratios)
-    width = PRINT_WIDTH_CM / across - LABELS_CM
-    spots = []
-    for r, row in enumerate(rows):
-        top = r * (depth + 1)
-        spots.append(
-            [
-                Spots(
-                    [grid[top + n, c] for n in range(depth - len(column.panels), depth)],
-                    grid[top + depth, c],
-                    width,
-                    height,
-                )
-                for c, column in enumerate(row)
-            ]
-        )
-    return figure, spots
+def spot_axes(figure: Figure, spot: Spot, along: str, shared: Axes | None = None) -> Axes:
+    """Add the axes of a panel, with the ordinate of another one if they share it."""
+    ax = axes(figure, spot.left, spot.bottom, spot.width, spot.height, sharey=shared)
+    ax.set_xscale(scale_of(spot.part[along].values))
+    return ax

@@ -1,4 +1,4 @@
-"""The lines of a panel: stable orbits as lines, other rows as marks, arrows where rows were followed."""
+"""The lines of a panel: orbits as lines with breaks at jumps, other rows as marks, jumps of followed rows as arrows."""
 
 from __future__ import annotations
 
@@ -11,17 +11,22 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from vibropipe.figures.canvas import arrow, size_of
 from vibropipe.figures.style import rasterise_many
 from vibropipe.figures.text import value_text
-from vibropipe.scenes.sweep.legends import DIRECTION_MARKERS, ROW_MARKS
+from vibropipe.scenes.sweep.jumps import jump_steps
 from vibropipe.scenes.sweep.quantities import directions, row_kinds
 from vibropipe.solve.sweep_grid import DIRECTION
 
-MANY_POINTS = 200  # marks shrink beyond this
-SMALL_MARKS = 0.6
-SHORT_RUN = 0.01  # share of a line that is too short for an arrow
-ARROWS = 6  # arrows along a whole line that was followed
 Floats = NDArray[np.float64]
+MARKS_PER_CM = 5.0  # of a kind of rows along a line
+MAX_JUMPS = 4  # jumps of a line that have arrows; through chaos there are dozens
+DIRECTION_SIGNS = {"up": "↑", "down": "↓"}
+ROW_MARKS: dict[str, dict[str, Any]] = {
+    "multiple": {"marker": "o", "markersize": 2.6, "markerfacecolor": "white", "markeredgewidth": 0.6},
+    "unstable": {"marker": "x", "markersize": 3.0, "markeredgewidth": 0.7},
+    "no_orbit": {"marker": ".", "markersize": 2.4, "markeredgewidth": 0.0},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -47,61 +52,64 @@ def lines_of(part: xr.Dataset, lines_dim: str | None) -> Iterator[Line]:
             continue
         for way in ways:
             own = row.sel({DIRECTION: way})
-            yield Line(position, own, way, f"{value} {way}".strip())
+            yield Line(position, own, way, f"{value} {DIRECTION_SIGNS[way]}".strip())
 
 
-def draw_line(ax: Axes, x: Floats, y: Floats, row: xr.Dataset, style: dict[str, Any]) -> None:
-    """Draw one line, and marks of rows that are no plain orbits."""
-    plain = {key: style[key] for key in ("color", "linestyle")}
-    for kind, mask in row_kinds(row).items():
-        shown = np.where(mask, y, np.nan)
-        if kind == "line":
-            drawn = ax.plot(x, shown, **plain, zorder=2, label=style["label"] or None)
-            alone = isolated(mask & np.isfinite(y))
-            drawn += ax.plot(
-                x[alone], y[alone], ".", markersize=2.8, color=style["color"], zorder=2
-            )
-            rasterise_many(drawn, x.size)
-        elif np.isfinite(shown).any():
-            marks = {**ROW_MARKS[kind], "markeredgecolor": style["color"]}
-            marks["markersize"] *= SMALL_MARKS if x.size > MANY_POINTS else 1.0
-            at = np.isfinite(shown)
-            rasterise_many(ax.plot(x[at], y[at], **marks, zorder=3), x.size)
-
-
-def branches_differ(values: xr.DataArray) -> NDArray[np.bool_]:
-    """Return where rows that were followed up and down have different values."""
-    up, down = values.isel({DIRECTION: 0}).values, values.isel({DIRECTION: -1}).values
-    return ~np.isclose(up, down, rtol=1e-3, atol=1e-9, equal_nan=True)
-
-
-def draw_arrows(
-    ax: Axes, x: Floats, y: Floats, line: Line, differs: NDArray[np.bool_] | None, colour: str
+def draw_line(
+    ax: Axes, x: Floats, y: Floats, line: Line, style: dict[str, Any], arrows: bool, steps: bool
 ) -> None:
-    """Draw arrows of the direction along a line, only where the directions differ if there are two."""
-    kinds = row_kinds(line.row)
-    drawn = np.isfinite(y) & (kinds["line"] | kinds["multiple"])
-    at = arrow_indices(drawn if differs is None else drawn & differs, line.direction)
-    style = {**DIRECTION_MARKERS[line.direction], "markeredgecolor": colour}
-    ax.plot(x[at], y[at], **{"markerfacecolor": colour} | style)
+    """Draw one line: orbits of any number of periods, broken at jumps, and marks of rows that are no plain orbits.
+
+    The line of a number that is counted (`steps`) is broken at each change.
+    """
+    kinds, colour = row_kinds(line.row), style["color"]
+    orbit = (kinds["line"] | kinds["multiple"]) & np.isfinite(y)
+    shown = np.where(orbit, y, np.nan)
+    jumps = (
+        np.flatnonzero(np.diff(shown)) if steps else jump_steps(x, shown, line.row["regime"].values)
+    )
+    broken_y = np.insert(shown, jumps + 1, np.nan)
+    drawn = ax.plot(np.insert(x, jumps + 1, x[jumps]), broken_y, **style, zorder=2)
+    broken = np.zeros(x.size, np.bool_)
+    broken[jumps] = True
+    alone = isolated(orbit, broken)
+    drawn += ax.plot(x[alone], y[alone], ".", markersize=2.4, color=colour, zorder=2)
+    rasterise_many(drawn, x.size)
+    for kind, marks in ROW_MARKS.items():
+        at = np.flatnonzero(kinds[kind] & np.isfinite(y))
+        if at.size:
+            at = at if kind == "no_orbit" else thinned(ax, at, x.size)
+            own = {**marks, "color": colour, "linestyle": "none", "zorder": 3}
+            rasterise_many(ax.plot(x[at], y[at], **own), x.size)
+    if arrows and not steps and line.direction and jumps.size <= MAX_JUMPS:
+        draw_jumps(ax, x, y, jumps, line.direction, colour)
 
 
-def arrow_indices(drawn: NDArray[np.bool_], direction: str) -> NDArray[np.intp]:
-    """Return indices of arrows: at least one in each long run of drawn points, apart for the two directions."""
-    padded = np.concatenate([[0], drawn, [0]]).astype(np.int8)
-    starts, stops = np.flatnonzero(np.diff(padded) == 1), np.flatnonzero(np.diff(padded) == -1)
-    shift = 0.35 if direction == "up" else 0.65
-    at: list[int] = []
-    for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
-        length = stop - start
-        if length < SHORT_RUN * drawn.size:
-            continue
-        amount = max(1, round(length / drawn.size * ARROWS))
-        at += [start + int((n + shift) / amount * length) for n in range(amount)]
-    return np.array(at, np.intp)
+def draw_jumps(
+    ax: Axes, x: Floats, y: Floats, jumps: NDArray[np.intp], direction: str, colour: str
+) -> None:
+    """Draw each jump as a dashed arrow in the direction in which the rows were followed."""
+    for n in jumps.tolist():
+        start, end = (n, n + 1) if direction == "up" else (n + 1, n)
+        arrow(ax, (x[start], y[start]), (x[end], y[end]), colour, linestyle=(0, (2, 1.2)), lw=0.7)
 
 
-def isolated(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which points have no neighbour in a mask, so that a line would not show them."""
-    padded = np.concatenate([[False], mask, [False]])
-    return mask & ~padded[:-2] & ~padded[2:]
+def thinned(ax: Axes, at: NDArray[np.intp], size: int) -> NDArray[np.intp]:
+    """Return as many of the rows as have room along a line for their marks, at least the first one of each range."""
+    step = max(1, int(np.ceil(size / (MARKS_PER_CM * size_of(ax)[0]))))
+    starts = np.flatnonzero(np.diff(at, prepend=-2) > 1)
+    kept = np.zeros(at.size, np.bool_)
+    for first, last in zip(starts, [*starts[1:], at.size], strict=True):
+        kept[first:last:step] = True
+    return at[kept]
+
+
+def isolated(mask: NDArray[np.bool_], broken: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """Return which points have no neighbour in a mask, so that a line would not show them.
+
+    `broken` tells after which points the line is broken.
+    """
+    cut = np.zeros_like(mask) if broken is None else broken
+    joined = mask[:-1] & mask[1:] & ~cut[:-1]
+    padded = np.concatenate([[False], joined, [False]])
+    return mask & ~padded[:-1] & ~padded[1:]

@@ -7,13 +7,15 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import plain_symbol, sentences
+from vibropipe.figures.text import plain_symbol_of, sentences
 from vibropipe.report.exciter import WORDS
-from vibropipe.report.findings import largest, point_text, value_text
+from vibropipe.report.findings import largest, value_text
 from vibropipe.scenes.sweep.captions import (
+    MAX_TITLE,
     aperiodic_text,
     combinations_text,
     follow_text,
+    largest_title,
     unresolved_text,
 )
 from vibropipe.scenes.sweep.map_layout import map_axes
@@ -23,8 +25,6 @@ from vibropipe.scenes.sweep.regime_map import LABELLED, MAX_MAPS
 from vibropipe.scenes.sweep.regions import regions_of
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series
-
-MAX_TITLE = 85  # letters
 
 
 def map_title(dataset: xr.Dataset) -> str:
@@ -37,14 +37,14 @@ def map_title(dataset: xr.Dataset) -> str:
             steps = np.diff(strikes.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
             for sign, side in ((1, ("above", "below")), (-1, ("below", "above"))):
                 if (sign * steps >= 0).all():
-                    where = f"{side[0].capitalize()} one border in {plain_symbol(axis)}"
+                    where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"
                     return f"{where} the mass strikes a support, {side[1]} it none"
-    words = [WORDS.get(name, plain_symbol(name)) for name in (x, y)]
+    words = [WORDS.get(name, plain_symbol_of(dataset[name])) for name in (x, y)]
     text = f"How the mass moves over the {words[0]} and the {words[1]}"
     return (
         text
         if len(text) <= MAX_TITLE
-        else f"How the mass moves over {plain_symbol(x)} and {plain_symbol(y)}"
+        else f"How the mass moves over {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
     )
 
 
@@ -78,29 +78,13 @@ def points_text(dataset: xr.Dataset) -> str:
         if start == "x0 = 0, v0 = 0" and "load" not in dataset
         else ""
     )
-    return f"Steady state{rest} at {size} points of {plain_symbol(x)} and {plain_symbol(y)}"
+    return f"Steady state{rest} at {size} points of {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
 
 
 def quantities_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return at which point the first quantity of the maps is largest."""
     found, _ = drawn_panels(dataset, show)
-    if not found:
-        return ""
-    values = found[0].of(dataset)
-    top = largest(values)
-    words = series_words(dataset, found[0])
-    if top is None or not float(top):
-        return f"{words[0].upper()}{words[1:]}"
-    where = point_text(top, dataset["regime"].dims)
-    if found[0].name == "impact_velocity_max":
-        on = {0: " on support 1", 1: " on support 2"}.get(
-            -1 if found[0].position is None else found[0].position, ""
-        )
-        text = f"Impacts{on} are hardest at {where}"
-    else:
-        size = "is largest in size" if found[0].name in SIGNED else "is largest"
-        text = f"{words[0].upper()}{words[1:]} {size} at {where}"
-    return text if len(text) <= MAX_TITLE else f"{words[0].upper()}{words[1:]}"
+    return largest_title(dataset, found[0]) if found else ""
 
 
 def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vibropipe.figures.canvas import WIDE, axes, new_canvas, plain_ticks
 from vibropipe.figures.phase_plane import (
     draw_points,
     draw_portrait,
@@ -18,17 +20,18 @@ from vibropipe.figures.phase_plane import (
     walls_of,
 )
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
-from vibropipe.figures.style import legend, new_figure, write_centred
-from vibropipe.figures.text import axis_label, parameter_line, plain_value, sentences, value_text
+from vibropipe.figures.style import write_centred
+from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.laws import Law, chosen_rows
+from vibropipe.scenes.sweep.map_layout import write_titles
+from vibropipe.scenes.sweep.quantities import fitted_label
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series
 
-COLUMNS = 3
-MAX_ROWS = 9
-PANEL_CM = 5.2
-LEGEND_CM = 2.4
+COLUMNS, MAX_ROWS = 3, 9
+LEFT, RIGHT, BETWEEN = 1.3, 0.2, 1.0  # cm left of the panels, right of them, between them
+PANEL_CM, LONE_CM, TITLE_CM, LABELS_CM, BETWEEN_CM, LEGEND_CM = 3.5, 6.5, 1.05, 1.0, 0.5, 0.55
 
 
 def chosen_orbits(dataset: xr.Dataset) -> list[tuple[xr.Dataset, Law]]:
@@ -53,25 +56,40 @@ def draw_rows(
     dataset: xr.Dataset,
     rows: Rows,
     draw: Callable[[Axes, xr.Dataset], None],
-    labels: tuple[str, str],
+    labels: tuple[xr.DataArray, xr.DataArray],
+    handles: Callable[[], Sequence[Artist]] = tuple,
 ) -> Figure:
-    """Draw a panel for each row, titled by its parameters and its law."""
+    """Draw a panel for each row, titled by its parameters and its law, with the legend that `handles` then gives."""
     across = min(COLUMNS, max(1, len(rows)))
-    down = -(-len(rows) // across)
-    figure = new_figure(PANEL_CM * max(1, down) + LEGEND_CM)
-    axes = figure.subplots(max(1, down), across, squeeze=False)
-    for ax in axes.ravel()[len(rows) :]:
-        ax.set_visible(False)
-    for number, (ax, (row, law)) in enumerate(zip(axes.ravel(), rows, strict=False)):
-        values = ", ".join(value_text(row[str(name)]) for name in dataset["regime"].dims)
-        ax.set_title(f"{values}\n{law.short}")
+    down = -(-max(1, len(rows)) // across)
+    height = LONE_CM if len(rows) <= 1 else PANEL_CM
+    width = (WIDE - LEFT - RIGHT - (across - 1) * BETWEEN) / across
+    rise = height + TITLE_CM + BETWEEN_CM
+    foot = LEGEND_CM + LABELS_CM
+    figure = new_canvas(foot + down * rise - BETWEEN_CM)
+    for number in range(max(1, len(rows))):
+        row_number, column = divmod(number, across)
+        left = LEFT + column * (width + BETWEEN)
+        ax = axes(figure, left, foot + (down - 1 - row_number) * rise, width, height)
+        if not rows:
+            ax.set_axis_off()
+            write_centred(ax, "No row is solved")
+            break
+        row, law = rows[number]
         draw(ax, row)
-        is_low = number + across >= len(rows)
-        ax.set(xlabel=labels[0] if is_low else "", ylabel=labels[1] if number % across == 0 else "")
-    if not rows:
-        axes[0, 0].set_axis_off()
-        write_centred(axes[0, 0], "No row is solved")
-    figure.suptitle(parameter_line(dataset))
+        values = ", ".join(value_text(row[str(name)]) for name in dataset["regime"].dims)
+        write_titles(ax, values, law.words)
+        plain_ticks(ax.xaxis, 4)
+        plain_ticks(ax.yaxis, 4)
+        if number + across >= len(rows):
+            ax.set_xlabel(fitted_label(labels[0], width + 0.8))
+        if column == 0:
+            ax.set_ylabel(fitted_label(labels[1], height))
+    entries = handles()
+    if entries:
+        ax = axes(figure, LEFT, 0.0, WIDE - LEFT - RIGHT, LEGEND_CM)
+        ax.set_axis_off()
+        ax.legend(handles=list(entries), ncols=len(entries), loc="center left", borderpad=0)
     return figure
 
 
@@ -88,7 +106,6 @@ def spectrum_rows(dataset: xr.Dataset, show: Collection[str] = ()) -> Rows:
 
 def draw_portraits(dataset: xr.Dataset) -> Figure:
     """Draw the orbit of a row of each law in the plane of displacement and velocity."""
-    rows = portrait_rows(dataset)
     struck: set[int] = set()
 
     def draw(ax: Axes, row: xr.Dataset) -> None:
@@ -101,15 +118,14 @@ def draw_portraits(dataset: xr.Dataset) -> Figure:
         draw_portrait(ax, *path(time, x, v, impacts, walls), impacts, walls)
         struck.update(int(support) for support in np.unique(impacts.support))
 
-    labels = axis_label(dataset["displacement"]), axis_label(dataset["velocity"])
-    figure = draw_rows(dataset, rows, draw, labels)
-    legend(figure, portrait_handles(struck), "lower")
-    return figure
+    labels = dataset["displacement"], dataset["velocity"]
+    return draw_rows(
+        dataset, portrait_rows(dataset), draw, labels, lambda: portrait_handles(struck)
+    )
 
 
 def draw_sections(dataset: xr.Dataset) -> Figure:
     """Draw the states of rows at the section, once per forcing period."""
-    rows = chosen_visits(dataset)
 
     def draw(ax: Axes, row: xr.Dataset) -> None:
         x, v = row["poincare_displacement"].values, row["poincare_velocity"].values
@@ -120,22 +136,22 @@ def draw_sections(dataset: xr.Dataset) -> Figure:
         draw_points(ax, x[kept], v[kept])
         draw_walls(ax, float(x[kept].min()), float(x[kept].max()), walls_of(row))
 
-    names = ("poincare_displacement", "poincare_velocity")
-    labels = axis_label(dataset[names[0]], width=30), axis_label(dataset[names[1]], width=30)
-    return draw_rows(dataset, rows, draw, labels)
+    labels = dataset["poincare_displacement"], dataset["poincare_velocity"]
+    return draw_rows(dataset, chosen_visits(dataset), draw, labels)
 
 
 def draw_spectra(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw the harmonic amplitudes of a row of each law over multiples of the forcing frequency."""
     name = spectrum_name(show)
+    labels = dataset["harmonic"], dataset[f"{name}_amplitude"]
     rows = spectrum_rows(dataset, show)
-    labels = (
-        axis_label(dataset["harmonic"], width=20),
-        axis_label(dataset[f"{name}_amplitude"], width=22),
+    return draw_rows(
+        dataset,
+        rows,
+        lambda ax, row: draw_spectrum(ax, row, name),
+        labels,
+        lambda: spectrum_handles(dataset),
     )
-    figure = draw_rows(dataset, rows, lambda ax, row: draw_spectrum(ax, row, name), labels)
-    legend(figure, spectrum_handles(dataset), "lower")
-    return figure
 
 
 def spectrum_name(show: Collection[str]) -> str:
@@ -144,10 +160,18 @@ def spectrum_name(show: Collection[str]) -> str:
     return "velocity" if names == {"velocity"} else "displacement"
 
 
+def rows_title(rows: Rows, what: str) -> str:
+    """Return how many rows a picture shows, and of how many laws of motion."""
+    laws = len({law for _, law in rows})
+    if not rows or len(rows) == laws:
+        return f"{what} of {count(laws, 'law of motion', 'laws of motion')}"
+    return f"{what} of {count(len(rows), 'aperiodic row')}"
+
+
 def describe_rows(dataset: xr.Dataset, what: str, rows: Rows) -> str:
     """Return the caption of pictures of single rows: what is drawn, at which parameters."""
     places = series(
-        f"{law.short} at " + ", ".join(plain_value(row[str(n)]) for n in dataset["regime"].dims)
+        f"{law.words} at " + ", ".join(plain_value(row[str(n)]) for n in dataset["regime"].dims)
         for row, law in rows
     )
     return sentences(what, f"Rows drawn: {places}" if places else "")

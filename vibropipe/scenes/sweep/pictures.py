@@ -7,11 +7,12 @@ import xarray as xr
 
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.bifurcation import (
+    bifurcation_title,
     describe_bifurcation,
     draw_bifurcation,
     fits_bifurcation,
 )
-from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.scenes.sweep.captions import describe_sweep, sweep_title
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
 from vibropipe.scenes.sweep.map_captions import (
@@ -27,6 +28,7 @@ from vibropipe.scenes.sweep.orbit_pictures import (
     draw_sections,
     draw_spectra,
     portrait_rows,
+    rows_title,
     spectrum_rows,
 )
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, swept
@@ -60,7 +62,7 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
 
 PICTURES = (
     Picture("map", draw_regime_map, describe_map, is_map, titled=map_title),
-    Picture("curves", draw_sweep, describe_sweep, keywords=curve_options),
+    Picture("curves", draw_sweep, describe_sweep, keywords=curve_options, titled=sweep_title),
     Picture(
         "quantities",
         draw_quantity_maps,
@@ -69,18 +71,27 @@ PICTURES = (
         showing_rows,
         quantities_title,
     ),
-    Picture("bifurcation", draw_bifurcation, describe_bifurcation, fits_bifurcation, showing),
+    Picture(
+        "bifurcation",
+        draw_bifurcation,
+        describe_bifurcation,
+        fits_bifurcation,
+        showing,
+        bifurcation_title,
+    ),
     Picture(
         "section",
         draw_sections,
         lambda dataset: describe_rows(dataset, SECTION_TEXT, chosen_visits(dataset)),
         lambda dataset: "poincare_displacement" in dataset,
+        titled=lambda dataset: rows_title(chosen_visits(dataset), "Sections"),
     ),
     Picture(
         "portrait",
         draw_portraits,
         lambda dataset: describe_rows(dataset, PORTRAIT_TEXT, portrait_rows(dataset)),
         lambda dataset: "phase" in dataset.dims,
+        titled=lambda dataset: rows_title(portrait_rows(dataset), "Phase portraits"),
     ),
     Picture(
         "spectrum",
@@ -88,6 +99,7 @@ PICTURES = (
         lambda dataset, show: describe_rows(dataset, SPECTRUM_TEXT, spectrum_rows(dataset, show)),
         lambda dataset: "displacement_amplitude" in dataset,
         showing,
+        lambda dataset, show: rows_title(spectrum_rows(dataset, show), "Spectra"),
     ),
     Picture(
         "energy",

@@ -19,16 +19,14 @@ from vibropipe.words.vocabulary import REGIMES
 
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 DEFAULT_SHOW = (
-    "displacement_mean",
     "displacement_amplitude",
+    "displacement_mean",
     "impact_velocity_max",
     "impacts_per_period",
 )
 ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact", "energy_friction")
 MAX_HARMONICS = 3
-LABEL_WIDTH = 19  # letters of a line of a label beside a panel of usual height
 LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
-MAX_LABEL_LINES = 3
 SYMBOL_LETTERS = 5
 # Quantities that may be negative; the axis of any other starts at zero.
 SIGNED = {
@@ -41,6 +39,8 @@ SIGNED = {
     "energy_residual",
     "lyapunov_exponent",
 }
+# Numbers that are counted.
+COUNTED = {"period_multiple", "impacts_per_period"}
 # Quantities whose sign matters: a line marks their zero.
 WITH_ZERO_LINE = {"lyapunov_exponent"}
 
@@ -71,16 +71,14 @@ class Series:
 
 @dataclass(frozen=True)
 class Panel:
-    """The series that share an ordinate, and its label."""
+    """The series that share an ordinate."""
 
-    label: str
     series: tuple[Series, ...]
-    short: str = ""
 
-    def fitted(self, height_cm: float) -> str:
-        """Return the label in lines that fit beside a panel; the short one if they are more than three."""
-        lines = wrapped(self.label.replace("\n", " "), max(8, int(height_cm / LETTER_CM)))
-        return self.short if self.short and len(lines) > MAX_LABEL_LINES else "\n".join(lines)
+    def title(self, dataset: xr.Dataset, width_cm: float) -> str:
+        """Return what is drawn in words, with symbol and units as far as they fit on a line."""
+        own = self.series[0]
+        return fitted_title(dataset, own if len(self.series) == 1 else Series(own.name), width_cm)
 
 
 def wrapped(text: str, width: int) -> list[str]:
@@ -95,11 +93,6 @@ def wrapped(text: str, width: int) -> list[str]:
         length += size + (1 if lines[-1] else 0)
         lines[-1].append(token)
     return [" ".join(line) for line in lines]
-
-
-def abscissa_label(array: xr.DataArray, width_cm: float) -> str:
-    """Return the label of an abscissa in lines that fit below a column."""
-    return "\n".join(wrapped(axis_label(array), max(8, int(width_cm / LETTER_CM))))
 
 
 def swept(dataset: xr.Dataset) -> list[str]:
@@ -171,7 +164,7 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
     dataset : xarray.Dataset
         A sweep, with `impacts_per_period`.
     show : collection of str
-        Quantities (default: DEFAULT_SHOW).
+        Quantities (default: DEFAULT_SHOW; of both supports the larger one, and no impacts per period, unless joined).
     joined : bool
         Whether the elements of a quantity share a panel.
     """
@@ -181,14 +174,13 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
             continue
         series = series_of(dataset, name)
         if joined:
-            text = axis_label(dataset[name], width=LABEL_WIDTH)
-            short = in_brackets(symbol_of(dataset[name]), dataset[name])
-            panels.append(Panel(text, tuple(series), short))
-            continue
-        panels += [
-            Panel(fitted_title(dataset, each, 99.0), (each,), fitted_title(dataset, each, 2.0))
-            for each in series
-        ]
+            panels.append(Panel(tuple(series)))
+        elif show:
+            panels += [Panel((each,)) for each in series]
+        elif name == "impact_velocity_max":
+            panels.append(Panel((Series(name, "support", None),)))
+        elif name != "impacts_per_period":
+            panels += [Panel((each,)) for each in series]
     return panels
 
 
@@ -226,11 +218,13 @@ def fitted_title(dataset: xr.Dataset, series: Series, width_cm: float) -> str:
     array = dataset[series.name]
     number = None if series.position is None else element_number(dataset, series)
     symbol = symbol_of(array, number)
-    if series.dim == "support" and series.position is None:
-        symbol = ""
     words = series_words(dataset, series)
-    short = f"{symbol}, support {number}" if series.dim == "support" and number else symbol or words
-    return _fitted([f"{words} {symbol}".strip(), words, short], array, width_cm)
+    texts = [f"{words} {symbol}".strip(), words, symbol or words]
+    if series.dim == "support":
+        texts = [*texts[series.position is None : 2], f"{symbol}, {words.rpartition(', ')[2]}"]
+    elif series.dim is not None and " harmonic" in words:
+        texts.insert(2, f"{words.partition(' harmonic')[0]} harmonic {symbol}")
+    return _fitted(texts, array, width_cm)
 
 
 def fitted_label(array: xr.DataArray, width_cm: float) -> str:

@@ -40,7 +40,9 @@ def tables(datasets: Datasets) -> list[Table]:
 
 def tables_of(label: str, dataset: xr.Dataset) -> Iterator[Table]:
     """Yield the tables of a sweep: of a map its orbits, else the ranges along its line or lines; then energies."""
-    if is_map(dataset):
+    if dataset["regime"].size == 1:
+        table = None
+    elif is_map(dataset):
         table = orbits_table(label, dataset)
     else:
         table = (

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from vibropipe.figures.map_shapes import cell_edges
@@ -34,7 +33,7 @@ class Strip:
 
 
 def draw_strips(
-    ax: Axes, strips: Sequence[Strip], along: str, name: str = "", width_cm: float = 0.0
+    ax: Axes, strips: Sequence[Strip], along: str, named: bool = True, width_cm: float = 0.0
 ) -> None:
     """Draw one bar per line with the regime of every row, named in the bar where the name fits.
 
@@ -46,8 +45,8 @@ def draw_strips(
         The lines, from top to bottom.
     along : str
         Parameter of the abscissa.
-    name : str
-        Label of the ordinate; without one, the bars have no labels.
+    named : bool
+        Whether the bars have the texts of their lines beside them.
     width_cm : float
         Printed width of the axes (default: no names in the bars).
     """
@@ -60,9 +59,7 @@ def draw_strips(
     ax.set_ylim(len(strips) - 0.4, -0.6)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    texts = [strip.text for strip in strips] if name else [""] * len(strips)
-    ax.set_yticks(range(len(strips)), texts)
-    ax.set_ylabel(name, fontsize=SMALL_FONT_SIZE)
+    ax.set_yticks(range(len(strips)), [strip.text if named else "" for strip in strips])
 
 
 def draw_bar(
@@ -83,7 +80,7 @@ def draw_bar(
     for code, polygons in boxes.items():
         style = REGIME_STYLES[regime_name(code)]
         bars = PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
-                              edgecolor="black", linewidth=0.2)  # fmt: skip
+                              edgecolor=style.hatch_colour if style.hatch else "black", linewidth=0.2)  # fmt: skip
         ax.add_collection(bars)
         name_boxes(ax, code, polygons, width_cm)
     if cuts.size > MANY_RUNS:
@@ -110,21 +107,8 @@ def name_boxes(
         middle = 0.5 * (left + right)
         at = float(np.exp(middle)) if ax.get_xscale() == "log" else float(middle)
         ax.text(
-            at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center_baseline",
+            at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center",
             fontsize=SMALL_FONT_SIZE, clip_on=True, gid=BAR_NAME,
             bbox=ground if REGIME_STYLES[name].hatch else None,
             color="white" if name == "unbounded" else BLACK,
         )  # fmt: skip
-
-
-def regime_patches(dataset: xr.Dataset) -> list[Patch]:
-    """Return a legend entry for each regime that occurs in a dataset."""
-    patches = []
-    for code in np.unique(dataset["regime"].values):
-        name = regime_name(int(code))
-        style = REGIME_STYLES[name]
-        patches.append(
-            Patch(facecolor=style.colour, hatch=style.hatch, edgecolor=BLACK, linewidth=0.4,
-                  label=REGIME_TEXT[name])
-        )  # fmt: skip
-    return patches

@@ -98,14 +98,14 @@ def test_every_scene_has_a_caption(study, made):
         assert text.endswith(".")
         assert "nan" not in text
         assert "$" not in text
-    assert "conservative exciter" in caption(study.scenes["lines"], others["lines"], others)
+    assert "free motion without losses" in caption(study.scenes["lines"], others["lines"], others)
 
 
 def test_captions_name_the_panels_that_a_page_has_no_room_for():
     dataset = sweep(31, f=[0.1, 0.2], delta=np.linspace(0.0, 0.1, 5))
     text = describe_sweep(dataset)
     assert "Not drawn, since a page with a column for each" in text
-    assert "(support 2)" in text
+    assert "constant part of displacement" in text
     assert "Not drawn" not in describe_sweep(dataset, ["displacement_mean"])
     assert "Not drawn" not in describe_sweep(sweep(31))
 

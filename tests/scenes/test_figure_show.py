@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from drawing import draw, picture_of
+from figures.figure_text import words
 from figures.sample_datasets import hard_cases, sweep
 from pydantic import ValidationError
 
@@ -70,9 +71,7 @@ def test_forces_are_drawn_in_curves_and_maps():
     force = 10.0 * dataset["impact_velocity_max"]
     dataset = describe(dataset.assign(support_force_max=force.drop_attrs()))
     figure = draw("sweep", dataset, SweepFigure(show=["support_force_max"]))
-    assert (
-        figure.axes[0].get_ylabel().replace("\n", " ") == "largest force of the support $\\max F_c$"
-    )
+    assert "largest force of the support $\\max F_c$" in words(figure)
     finite = force.sel(support=1).values
     drawn = np.concatenate([line.get_ydata() for line in figure.axes[0].lines])
     assert np.isclose(drawn[:, None], finite[np.isfinite(finite)]).any()

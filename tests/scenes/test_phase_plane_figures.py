@@ -126,7 +126,7 @@ def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
     dataset = ragged(sweep(delta=[0.0, 0.1]))
     with house_style():
         figure = draw_bifurcation(dataset)
-    assert "impact velocity" in words(figure).replace("\n", " ")
+    assert "velocity before impact" in words(figure).replace("\n", " ")
     assert not overlapping(figure)
     panel = figure.axes[0]
     row = points_of(dataset, panels_of(dataset)[0]).row
@@ -144,11 +144,9 @@ def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for()
     text = describe_bifurcation(dataset)
     assert "the velocity of each impact" in text
     assert "once per forcing period" not in text
-    long_name = dataset["poincare_displacement"].attrs.get("long_name", "poincare displacement")
-    assert (
-        f"Not drawn, since a page with a column for each δ has no room: {long_name} (figure.show chooses others)."
-        in text
-    )
+    left_out = "velocity before impact, support 2 and displacement at the section"
+    said = f"a page with a column for each δ has no room: {left_out} (figure.show chooses others)."
+    assert f"Not drawn, since {said}" in text
     few = ragged(sweep(31, delta=[0.0, 0.1]))
     assert "Not drawn" not in describe_bifurcation(few)
     assert "once per forcing period" in describe_bifurcation(few)

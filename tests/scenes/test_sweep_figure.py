@@ -13,11 +13,13 @@ from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES, house_style
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
+from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.lines import isolated
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.regions import regions_of
+from vibropipe.words.regimes import Regime
 
 
 @pytest.mark.parametrize("name", ["map", "bands"])
@@ -46,11 +48,10 @@ def test_a_row_between_two_others_is_a_point(made):
         [True, False, False, False, False, True],
     )
     dataset = made["line"][1].copy(deep=True)
-    dataset["period_multiple"][:] = 2
-    dataset["period_multiple"][10] = 1
+    dataset["regime"][9:12] = [Regime.APERIODIC, Regime.TWO_SIDED, Regime.APERIODIC]
     with house_style():
         figure = draw("sweep", dataset)
-    points = [line for line in figure.axes[1].lines if line.get_marker() == "."]
+    points = [line for line in figure.axes[0].lines if line.get_marker() == "."]
     heights = np.concatenate([line.get_ydata() for line in points])
     assert float(dataset["displacement_amplitude"][10, 0]) in heights
 
@@ -79,12 +80,12 @@ def test_the_curve_beside_is_drawn_under_the_sweep(made):
     with house_style():
         alone = draw("sweep", dataset)
         beside = draw("sweep", dataset, SweepFigure(backbone="free"), {"free": free})
-    # One curve for the constant part, three for the harmonics, which share a panel.
-    for one, two, amount in zip(alone.axes[:2], beside.axes[:2], (1, 3), strict=True):
+    # Three curves for the harmonics, which share a panel, one for the constant part.
+    for one, two, amount in zip(alone.axes[:2], beside.axes[:2], (3, 1), strict=True):
         assert len(two.lines) == len(one.lines) + amount
         assert np.array_equal(two.lines[0].get_xdata(), free["eigenfrequency"].values)
-        assert two.lines[0].get_zorder() < two.lines[amount].get_zorder()
-    assert "conservative exciter" in words(beside)
+        assert two.lines[0].get_zorder() < two.lines[-1].get_zorder()
+    assert "free motion without losses" in describe_sweep(dataset, backbone=free)
 
 
 def test_grids_of_constant_factor_get_log_axes(made):

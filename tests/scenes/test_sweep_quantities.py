@@ -11,6 +11,7 @@ from drawing import draw, lightness
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
 from matplotlib.collections import QuadMesh
+from matplotlib.text import Annotation
 from sampling import sampled
 
 from vibropipe.figures.map_shapes import borders
@@ -24,8 +25,8 @@ from vibropipe.figures.style import (
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
+from vibropipe.scenes.sweep.jumps import jump_steps
 from vibropipe.scenes.sweep.laws import OTHER, chosen_rows, laws_of
-from vibropipe.scenes.sweep.lines import arrow_indices
 from vibropipe.scenes.sweep.map_captions import (
     describe_map,
     describe_quantities,
@@ -66,12 +67,34 @@ def test_a_sweep_of_one_parameter_shows_what_a_design_needs():
     figure = draw("sweep", with_impacts(sweep()))
     said = words(figure).replace("\n", " ")
     for text in ("constant part of displacement", "harmonic amplitude", "velocity before impact",
-                 "impacts per forcing period", "support 1", "support 2", "$A_3$"):  # fmt: skip
+                 "impacts per forcing period", "support 1", "support 2", "$A_1$"):  # fmt: skip
         assert text in said
     names = [
         text.get_text() for ax in figure.axes for text in ax.texts if text.get_gid() == BAR_NAME
     ]
     assert "two-sided" in names
+
+
+def test_lines_are_named_where_they_are_and_names_do_not_overlap():
+    dataset = sweep(f=[0.1, 0.2, 0.5])
+    with house_style():
+        figure = draw_sweep(dataset)
+        figure.draw_without_rendering()
+    main = figure.axes[0]
+    names = [
+        text
+        for text in main.texts
+        if text.get_transform() == main.transAxes and text.get_bbox_patch()
+    ]
+    assert [text.get_text() for text in names] == ["$f$ = 0.1", "0.2", "0.5"]
+    boxes = [text.get_window_extent() for text in names]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    colours = {text.get_color() for text in names}
+    assert len(colours) == 3
+    points = [main.transData.transform(np.column_stack(line.get_data())) for line in main.lines]
+    for box in boxes:  # a name stands on a line
+        at = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
+        assert min(np.nanmin(np.hypot(*(p - at).T)) for p in points if len(p)) < 3.0
 
 
 def test_bars_are_aligned_with_the_panels():
@@ -91,7 +114,8 @@ def test_panels_follow_show_and_the_data():
     soft = dataset.assign(energy_friction=0 * dataset["displacement_mean"])
     assert panels_of(soft, ["energy_friction"]) == []
     assert len(panels_of(dataset, joined=True)) == 3
-    assert len(panels_of(dataset)) == 6
+    # three harmonics, the constant part, the larger velocity of both supports
+    assert len(panels_of(dataset)) == 5
 
 
 def test_both_directions_are_in_one_picture():
@@ -100,36 +124,30 @@ def test_both_directions_are_in_one_picture():
     assert axis_and_others(both) == ("nu", [])
     assert directions(both) == ["up", "down"]
     figure = draw("sweep", both, SweepFigure(show=["displacement_mean"]))
-    assert "followed upwards" in words(figure)
-    assert "followed downwards" in words(figure)
     panel, bars = figure.axes
-    marks = {line.get_marker(): line for line in panel.lines}
-    # Arrows, full and hollow, only where the directions differ.
-    assert marks[">"].get_markerfacecolor() != marks["<"].get_markerfacecolor() == "white"
-    assert marks["<"].get_xdata().size > 0
-    assert (np.concatenate([marks["<"].get_xdata(), marks[">"].get_xdata()]) > 1.5).all()
-    assert [label.get_text() for label in bars.get_yticklabels()] == ["up", "down"]
-    text = describe_sweep(both)
-    assert "followed upwards and downwards along ν; arrows mark where the two differ" in text
+    arrows = [text for text in panel.texts if isinstance(text, Annotation)]
+    assert arrows
+    for (
+        each
+    ) in arrows:  # jumps, in the direction that was followed: only where the directions differ
+        assert each.xy[0] < each.xyann[0]
+        assert each.xy[0] == pytest.approx(1.5, abs=0.03)
+    assert [label.get_text() for label in bars.get_yticklabels()] == ["↑", "↓"]
+    assert "followed upwards and downwards along ν; arrows: jumps" in describe_sweep(both)
 
 
-def test_a_single_direction_is_named_and_has_arrows():
+def test_a_single_direction_is_named():
     dataset = sweep().assign_attrs(follow="nu up")
-    figure = draw("sweep", dataset)
-    assert "followed upwards" in words(figure)
-    assert any(line.get_marker() == ">" for line in figure.axes[0].lines)
     assert "followed upwards along ν" in describe_sweep(dataset)
     assert "followed" not in describe_sweep(sweep())
 
 
-def test_arrows_of_the_two_directions_alternate():
-    drawn = np.ones(600, bool)
-    drawn[100:103] = False
-    up, down = arrow_indices(drawn, "up"), arrow_indices(drawn, "down")
-    assert drawn[up].all()
-    assert up.size == down.size > 4
-    assert not set(up) & set(down)
-    assert (arrow_indices(~drawn, "up")).size == 0
+def test_lines_are_broken_at_jumps_and_counts_at_changes():
+    x, values = np.arange(8.0), np.array([1.0, 1.1, 1.2, 1.3, 3.0, 3.1, 3.2, 3.3])
+    struck = np.full(8, int(Regime.TWO_SIDED))
+    assert jump_steps(x, values, struck).tolist() == [3]
+    assert jump_steps(x, values, np.zeros(8, int)).size == 0
+    assert jump_steps(x, np.where(x == 4, np.nan, values), struck).size == 0
 
 
 def test_laws_are_told_by_m_and_the_impacts_on_each_support():

@@ -201,6 +201,20 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
+LEGEND_LINE = 0.45  # cm of a line of a legend below a figure
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], columns: int, left: float) -> None:
+    """Put a legend at the lower edge of a figure, in lines of `columns` entries, `left` cm from the left edge."""
+    if handles:
+        columns = min(columns, len(handles))
+        at = (left / CM_PER_INCH / figure.get_figwidth(), 0.0)
+        figure.legend(
+            handles=by_rows(handles, columns), ncols=columns, loc="lower left", bbox_to_anchor=at, borderpad=0.2,
+            borderaxespad=0.0,
+        )  # fmt: skip
+
+
 def write_centred(ax: Axes, *lines: str) -> None:
     """Write centred lines on an axis, the reason why it is empty."""
     ax.text(

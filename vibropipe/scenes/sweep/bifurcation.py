@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.canvas import panel, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
-from vibropipe.figures.style import write_centred
+from vibropipe.figures.style import LEGEND_LINE, legend_below, write_centred
 from vibropipe.figures.text import plain_symbol_of, sentences
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
@@ -27,15 +27,20 @@ from vibropipe.scenes.sweep.captions import (
 )
 from vibropipe.scenes.sweep.curves import (
     LEGEND_COLUMNS,
-    LEGEND_LINE,
-    add_legend,
     draw_bars,
     finish,
     legend_patches,
 )
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
-from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, Spot, fitting_panels, lay_out, spot_axes
+from vibropipe.scenes.sweep.layout import (
+    LEFT,
+    MAX_MULTIPLES,
+    Spot,
+    fitting_panels,
+    lay_out,
+    spot_axes,
+)
 from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
 from vibropipe.solve.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
@@ -135,7 +140,7 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
             indent=-0.5,
         )
     finish(layout, drawn, draw_bars(layout, rows, along, None), dataset, along)
-    add_legend(layout.figure, legend, below)
+    legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure
 
 

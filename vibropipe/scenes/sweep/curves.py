@@ -19,7 +19,7 @@ from vibropipe.figures.canvas import axes, note, panel, plain_ticks, zero_line
 from vibropipe.figures.line_labels import Named, label_lines
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
-from vibropipe.figures.style import by_rows, keep_zero_scale, write_centred
+from vibropipe.figures.style import LEGEND_LINE, keep_zero_scale, legend_below, write_centred
 from vibropipe.figures.text import (
     REGIME_TEXT,
     format_number,
@@ -27,7 +27,15 @@ from vibropipe.figures.text import (
     symbol_of,
     value_text,
 )
-from vibropipe.scenes.sweep.layout import BAR_CM, Layout, Spot, fitting_panels, lay_out, spot_axes
+from vibropipe.scenes.sweep.layout import (
+    BAR_CM,
+    LEFT,
+    Layout,
+    Spot,
+    fitting_panels,
+    lay_out,
+    spot_axes,
+)
 from vibropipe.scenes.sweep.lines import draw_line, lines_of
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
@@ -54,7 +62,7 @@ BACKBONE: dict[str, Any] = {
     "solid_capstyle": "butt",
 }
 SHORT_TEXT = 8  # letters of a value that have room for its symbol beside a bar
-LEGEND_LINE, LEGEND_COLUMNS = 0.45, 4  # cm, entries of a line
+LEGEND_COLUMNS = 4  # entries of a line of a legend
 
 
 def draw_sweep(
@@ -77,7 +85,7 @@ def draw_sweep(
     panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
     lines = len(list(lines_of(dataset, lines_dim)))
     legend = legend_patches(dataset)
-    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1 if legend else 0.0
+    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
     layout = lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
     first: dict[Panel, Axes] = {}
     drawn: list[tuple[Spot, Axes]] = []
@@ -98,7 +106,7 @@ def draw_sweep(
     finish(layout, drawn, draw_bars(layout, dataset, along, lines_dim), dataset, along)
     if lines_dim is not None and drawn:
         name_lines(drawn[0], along, lines_dim, backbone)
-    add_legend(layout.figure, legend, below)
+    legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure
 
 
@@ -267,13 +275,3 @@ def legend_patches(dataset: xr.Dataset) -> list[Patch]:
         for name in (regime_name(int(code)) for code in np.unique(dataset["regime"].values))
         for style in (REGIME_STYLES[name],)
     ]  # fmt: skip
-
-
-def add_legend(figure: Figure, handles: list[Patch], height: float) -> None:
-    """Name the regimes of the bars at the bottom of a figure."""
-    if not handles:
-        return
-    ax = axes(figure, 1.55, 0.0, 14.2, height)
-    ax.set_axis_off()
-    columns = min(LEGEND_COLUMNS, len(handles))
-    ax.legend(handles=by_rows(handles, columns), ncols=columns, loc="center left", borderpad=0)

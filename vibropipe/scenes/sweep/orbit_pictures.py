@@ -20,7 +20,7 @@ from vibropipe.figures.phase_plane import (
     walls_of,
 )
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
-from vibropipe.figures.style import write_centred
+from vibropipe.figures.style import legend_below, write_centred
 from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.laws import Law, chosen_rows
@@ -86,10 +86,7 @@ def draw_rows(
         if column == 0:
             ax.set_ylabel(fitted_label(labels[1], height))
     entries = handles()
-    if entries:
-        ax = axes(figure, LEFT, 0.0, WIDE - LEFT - RIGHT, LEGEND_CM)
-        ax.set_axis_off()
-        ax.legend(handles=list(entries), ncols=len(entries), loc="center left", borderpad=0)
+    legend_below(figure, entries, len(entries), LEFT)
     return figure
 
 

@@ -12,10 +12,9 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibropipe.figures.canvas import axes
 from vibropipe.figures.palette import INK
 from vibropipe.figures.region_labels import label_regions
-from vibropipe.figures.style import by_rows
+from vibropipe.figures.style import LEGEND_LINE, legend_below
 from vibropipe.scenes.sweep.map_layout import (
     by_combination,
     draw_hatch,
@@ -33,7 +32,7 @@ HERO_CM, TWO_CM, SMALL_CM = 7.6, 5.6, 3.6
 LABELLED = 0.003  # of the points: a smaller region has no label
 MAX_MAPS = 12
 LETTERS = 16  # of a line of a narrow label
-LEGEND_LINE = 0.45  # cm
+LEGEND_COLUMNS = 3
 
 
 def draw_regime_map(dataset: xr.Dataset) -> Figure:
@@ -52,14 +51,14 @@ def draw_regime_map(dataset: xr.Dataset) -> Figure:
         label_regions(ax, values, edges_of(parts[0][1], x, y), texts)
         return figure
     across = 2 if len(parts) in (2, 4) else 3
-    rows = -(-len(regions) // 3)
+    rows = -(-len(regions) // LEGEND_COLUMNS)
     height = TWO_CM if across == 2 else SMALL_CM
     figure, found = places(len(parts), across, height, below=rows * LEGEND_LINE + 0.2)
     for place, (title, part) in zip(found, parts, strict=True):
         ax = map_panel(figure, place, part, x, y)
         draw_regions(ax, part, regions, x, y)
         write_titles(ax, title)
-    add_legend(figure, regions, rows)
+    legend_below(figure, region_patches(regions), LEGEND_COLUMNS, 1.2)
     return figure
 
 
@@ -89,16 +88,12 @@ def label_texts(region: Region) -> list[str]:
     ]  # fmt: skip
 
 
-def add_legend(figure: Figure, regions: list[Region], rows: int) -> None:
-    """Name the regions below maps that share them."""
-    ax = axes(figure, 1.2, 0.0, 14.6, rows * LEGEND_LINE)
-    ax.set_axis_off()
-    handles = [
+def region_patches(regions: list[Region]) -> list[Patch]:
+    """Return a legend entry for each region of maps that share a legend."""
+    return [
         Patch(
             facecolor=region.style.colour, hatch=region.style.hatch * 2, linewidth=0.4,
             edgecolor=region.style.hatch_colour if region.style.hatch else INK, label=region.words,
         )
         for region in sorted(regions, key=lambda region: region.code)
     ]  # fmt: skip
-    columns = -(-len(handles) // rows)
-    ax.legend(handles=by_rows(handles, columns), ncols=columns, loc="center left", borderpad=0)

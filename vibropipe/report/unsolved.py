@@ -34,7 +34,9 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         mask = status == code
         number = f"{int(mask.sum())} of {status.size}" if status.ndim else DASH
         reason = Status(code)
-        where = extent_text(mask) or DASH
+        # numbers of attractors mean nothing to a reader
+        among = mask.any("attractor_id") if "attractor_id" in mask.dims else mask
+        where = extent_text(among) or DASH
         text = reason.name.lower().replace("_", " ")
         rows.append([name, text, number, where, reason.remedy])
     return rows

@@ -76,11 +76,13 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
 def meetings_text(dataset: xr.Dataset) -> str:
     """Write which bifurcations meet, and how often."""
     codes = dataset["meeting_kind"].values[marks(dataset)]
-    names = {
-        code: text if text.startswith(("double", "degenerate")) else text.replace(" ", " and ")
-        for code, text in flag_texts("meeting_kind").items()
-    }
+    names = {code: meeting_name(text) for code, text in flag_texts("meeting_kind").items()}
     return series(
         f"{names[int(code)]} ({times_word(int(n))})"
         for code, n in zip(*np.unique(codes, return_counts=True), strict=True)
     )
+
+
+def meeting_name(kind: str) -> str:
+    """Write what meets: grazing and fold; double grazing."""
+    return kind if kind.startswith(("double", "degenerate")) else kind.replace(" ", " and ")

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, frame
@@ -25,6 +26,10 @@ from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.vocabulary import FLAGS
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
+CROSSED, BETWEEN = (
+    -1,
+    20,
+)  # code of cells with a curve; points of a curve between two that are stored
 LABELLED = 0.01  # of the map: a smaller region has no words
 # Styles of the kinds of boundaries: dashes tell them apart in grey.
 CURVES: Mapping[str, Any] = {
@@ -92,7 +97,7 @@ def draw_boundaries(
         if ends := ends_of_axis(of_axes[name]):
             set_limits(*ends)
     if regimes is not None:
-        draw_regimes(ax, regimes, x, y)
+        draw_regimes(ax, dataset, regimes, x, y)
     # Folds may lie a hair beside grazings: what is broken is drawn over what is solid.
     for name, code in kinds_present(dataset).items():
         for points in curves_of(dataset, code):
@@ -155,8 +160,8 @@ def faded(name: str) -> str:
     return lighter(REGIME_STYLES[name].colour, FADED)
 
 
-def draw_regimes(ax: Axes, regimes: xr.Dataset, x: str, y: str) -> None:
-    """Draw the cells of a sweep in faded colours of how the mass moves, with its words."""
+def draw_regimes(ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, x: str, y: str) -> None:
+    """Draw the cells of a sweep in faded colours of how the mass moves, with its words beside the curves."""
     codes, regions = regions_of(regimes)
     for dim in codes.dims:
         if dim not in (x, y):
@@ -172,7 +177,25 @@ def draw_regimes(ax: Axes, regimes: xr.Dataset, x: str, y: str) -> None:
     norm = BoundaryNorm(np.arange(found.size + 1) - 0.5, max(found.size, 1))
     ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
     present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
+    columns, rows = cells_of(dataset, edges)
+    values = values.copy()
+    values[rows, columns] = CROSSED
     label_regions(ax, values, edges, present)
+
+
+def cells_of(
+    dataset: xr.Dataset, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> list[NDArray[np.intp]]:
+    """Return the cells of a map, as columns and rows, through which curves go."""
+    ids = dataset["curve_id"].values
+    steps = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)
+    found = []
+    for name, borders in zip(plane(dataset), edges, strict=True):
+        values = dataset[name].values
+        along = values[:-1, None] + steps * np.diff(values)[:, None]
+        points = along[np.diff(ids) == 0].ravel()
+        found.append(np.clip(np.searchsorted(borders, points) - 1, 0, borders.size - 2))
+    return found
 
 
 def marks(dataset: xr.Dataset) -> np.ndarray:

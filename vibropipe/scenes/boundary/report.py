@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import motion_words
+from vibropipe.figures.motion_words import amount_text, motion_words
 from vibropipe.figures.text import flag_texts, format_number, in_brackets, rests_of
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Answers
 from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.boundary.captions import boundary_answers
+from vibropipe.scenes.boundary.captions import boundary_answers, meeting_name
 from vibropipe.scenes.boundary.curves import plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
@@ -52,7 +52,7 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table:
     where = f"({in_brackets(symbol_text(dataset[x]), dataset[x])}, {in_brackets(symbol_text(dataset[y]), dataset[y])})"
     note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets."
     if curves.size > longest.size:
-        note += f" {curves.size - longest.size} shorter curves are left out."
+        note += f" Left out: {amount_text(curves.size - longest.size, 'shorter curve')}."
     head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]
     title = "From where to where each curve leads"
     return Table(head, rows, note, left=2, title=title, scene=scene)
@@ -65,7 +65,7 @@ def place_text(dataset: xr.Dataset, point: int) -> str:
 
 def end_text(name: str) -> str:
     """Write what a curve meets at an end."""
-    return {"box": "end of the range"}.get(name, name)
+    return "end of the range" if name == "box" else meeting_name(name)
 
 
 def words_at(dataset: xr.Dataset, point: int) -> str:

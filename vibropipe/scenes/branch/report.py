@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import inwards
-from vibropipe.figures.motion_words import number_word
+from vibropipe.figures.motion_words import amount_text, number_word
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Answers
@@ -23,7 +23,6 @@ from vibropipe.scenes.branch.lines import followed, swept
 from vibropipe.scenes.kind import ReportPart
 
 MAX_ROWS = 10
-LEFT_OUT = "{} narrower ranges are left out."
 
 
 def answers(datasets: Datasets) -> Answers:
@@ -65,7 +64,7 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]  # fmt: skip
     note = f"Values of {symbol_text(axis)}; a dash: it goes on to the end of the range. Mirror images are listed once."
     if len(kept) > len(shown):
-        note += f" {LEFT_OUT.format(len(kept) - len(shown))}"
+        note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."
     left = 2 if over else 1
     title = "Which motions are stable, and where"
     return Table(head, rows, note, left=left, title=title, scene=scene)
@@ -107,7 +106,7 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
     head += ["stable motions", in_brackets("from", axis), in_brackets("to", axis)]
     note = f"Values of {symbol_text(axis)} between which the start decides which of the motions followed here settles."
     if len(found) > len(shown):
-        note += f" {LEFT_OUT.format(len(found) - len(shown))}"
+        note += f" Left out: {amount_text(len(found) - len(shown), 'narrower range')}."
     title = "Where at least two motions are stable"
     return Table(head, rows, note, left=2 if over else 1, title=title, scene=scene)
 

@@ -15,6 +15,7 @@ from vibropipe.scenes.basins.share_maps import draw_share_maps
 from vibropipe.scenes.basins.shares_text import (
     describe_share_maps,
     describe_shares,
+    title_share_maps,
     title_shares,
 )
 from vibropipe.scenes.basins.text import describe_basins, title_basins
@@ -47,6 +48,7 @@ PICTURES = (
         draw_share_maps,
         describe_share_maps,
         is_swept,
+        titled=title_share_maps,
         heading="Which starts settle on which motion?",
     ),
 )

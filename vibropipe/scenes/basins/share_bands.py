@@ -135,6 +135,8 @@ def write_letter(
         return
     tall = top - bottom >= 0.8 * (top - bottom).max()
     places = np.flatnonzero(high & tall)
+    inner = places[(places > 0) & (places < values.size - 1)]
+    places = inner if inner.size else places
     at = places[places.size // 2]
     ends = {0: "left", values.size - 1: "right"}
     middle = 0.5 * (bottom + top)[at]

@@ -26,6 +26,7 @@ from vibropipe.scenes.basins.attractors import (
 from vibropipe.scenes.basins.text import NOT_FOUND, missing_text, percent, start_text
 from vibropipe.words.wording import count
 
+MAX_MAPS = 6
 RARE = 0.02  # share of the starts below which a motion is easily missed
 # The value at which a range ends, or the two between which it does; None at an end of the values.
 Border = tuple[float, ...] | None
@@ -56,6 +57,21 @@ def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> 
         "Grey lines: a motion appears or vanishes" if changes_of(dataset) else "",
         missing_text(dataset),
     )
+
+
+def title_share_maps(dataset: xr.Dataset) -> str:
+    """Return the title of the maps: at which values."""
+    axis = dataset[swept_name(dataset)]
+    return f"Basins at {amount_text(len(mapped_values(dataset)), 'value')} of {symbol_text(axis)}"
+
+
+def mapped_values(dataset: xr.Dataset) -> list[int]:
+    """Return the indices of the values that are mapped: spread over those where attractors coexist, or over all."""
+    several = np.flatnonzero(dataset["basin_share"].count("attractor_id").values > 1)
+    candidates = several if several.size else np.arange(dataset.sizes[swept_name(dataset)])
+    spread = np.linspace(0, candidates.size - 1, min(MAX_MAPS, candidates.size))
+    chosen: list[int] = candidates[np.unique(spread.round().astype(int))].tolist()
+    return chosen
 
 
 def describe_share_maps(dataset: xr.Dataset) -> str:

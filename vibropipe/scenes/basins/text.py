@@ -8,10 +8,9 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import at_least, outwards
+from vibropipe.figures.claims import outwards
 from vibropipe.figures.motion_words import amount_text, number_word
-from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
-from vibropipe.report.findings import value_text
+from vibropipe.figures.text import digits, format_number, in_brackets, sentences, with_units
 from vibropipe.report.parts import Answer
 from vibropipe.report.table import DASH, Table
 from vibropipe.scenes.basins.attractors import attractor_words, letters_of, named, ordered
@@ -93,7 +92,8 @@ def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     is_crowded = float(dataset["border"].mean()) > MAX_BORDER
     has_lines = not is_crowded and dataset.sizes.get("stable_set_point")
     where = "of those in the borders" if is_crowded else "on the borders"
-    lines = ", and thin lines: the starts that approach them" if has_lines else ""
+    lines = f", and thin lines: the starts that approach {'it' if orbits == 1 else 'them'}"
+    lines = lines if has_lines else ""
     return states, f"Red crosses: {amount_text(orbits, 'unstable orbit')} {where}{lines}"
 
 
@@ -148,14 +148,14 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     lead = f"A knock may end motion {letter}."
     if len(knocks) == dataset.sizes["attractor_id"]:
         lead = f"Motion {letter} is lost most easily."
-    step = with_units(speed, format_number(step_of(dataset), 2))
+    step = with_units(speed, digits(step_of(dataset)))
     if sum(knock < step_of(dataset) for knock in knocks.values()) > 1:
         rest = f"Beside states of several motions, the map (steps of {step} in velocity) has starts that leave them."
         return [Answer("A small knock may change the motion.", rest)]
     if knocks[index] < step_of(dataset):
         rest = f"Beside its states, the map (steps of {step} in velocity) has starts that settle elsewhere."
         return [Answer(lead, rest)]
-    knock = with_units(speed, at_least(knocks[index], 2))
+    knock = with_units(speed, knock_text(knocks[index], step_of(dataset)))
     rest = f"By the map, a knock of at least {knock} in velocity leads back (steps of {step})."
     return [Answer(lead, rest)]
 
@@ -180,7 +180,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
-                _knock_text(knocks[index], step_of(dataset)),
+                knock_text(knocks[index], step_of(dataset)),
             ]
         )
     head = [
@@ -189,7 +189,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         else "hardest impact",
         in_brackets("knock survived", speed),
     ]  # fmt: skip
-    step = value_text(speed, step_of(dataset), 2)
+    step = with_units(speed, digits(step_of(dataset)))
     note = (
         "Share with its 95 % interval for as many random starts. Multiplier: largest modulus, over the motion's own "
         f"period. Knock: change of velocity within which all starts of the map beside the states of the motion lead "
@@ -199,10 +199,18 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
 
 
-def _knock_text(knock: float, step: float) -> str:
+def knock_text(knock: float, step: float) -> str:
+    """Write a knock, rounded down to two digits: 0 if it is less than a step of the map, a dash if it is not known.
+
+    >>> knock_text(0.0576, 0.01), knock_text(476.0, 33.0), knock_text(0.009, 0.01)
+    ('0.057', '470', '0')
+    """
     if math.isnan(knock):
         return DASH
-    return "0" if knock < step else at_least(knock, 2)
+    if knock < step:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
+    return digits(unit * math.floor(knock / unit * (1 + 1e-12)))
 
 
 def _has_dash(rows: list[list[str]]) -> bool:
@@ -213,4 +221,4 @@ def largest_text(row: xr.Dataset, name: str) -> str:
     """Write the larger of the values of both supports, without unit; a dash without one."""
     values = row[name].values if name in row else np.empty(0)
     known = values[np.isfinite(values)]
-    return format_number(float(known.max()), 3) if known.size else DASH
+    return digits(float(known.max())) if known.size else DASH
